@@ -220,7 +220,7 @@ def test_one_case_again(done, in_lanes, tmp_path):
             assert np.array_equal(file["history/tip_x"][case], run["tip_x"])
             for name, values in run.items():
                 assert name not in file["final"] or values[-1] == file["final"][name][case], name
-    assert "it has no case 24" in refdyn("sim", "--case", "24", "--of", done, "-o", tmp_path / "x.csv", status=1).stderr
+    assert "has no case 24" in refdyn("sim", "--case", "24", "--of", done, "-o", tmp_path / "x.csv", status=1).stderr
     assert "stand together" in refdyn("sim", MODEL, "--case", "2", "--until", "1", status=2).stderr
 
 
@@ -235,8 +235,8 @@ def test_one_case_again_takes_no_options(arguments, message, done, tmp_path):
 
 
 @pytest.mark.parametrize("where, name, value, message", [
-    ("/", "model", "[]", "the file does not tell its model and options"),
-    ("/", "options", "[]", "the file does not tell its model and options"),
+    ("/", "model", "[]", "has no attributes for its model and options"),
+    ("/", "options", "[]", "has no attributes for its model and options"),
     ("/", "options", '{"set": {"torque": 3}, "until": 0.5}', "torque"),
     ("cases/mass", "kind", "option", "/cases/mass: has no form of a file of runs"),
     ("cases/pieces", "kind", "parameter", "/cases/pieces: has no form of a file of runs")])
@@ -277,7 +277,7 @@ def test_one_case_again_after_its_files_changed(tmp_path):
         text = (tmp_path / name).read_text()
         (tmp_path / name).write_text(text.replace("0.1", "0.2"))
         said = refdyn(*again, tmp_path / "other.csv", status=1).stderr
-        assert f"{name}: it has changed since the batch was computed" in said, said
+        assert f"{name}: has changed since the batch was computed; restore it" in said, said
         (tmp_path / name).write_text(text)
     assert not (tmp_path / "other.csv").exists()
 
@@ -301,7 +301,7 @@ def test_one_case_again_after_its_files_moved(done, tmp_path):
     assert (tmp_path / "case.csv").read_bytes() == expected
     (tmp_path / "gust.csv").unlink()
     said = refdyn(*again, cwd=tmp_path, status=1).stderr
-    assert (f"refdyn: gust.csv: the case reads this file, which is not there, nor is {home}/gust.csv or away/gust.csv; it is needed in one of these places"
+    assert (f"refdyn: gust.csv: the case reads this file, which does not exist, nor does {home}/gust.csv or away/gust.csv; put it in one of these places"
             in said), said
 
 
@@ -338,7 +338,7 @@ return rd.model { name = "cart", links = { { "cart", joint = { "x" }, mass = 1 }
 """)
     sweep = HEAD + "return rd.sweep { vary = { n = rd.grid(1, 513, 513), cart_x = { 1, 2 } }, t_end = 0.1 }"
     said = batch(tmp_path, sweep, model=tmp_path / "cart.lua", status=1).stderr
-    assert "sweep.lua: more than 512 structures, as many as can be compiled and open at once" in said, said
+    assert "sweep.lua: more than 512 structures; split the sweep into several batches" in said, said
     assert sorted(os.listdir(tmp_path)) == ["cart.lua", "sweep.lua"]
 
 
@@ -416,7 +416,7 @@ def test_input_has_one_source(tmp_path):
     """Samples of an input would hide its varied number."""
     write_files(tmp_path)
     said = batch(tmp_path, HEAD + 'return rd.sweep { vary = { inputs = "gust.csv", torque = { 1, 2 } }, t_end = 0.1 }', status=1).stderr
-    assert "the input torque varies as a number and in files of inputs, one of them is needed" in said, said
+    assert "the input torque varies as a number and in files of inputs; remove one of them" in said, said
 
 
 def test_failed_cases_again(tmp_path):
@@ -438,7 +438,7 @@ def test_dry_run_writes_nothing_and_needs_no_name(tmp_path):
 
 def test_summary_is_not_the_journal(tmp_path):
     said = batch(tmp_path, SWEEP, "--summary", tmp_path / "runs.h5.journal", status=2).stderr
-    assert "the journal of" in said and "another name is needed" in said, said
+    assert "the journal of" in said and "use another name" in said, said
 
 
 @pytest.mark.quick
@@ -510,10 +510,10 @@ def interrupt(folder, *arguments, sweep=LONG):
 
 def test_interrupted(long_done, tmp_path):
     said = interrupt(tmp_path)
-    assert "interrupted: " in said and "--resume goes on" in said
+    assert "interrupted: " in said and "--resume computes the others" in said
     assert sorted(os.listdir(tmp_path)) == ["runs.h5.journal", "sweep.lua"]
     again = start(tmp_path)
-    assert "an interrupted batch has left its cases here: --resume goes on" in again.stderr.read() and again.wait() == 1
+    assert "an interrupted batch has left its cases here; resume it with --resume" in again.stderr.read() and again.wait() == 1
     assert start(tmp_path, "--resume").wait() == 0
     assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
 
@@ -527,7 +527,7 @@ def test_resume_refuses_another_batch(tmp_path):
     changes["model files"] = (LONG, model, [])
     for what, (sweep, path, arguments) in changes.items():
         said = batch(tmp_path, sweep, "--resume", *arguments, model=path, status=1).stderr
-        assert "the journal: --resume needs the same" in said and (what in said or what == "options"), said
+        assert "the journal's; --resume continues only the same batch" in said and (what in said or what == "options"), said
         assert (tmp_path / "runs.h5.journal").read_bytes() == kept
 
 
@@ -536,7 +536,7 @@ def test_resume_refuses_another_range(long_done, tmp_path):
     interrupt(tmp_path, "--cases", "0:2000")
     kept = (tmp_path / "runs.h5.journal").read_bytes()
     said = batch(tmp_path, LONG, "--resume", "--cases", "2500:2501", status=1).stderr
-    assert "case 0 is done here, and --cases leaves it out" in said, said
+    assert "case 0 is done here, but --cases excludes it" in said, said
     assert (tmp_path / "runs.h5.journal").read_bytes() == kept
     batch(tmp_path, LONG, "--resume")
     assert datasets(tmp_path / "runs.h5") == datasets(long_done[0])
@@ -549,7 +549,7 @@ def test_resume_refuses_changed_files(tmp_path):
         text = (tmp_path / name).read_text()
         (tmp_path / name).write_text(text.replace("0.1", "0.2"))
         said = batch(tmp_path, WITH_FILES, "--resume", status=1).stderr
-        assert "the files of inputs or of the state of this batch are not those of the journal" in said, said
+        assert "the files of inputs or of the state of this batch differ from the journal's" in said, said
         (tmp_path / name).write_text(text)
     batch(tmp_path, WITH_FILES, "--resume")
 
@@ -632,37 +632,37 @@ VARY = HEAD + "return rd.sweep { vary = { %s }, t_end = 0.1%s }"
 
 
 @pytest.mark.parametrize("sweep, arguments, status, message", [
-    (SWEEP, ["--cases", "5:25"], 2, "--cases 5:25: the batch has the cases 0 to 23, a range of these is needed"),
-    (SWEEP, ["--cases", "5"], 2, "--cases: '5' is not of the form A:B, which takes A up to B - 1"),
+    (SWEEP, ["--cases", "5:25"], 2, "--cases 5:25: the batch has the cases 0 to 23; choose a range of these"),
+    (SWEEP, ["--cases", "5"], 2, "--cases: '5' is not of the form A:B, the cases A to B - 1"),
     (SWEEP, ["--cases", "7:7"], 2, "--cases 7:7: the batch has the cases 0 to 23"),
     (SWEEP, ["--threads", "0"], 2, "--threads: '0' is not a positive number"),
-    (SWEEP, ["--lanes", "3"], 2, "--lanes: 3 is none of 1, 2, 4, 8"),
-    (SWEEP, ["--threads", "5000"], 2, "--threads: 5000, at most 1024 are taken"),
-    (SWEEP, ["--table", "x.csv"], 2, "--table stands for the sweep"),
+    (SWEEP, ["--lanes", "3"], 2, "--lanes: 3 is not a lane width; use 1, 2, 4 or 8"),
+    (SWEEP, ["--threads", "5000"], 2, "--threads: 5000; must be at most 1024"),
+    (SWEEP, ["--table", "x.csv"], 2, "--table replaces the sweep"),
     (VARY % ("mass = { 1, 2 }", ', keep = { extremes = { "tip_zz" } }'), [], 1,
-     "sweep.lua:2: keep.extremes: a motion has no column 'tip_zz', the nearest is tip_z"),
+     "sweep.lua:2: keep.extremes: a motion has no column 'tip_zz'; the nearest is tip_z"),
     (VARY % ("mass = 1", ', keep = { history = { "tip_x",\n"tip_y",\n"nix" } }'), [], 1, "sweep.lua:4: keep.history: a motion has no column 'nix'"),
-    (VARY % ("mass = 1", ',\nmethod = "rk9"'), [], 1, "sweep.lua:3: method: 'rk9' is none of auto, rk4, rk54"),
-    (VARY % ("mass = 1", ',\nmethod = "rk8"'), ["--method", "rk9"], 2, "--method: 'rk9' is none of auto, rk4, rk54"),
+    (VARY % ("mass = 1", ',\nmethod = "rk9"'), [], 1, "sweep.lua:3: method: 'rk9' is not one of auto, rk4, rk54"),
+    (VARY % ("mass = 1", ',\nmethod = "rk8"'), ["--method", "rk9"], 2, "--method: 'rk9' is not one of auto, rk4, rk54"),
     (VARY % ("mass = 1", ',\ntol = 5'), [], 1, "sweep.lua:3: tol must lie between the rounding of doubles and 1"),
     (VARY % ("mass = 1", ',\ntol = 1e-20'), [], 1, "sweep.lua:3: tol must lie between the rounding of doubles and 1"),
-    (VARY % ("mass = 1", ',\nmethod = "rk4",\ntol = 1e-3'), [], 1, "sweep.lua:4: tol: rk4 has fixed steps, it takes --step"),
-    (VARY % ("mass = 1", ',\nmethod = "rk4",\ntol = 1e-3'), ["--tol", "1e-3"], 2, "--tol: rk4 has fixed steps, it takes --step"),
+    (VARY % ("mass = 1", ',\nmethod = "rk4",\ntol = 1e-3'), [], 1, "sweep.lua:4: tol: rk4 has fixed steps; use --step"),
+    (VARY % ("mass = 1", ',\nmethod = "rk4",\ntol = 1e-3'), ["--tol", "1e-3"], 2, "--tol: rk4 has fixed steps; use --step"),
     (VARY % ("mass = 1", ',\nstabilise = "x"'), [], 1, "sweep.lua:3: stabilise: 'x' is not one of none, baumgarte, baumgarte-auto, project"),
     (VARY % ("mass = 1", ',\nstart = "x"'), [], 1, "sweep.lua:3: start: 'x' is not one of as-is, project"),
     (VARY % ("mass = 1", ',\nsingular = "x"'), [], 1, "sweep.lua:3: singular: 'x' is not one of stop, pass"),
-    (VARY % ("mass = 1", ',\nhold = { "tip" }'), [], 1, "sweep.lua:3: hold: goes with --from statics"),
+    (VARY % ("mass = 1", ',\nhold = { "tip" }'), [], 1, "sweep.lua:3: hold: needs --from statics"),
     (VARY % ("mass = 1", ',\nfrom = "statics", hold = { "nix" }'), [], 1, "sweep.lua:3: hold: the model has no coordinate 'nix'"),
-    (VARY % ("mass = 1", ',\nevery = 1e-8'), [], 1, "sweep.lua:3: every 1e-08: 1e+07 outputs, at most 1000000 are taken in a batch"),
-    (VARY % ("mass = 1", ',\nstep = 1e-12'), [], 1, "sweep.lua:3: step 1e-12: 1e+11 steps, at most 1e+10 are taken"),
-    (VARY % ("mass = 1", ',\nfrom = "late.json"'), [], 1, "sweep.lua:2: t_end 0.1: the motion starts at t = 2"),
-    (VARY % ("mass = 1", ',\nmethod = "msbdf"'), [], 1, "sweep.lua:3: method: msbdf takes one motion alone"),
+    (VARY % ("mass = 1", ',\nevery = 1e-8'), [], 1, "sweep.lua:3: every 1e-08: 1e+07 outputs; a batch allows at most 1000000"),
+    (VARY % ("mass = 1", ',\nstep = 1e-12'), [], 1, "sweep.lua:3: step 1e-12: 1e+11 steps; must be at most 1e+10"),
+    (VARY % ("mass = 1", ',\nfrom = "late.json"'), [], 1, "sweep.lua:2: t_end 0.1: must be after the start of the motion at t = 2"),
+    (VARY % ("mass = 1", ',\nmethod = "msbdf"'), [], 1, "sweep.lua:3: method: msbdf computes single motions"),
     (VARY % ("mass = 1", ',\ngoal = 3'), [], 1, "sweep.lua:3: goal: unknown field; use one of vary, draws"),
     (VARY % ("mass = 1", ',\ntoll = 3'), [], 1, "sweep.lua:3: toll: unknown field; did you mean \"tol\"?"),
-    (VARY % ("mass = { 1, 2 }", ", keep = { at = { 0.05, 0.2 } }"), [], 1, "sweep.lua:2: keep.at[2]: time 0.2, the motions end at 0.1"),
+    (VARY % ("mass = { 1, 2 }", ", keep = { at = { 0.05, 0.2 } }"), [], 1, "sweep.lua:2: keep.at[2]: time 0.2; must not be after the end of the motions at 0.1"),
     (VARY % ("arm_psi = { 0.1, 0.2 }", ', from = "statics"'), [], 1,
-     "the start value of arm_psi varies, and from statics the coordinate takes its equilibrium: hold keeps it"),
-    (VARY % ("mass = { 1, 2 }", ', method = "msbdf"'), [], 1, "msbdf takes one motion alone"),
+     "the start value of arm_psi varies, but statics moves this coordinate; add it to hold"),
+    (VARY % ("mass = { 1, 2 }", ', method = "msbdf"'), [], 1, "msbdf computes single motions"),
 ])
 def test_refused(sweep, arguments, status, message, tmp_path):
     if "late.json" in sweep:
@@ -674,8 +674,8 @@ def test_refused(sweep, arguments, status, message, tmp_path):
 
 
 @pytest.mark.parametrize("output, message", [
-    ("runs.txt", "a name that ends in .h5 or .csv is needed"),
-    ("runs.csv", "one row a case has no place for the times of arm_psi"), ("sweep.lua", "")])
+    ("runs.txt", "unknown kind of file; the name must end in .h5 or .csv"),
+    ("runs.csv", "a CSV has one row a case and cannot keep the times of arm_psi"), ("sweep.lua", "")])
 def test_wrong_outputs(output, message, tmp_path):
     said = batch(tmp_path, SWEEP, output=output, status=2).stderr
     assert message in said, said

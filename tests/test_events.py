@@ -411,7 +411,7 @@ def test_at_outputs(tmp_path, method):
 
 def test_start_beyond_a_stop(tmp_path):
     lines = 'rd.event { z, restitution = 0.5, name = "floor" }, rd.event { z - 3, name = "other" }'
-    told = "refdyn: warning: the start lies beyond the event floor, its value is -0.25: an impact is where the value comes to zero from the other side\n"
+    told = "refdyn: warning: the start is beyond the event floor, whose value is -0.25; an impact occurs only when the value reaches zero from the other side\n"
     for z, is_told in (-0.25, True), (0, False), (0.25, False):
         (tmp_path / "falling.lua").write_text(FALLING.format(z=z, v=-1, events=lines))
         _, said, _ = motion(tmp_path / "falling.lua", "--until", 0.1)

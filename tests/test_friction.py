@@ -174,16 +174,16 @@ def test_relay_that_slides(tmp_path, method):
     """Forces that return to their jump from both sides cause a message instead of steps without end. The relay slides once x + v/2 is zero."""
     (tmp_path / "relay.lua").write_text(RELAY)
     done = refdyn("sim", tmp_path / "relay.lua", "--until", 5, "--method", method, "-o", tmp_path / "run.csv", status=3)
-    assert "friction needs a width" in done.stderr
+    assert "give friction a width" in done.stderr
     assert re.search(r"t = 0\.3[01]\d* s: (the step fell below the resolution of the time|forces or rows jump here, and lead back to the jump from both sides)\n",
                      done.stderr), done.stderr
     if method == "rk8":
-        assert "refdyn: a switch, as of a relay, needs two levels: two events that set an input\n" in done.stderr
+        assert "refdyn: a relay needs two levels: write two events that set an input\n" in done.stderr
 
 
 def test_friction_that_jumps(tmp_path):
     """A sign function has no state in which it sticks: the message says what to write instead."""
     (tmp_path / "formula.lua").write_text(SCENE.replace("FORMULA", "1.3 * rd.where(rd.less(r, 0), -1, 1) + rd.sin(3 * s.t)"))
     done = refdyn("sim", tmp_path / "formula.lua", "--until", 1, "-o", tmp_path / "run.csv", status=3)
-    assert ("refdyn: a force jumps, or reaches a limit, as a rate passes a value: friction needs a width, as that of "
-            "rd.friction(level, rate, width), of 1e-10 or more\n") in done.stderr
+    assert ("refdyn: a force jumps, or reaches a limit, as a rate passes a value; give friction a width of 1e-10 or more, as in "
+            "rd.friction(level, rate, width)\n") in done.stderr

@@ -83,8 +83,8 @@ def test_through_a_singular_state(method, tolerance):
 
 
 def test_usage():
-    for arguments, said in ((["--step", "1e-3"], "--step: msbdf finds its steps, it takes --tol"),
-                            (["--stabilise", "project"], "--stabilise: a projection would make msbdf start again")):
+    for arguments, said in ((["--step", "1e-3"], "--step: msbdf chooses its steps; use --tol"),
+                            (["--stabilise", "project"], "--stabilise: project would make msbdf start again")):
         done = refdyn("sim", REFERENCE, "--until", "1", "--method", "msbdf", *arguments, status=2)
         assert said in done.stderr
 

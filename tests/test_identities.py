@@ -240,5 +240,5 @@ def test_energy_balance(tmp_path):
         said = refdyn("sim", path, "--method", "rk4", "--step", "1e-5", "--until", "0.05", "-o", tmp_path / "run.csv",
                       "--summary", tmp_path / "summary.json").stderr
         error = json.loads((tmp_path / "summary.json").read_text())["energy_error"]
-        stays = "does not change, but for rounding" in said
+        stays = "changes only by rounding" in said
         assert stays if error is None else error < 1e-6 * SCALE, (path.name, said)

@@ -254,7 +254,7 @@ def test_row_curved_in_the_rates():
     assert found["held"] == ["third_z"] and "warning" not in said and found["residual"] < 1e-15
     found, said = analyse(SMALL, "--at", "initial", "--hold", "", kind="curved")
     assert found["held"] == [] and len(found["modes"]) == 3
-    assert re.search(r"warning: this is no equilibrium: first_x is out of balance by 1$", said, re.M), said
+    assert re.search(r"warning: this state is no equilibrium: first_x is out of balance by 1$", said, re.M), said
     check([close("residual", found["residual"], 1, ROUNDED)])
 
 
@@ -340,7 +340,7 @@ def test_same_text_every_time():
 
 WRONG = [
     (["--modes", "2.5"], 2, "--modes: 2.5 is not a whole number"), (["--modes", "0"], 2, "'0' is not a positive number"),
-    (["--hold", "upper_thet"], 2, "no coordinate 'upper_thet', the nearest is upper_theta"), (["--from", "statics"], 2, "unknown option --from"),
+    (["--hold", "upper_thet"], 2, "no coordinate 'upper_thet'; the nearest is upper_theta"), (["--from", "statics"], 2, "unknown option --from"),
     (["--at"], 2, "--at needs a value"), (["--at", "none.json"], 1, "none.json: state: "),
 ]
 

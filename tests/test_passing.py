@@ -150,7 +150,7 @@ def test_beyond_reach(method, tmp_path):
     time = float(re.search(r"reach: t = (\S+) s", said)[1])
     end = math.sqrt(2 * (1 - math.cos(0.9)) / 0.3)
     assert abs(time - end) <= (1e-3 if method == "rk4" else 1e-6) * SCALE and time <= end + 1e-9, said
-    assert re.search(r"passing was tried \d+ times?, last through t = 1\.588\d+ s by a step of \S+ s: "
+    assert re.search(r"crossing the singular position was attempted \d+ times?, last through t = 1\.588\d+ s by a step of \S+ s: "
                      "(no state on the programme was found|the state found may lie on another branch)\n", said), said
     assert "condition of the constraint rows" in said and "passed " not in said and "--singular pass" not in said, said
     assert all(numpy.isfinite(column).all() for column in read_run(tmp_path / "run.csv.part").values())
@@ -162,7 +162,7 @@ def test_target_out_of_reach(which, miss, tmp_path):
     model, arguments, _, _ = CASES[which]
     said = refdyn("sim", model, *arguments, *PASS, "--start", "project", "--set", f"miss={miss}", "-o", tmp_path / "run.csv",
                   status=3).stderr
-    assert "passing was tried" in said and "passed " not in said, said
+    assert "crossing the singular position was attempted" in said and "passed " not in said, said
 
 
 @pytest.mark.parametrize("longer", [1e-3, -1e-4, 1e-5, -1e-6, 1e-7])
@@ -209,7 +209,7 @@ def test_no_room(tmp_path):
 def test_hint(tmp_path):
     """If a motion stops there, the message says what could help."""
     said = refdyn("sim", REACH, "--until", 3, "-o", tmp_path / "run.csv", status=3).stderr
-    assert "refdyn: --singular pass leads through where a branch can be followed\n" in said and "passing was tried" not in said, said
+    assert "refdyn: --singular pass crosses it if a branch can be followed\n" in said and "crossing the singular position was attempted" not in said, said
 
 
 # ---- the option ----

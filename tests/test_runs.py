@@ -148,7 +148,7 @@ def test_merge_tells_gaps(tmp_path):
     a, b, c = make(tmp_path / "a.h5", 2, 1, 3, command="a"), make(tmp_path / "b.h5", 7, 2, 2, command="b"), make(tmp_path / "c.h5", 0, 1, 0)
     done = refdyn("merge", b, a, c, "-o", tmp_path / "merged.h5")
     gaps = "0-1, 5-6, 8, 10-39"
-    assert done.stderr == f"refdyn: warning: 35 of 40 cases are in none of the files: {gaps}\n"
+    assert done.stderr == f"refdyn: warning: 35 of 40 cases are missing from all files: {gaps}\n"
     compare(tmp_path / "merged.h5", [2, 3, 4, 7, 9])
     with h5py.File(tmp_path / "merged.h5") as file:
         assert file.attrs["missing"] == gaps and "command" not in file.attrs
@@ -168,20 +168,20 @@ def refuse(tmp_path, *paths):
 
 def test_merge_refuses_overlaps(tmp_path):
     a, b = make(tmp_path / "a.h5", 0, 1, 20), make(tmp_path / "b.h5", 3, 5, 6)
-    assert refuse(tmp_path, a, b) == "b.h5: has cases that a.h5 has, too: 3, 8, 13, 18"
-    assert refuse(tmp_path, a, make(tmp_path / "c.h5", 15, 1, 20)) == "c.h5: has cases that a.h5 has, too: 15-19"
-    assert refuse(tmp_path, a, a) == "a.h5: has cases that a.h5 has, too: 0-19"
+    assert refuse(tmp_path, a, b) == "b.h5: shares cases with a.h5: 3, 8, 13, 18; merge parts without common cases"
+    assert refuse(tmp_path, a, make(tmp_path / "c.h5", 15, 1, 20)) == "c.h5: shares cases with a.h5: 15-19; merge parts without common cases"
+    assert refuse(tmp_path, a, a) == "a.h5: shares cases with a.h5: 0-19; merge parts without common cases"
 
 
 def test_merge_refuses_another_batch(tmp_path):
     a = make(tmp_path / "a.h5", 0, 1, 20)
     other = make(tmp_path / "b.h5", 20, 1, 20, sweep="y")
-    assert refuse(tmp_path, a, other) == "b.h5: is of another batch than a.h5: attribute 'sweep' differs"
+    assert refuse(tmp_path, a, other) == "b.h5: belongs to another batch than a.h5: attribute 'sweep' differs"
     more = make(tmp_path / "c.h5", 20, 1, 20, lanes="4")
-    assert refuse(tmp_path, a, more) == "c.h5: is of another batch than a.h5: attribute 'lanes' differs"
-    assert refuse(tmp_path, more, a) == "a.h5: is of another batch than c.h5: attribute 'lanes' differs"
+    assert refuse(tmp_path, a, more) == "c.h5: belongs to another batch than a.h5: attribute 'lanes' differs"
+    assert refuse(tmp_path, more, a) == "a.h5: belongs to another batch than c.h5: attribute 'lanes' differs"
     longer = make(tmp_path / "d.h5", 20, 1, 20, total=50)
-    assert refuse(tmp_path, a, longer) == "d.h5: is of another batch than a.h5: it has 50 cases and not 40"
+    assert refuse(tmp_path, a, longer) == "d.h5: belongs to another batch than a.h5: it has 50 cases, not 40"
 
 
 def change(path, how):
@@ -195,9 +195,9 @@ def rename(file, name):
 
 
 @pytest.mark.parametrize("how, fact", [
-    (lambda f: rename(f, "history/energy"), "is of another batch than a.h5: what is kept of a case differs"),
-    (lambda f: rename(f, "cases/m_E"), "is of another batch than a.h5: what varies differs"),
-    (lambda f: f["history/t"].__setitem__(2, 0.3), "is of another batch than a.h5: an axis of what is kept differs"),
+    (lambda f: rename(f, "history/energy"), "belongs to another batch than a.h5: the list of kept values differs"),
+    (lambda f: rename(f, "cases/m_E"), "belongs to another batch than a.h5: the list of varied names differs"),
+    (lambda f: f["history/t"].__setitem__(2, 0.3), "belongs to another batch than a.h5: an axis of the kept values differs"),
     (lambda f: f["case"].__setitem__(3, 1000), "/case: row 3 has number 1000; numbers must ascend and be below 40"),
     (lambda f: f["case"].__setitem__(3, 21), "/case: row 3 has number 21; numbers must ascend and be below 40"),
     (lambda f: f.attrs.__setitem__("layout_version", 7), "is a file of runs as refdyn batch writes it in layout 7, this refdyn reads layout 1"),
@@ -236,7 +236,7 @@ def test_merge_spoils_no_input(tmp_path):
     before = a.read_bytes()
     done = refdyn("merge", a, "-o", a, status=1)
     assert "which this command also reads or writes" in done.stderr and a.read_bytes() == before
-    assert refdyn("merge", a, "-o", "/dev/null", status=1).stderr == "/dev/null: output: HDF5 needs a file, which this is not\n"
+    assert refdyn("merge", a, "-o", "/dev/null", status=1).stderr == "/dev/null: output: not a regular file; HDF5 needs one\n"
 
 
 def limited(size):

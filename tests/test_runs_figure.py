@@ -49,7 +49,7 @@ def grid(n):
 def test_maps_over_two_quantities(tmp_path):
     _, extremes = smooth(tmp_path / "runs.h5", *grid(9))
     root, texts = draw(tmp_path / "runs.h5")
-    assert {"largest E_x [m] (grey: no case has it)", "m_E [kg]", "arm_psi_d [rad/s]", "E_x over time, percentiles of the cases"} <= set(texts)
+    assert {"largest E_x [m] (grey: no value)", "m_E [kg]", "arm_psi_d [rad/s]", "E_x over time, percentiles of the cases"} <= set(texts)
     colours = fills(root)
     largest = extremes[:, 2]
     assert len(colours) == 81 and colours.count("#d4d4d4") == np.isnan(largest).sum()
@@ -97,14 +97,14 @@ def test_the_worst_cases_are_told(tmp_path):
     largest = np.nan_to_num(np.abs(extremes[:, [0, 2]])).max(axis=1)
     case = np.argmax(largest)
     assert texts[0].endswith("runs.h5: 81 cases, 18 failed")
-    assert texts[1:3] == ["12 failed: case ...: Schrittweite zu klein, ∂φ/∂q „singulär“ 𝜑", "6 failed: no reason is told"]
+    assert texts[1:3] == ["12 failed: case ...: Schrittweite zu klein, ∂φ/∂q „singulär“ 𝜑", "6 failed: no reason recorded"]
     assert texts[3].startswith(f"largest |E_x|: {largest[case]:.4g} m at t = 1 s in case {case} (m_E = ")
 
 
 @pytest.mark.parametrize("arguments, status, fact", [
-    (["--panel", "history/q"], 1, "runs.h5: --panel: 'history/q' is nothing that the file has, as history/E_x would be\n"),
-    (["--units", "runs.h5"], 2, "refdyn plot: --units: a file of runs has its own\n"),
-    (["more.h5"], 2, "refdyn plot: runs.h5: a file of runs is drawn alone\n"),
+    (["--panel", "history/q"], 1, "runs.h5: --panel: 'history/q' is not in the file; name a kept value as in history/E_x\n"),
+    (["--units", "runs.h5"], 2, "refdyn plot: --units: a file of runs has its own units; omit it\n"),
+    (["more.h5"], 2, "refdyn plot: runs.h5: a file of runs must be the only operand\n"),
 ])
 def test_what_cannot_be_drawn_is_told(tmp_path, arguments, status, fact):
     smooth(tmp_path / "runs.h5", *grid(3))
@@ -118,7 +118,7 @@ def test_files_without_numbers_are_told(tmp_path):
     with h5py.File(tmp_path / "runs.h5", "r+") as file:
         for name in ("extremes/E_x", "history/E_x", "history/energy"):
             file[name][...] = np.nan
-    fact = f"{tmp_path}/runs.h5: no case has a number that could be drawn\n"
+    fact = f"{tmp_path}/runs.h5: no case has a number to draw\n"
     assert refdyn("plot", tmp_path / "runs.h5", "-o", tmp_path / "out.svg", status=1).stderr == fact
     subprocess.run([BUILD / "bin" / "make_runs", tmp_path / "runs.h5", "50", "0", "1", "0"], check=True)
     assert refdyn("plot", tmp_path / "runs.h5", "-o", tmp_path / "out.svg", status=1).stderr == fact

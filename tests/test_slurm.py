@@ -149,9 +149,9 @@ def test_submits_what_is_missing(work, stub):
     done = run_script(slurm, "merge.sh")
     assert done.returncode == 1 and not (work / "runs.h5").exists()
     assert done.stderr.splitlines() == [
-        "cases 0 to 14 are missing: chunk 0 has not ended well, see chunk_0.txt",
-        "cases 30 to 44 are missing: chunk 2 has not ended well, see chunk_2.txt",
-        f"{work}/runs.h5 is not written: 2 of 4 chunks are missing. The parts stay; refdyn batch --slurm given again computes "
+        "cases 0 to 14 are missing: chunk 0 has failed, see chunk_0.txt",
+        "cases 30 to 44 are missing: chunk 2 has failed, see chunk_2.txt",
+        f"{work}/runs.h5 is not written: 2 of 4 chunks are missing. The parts stay; calling refdyn batch --slurm again computes "
         "what is missing."]
     stub.taken()
     chunk = slurm / "chunk.sh"
@@ -169,7 +169,7 @@ def test_submits_what_is_missing(work, stub):
     assert run_script(slurm, "merge.sh").returncode == 0
     batch(work, output="local.h5")
     assert datasets(work / "runs.h5") == datasets(work / "local.h5")
-    assert "runs.h5 has all 60 cases: nothing is left to do" in batch(work, "--slurm", env=stub.env).stderr
+    assert "runs.h5 already has all 60 cases" in batch(work, "--slurm", env=stub.env).stderr
     assert stub.taken() == []
 
 
@@ -177,7 +177,7 @@ def test_refused_while_it_runs(work, stub):
     batch(work, "--slurm", env=stub.env)
     for line in ("41", "7\n41\n41"):
         stub.answer("squeue", line)
-        assert "its jobs are in the queue already: squeue -j 41,41" in batch(work, "--slurm", env=stub.env, status=1).stderr
+        assert "its jobs are already in the queue: squeue -j 41,41" in batch(work, "--slurm", env=stub.env, status=1).stderr
     stub.answer("squeue", "", fails=True)
     said = batch(work, "--slurm", env=stub.env, status=1).stderr
     assert "squeue failed: it's refused" in said and "nothing was submitted" in said
@@ -192,12 +192,12 @@ def test_changed_files(work, stub):
         file.write("-- changed\n")
     slurm = work / "runs.h5.slurm"
     done = run_script(slurm, "chunk.sh", SLURM_ARRAY_TASK_ID="0", SLURM_RESTART_COUNT="3", SLURM_JOB_ID="7")
-    assert done.returncode == 1 and "the cases of this batch are not those of the journal" in done.stderr
+    assert done.returncode == 1 and "the cases of this batch differ from the journal's" in done.stderr
     assert "chunk 0, cases 0 to 14: exit status 1 after 3 retries" in done.stderr
-    assert "the cases of this batch are not those of the folder" in batch(work, "--slurm", env=stub.env, status=1).stderr
+    assert "the cases of this batch differ from those of the folder" in batch(work, "--slurm", env=stub.env, status=1).stderr
     (work / "sweep.lua").write_text(SWEEP % "0.2")
     for arguments, fact in ((["--chunks", 5], "another number of --chunks"), (["--cases", "0:30"], "another range of --cases"),
-                            (["--set", "label=it's"], "the options of this batch are not those of the folder")):
+                            (["--set", "label=it's"], "the options of this batch differ from those of the folder")):
         assert fact in batch(work, "--slurm", *arguments, env=stub.env, status=1).stderr
     batch(work, "--slurm", "--chunks", 4, env=stub.env)
 
@@ -223,13 +223,13 @@ def test_refusals(work, stub, tmp_path):
     stub.answer("sbatch", "", fails=True)
     assert "sbatch failed: it's refused" in batch(work, "--slurm", env=stub.env, status=1).stderr
     stub.answer("sbatch", "Submitted batch job 12")
-    assert "printed no number" in batch(work, "--slurm", env=stub.env, status=1).stderr
+    assert "printed no job number" in batch(work, "--slurm", env=stub.env, status=1).stderr
     for arguments, fact in ((["--chunks", 5], "need --slurm"), (["--slurm-options", "-p x"], "need --slurm"),
-                            (["--slurm", "--chunks", 1001], "at most 1000"), (["--slurm", "--summary", "s.json"], "write none"),
-                            (["--slurm", "--slurm-options", "--array=1"], "--array is set by refdyn"),
+                            (["--slurm", "--chunks", 1001], "at most 1000"), (["--slurm", "--summary", "s.json"], "write no summary"),
+                            (["--slurm", "--slurm-options", "--array=1"], "refdyn sets --array itself"),
                             (["--slurm", "--cases", "0:61"], "has the cases 0 to 59")):
         assert fact in batch(work, *arguments, env=stub.env, status=2).stderr
-    for output, fact in (("runs.csv", "ends in .h5"), ("a%b.h5", "no %")):
+    for output, fact in (("runs.csv", "must end in .h5"), ("a%b.h5", "must not have %")):
         assert fact in batch(work, "--slurm", output=output, env=stub.env, status=2).stderr
     (work / "sweep.lua").write_text("return {")
     assert "sweep.lua:1" in batch(work, "--slurm", output="c.h5", env=stub.env, status=1).stderr
@@ -241,9 +241,9 @@ def test_resume_of_what_is_complete(work):
     batch(work, "--cases", "0:9")
     before = os.stat(work / "runs.h5").st_mtime_ns
     said = batch(work, "--cases", "0:9", "--resume").stderr
-    assert said == "refdyn: runs.h5 has all 9 cases: nothing is left to do\n"
+    assert said == "refdyn: runs.h5 already has all 9 cases\n"
     said = batch(work, "--cases", "0:9", "--resume", "--set", "label=it's", status=1).stderr
-    assert "runs.h5: is of another batch: the options differ" in said and "without it the file is replaced" in said
+    assert "runs.h5: belongs to another batch: the options differ" in said and "without --resume the file is replaced" in said
     assert os.stat(work / "runs.h5").st_mtime_ns == before
     batch(work, "--resume")
     with h5py.File(work / "runs.h5") as file:
@@ -408,7 +408,7 @@ def test_killed_and_queued_again(cluster, tmp_path):
     batch(work, "--threads", 2, output="local.h5")
     batch(work, "--slurm", "--chunks", CHUNKS, env=cluster.env)
     slurm = work / "runs.h5.slurm"
-    assert "its jobs are in the queue already" in batch(work, "--slurm", env=cluster.env, status=1).stderr
+    assert "its jobs are already in the queue" in batch(work, "--slurm", env=cluster.env, status=1).stderr
     begun = size(slurm / "part_0.h5.journal")
     for chunk in (0, 1):
         wait_for(f"cases of chunk {chunk}", lambda: size(slurm / f"part_{chunk}.h5.journal") > begun)
@@ -449,7 +449,7 @@ def test_gaps_of_failed_tasks(cluster, tmp_path):
     wait_for("the end of all jobs", lambda: not cluster.queue(), 120)
     chunk, merge = (slurm / "chunk_2.txt").read_text(), (slurm / "merge.txt").read_text()
     assert [f"after {retries} retries" in chunk for retries in range(5)] == [True] * 4 + [False], chunk
-    assert "cases 30 to 44 are missing: chunk 2 has not ended well" in merge and not (work / "runs.h5").exists(), merge
+    assert "cases 30 to 44 are missing: chunk 2 has failed" in merge and not (work / "runs.h5").exists(), merge
     assert sorted(path.name for path in slurm.glob("part_*.h5")) == ["part_0.h5", "part_1.h5", "part_3.h5"]
     (slurm / "part_2.h5.part").rmdir()
     assert "1 of these to compute" in batch(work, "--slurm", env=cluster.env).stderr

@@ -63,12 +63,12 @@ def test_four_bar_that_stands(tmp_path):
     q = found["q"]
     unstable, slope = negative_directions(*four_bar(0.317), [q[0], q[0] + q[1], q[2]])
     assert unstable == found["unstable"] == 1 and slope < 1e-12
-    assert "refdyn: warning: this equilibrium is unstable in 1 direction, coupler_psi moves most; --way downhill leads to a stable one\n" in said
+    assert "refdyn: warning: this equilibrium is unstable in 1 direction, coupler_psi moves most; --way downhill finds a stable one\n" in said
 
 
 def test_four_bar_without_equilibrium():
     """Its motor is too strong: the motion starts elsewhere."""
-    for way, last in {"load": "reached under 0.782 of the load only", "downhill": "the forces lead on to no equilibrium"}.items():
+    for way, last in {"load": "reached only up to 0.782 of the load", "downhill": "the forces lead to no equilibrium"}.items():
         said = statics(MODELS / "fourbar.lua", "--way", way, status=3)
         assert "Newton's iteration did not converge, coordinate" in said and last in said, said
 
@@ -177,10 +177,10 @@ def test_programme_that_begins_with_the_motion():
     """Without a value for its anchored parameter the programme has no effect: the model's own statics are those of the chapter."""
     found, said = statics(REFERENCE)
     assert found["rows"] == [] == found["lambda"]
-    assert said == ("refdyn: the row ellipse begins where the motion does, it has no part in statics; with --set xc=VALUE it holds, too\n"
-                    "refdyn: the row rise is not one of positions, it has no part in statics\n")
+    assert said == ("refdyn: the row ellipse begins where the motion does and has no part in statics; --set xc=VALUE includes it\n"
+                    "refdyn: the row rise is not a row of positions and has no part in statics\n")
     said = statics(REFERENCE, "--set", "n_rfe=1", "--hold", "column_psi,arm_psi", "--way", "downhill", status=3)
-    assert "the forces lead on to no equilibrium" in said
+    assert "the forces lead to no equilibrium" in said
 
 
 LOCKED = """local rd = require "refdyn"
@@ -276,7 +276,7 @@ def test_snap_through(tmp_path):
         assert abs(found["points"]["top"][1] - y) < 1e-12 and abs(found["points"]["top"][0] - 1) < 1e-14 and found["stability"] == "stable"
         assert ("refdyn: 2 limit points of the load passed\n" in said) == (way == "path"), said
     said = statics(tmp_path / "truss.lua", "--set", f"P={float(1.3 * limit)!r}", status=3)
-    assert "refdyn: equilibrium reached under 0.774 of the load only\nrefdyn: --way path goes on past limit points of the load, " in said, said
+    assert "refdyn: equilibrium reached only up to 0.774 of the load\nrefdyn: --way path passes limit points of the load;" in said, said
 
 
 HORIZONTAL = """local rd = require "refdyn"
@@ -292,8 +292,8 @@ def test_start_at_a_limit_point(tmp_path):
         found, _ = statics(tmp_path / "pendulum.lua", "--way", way)
         assert abs(found["q"][0] + pi / 2) < 1e-14 and found["stability"] == "stable"
     said = statics(tmp_path / "pendulum.lua", status=3)
-    assert said.endswith("refdyn: --hold keeps coordinates at their start\n"
-                         "refdyn: --way path goes on past limit points of the load, --way downhill to where the forces lead\n"), said
+    assert said.endswith("refdyn: --hold keeps free coordinates at their start\n"
+                         "refdyn: --way path passes limit points of the load; --way downhill follows the forces\n"), said
 
 
 def test_neutral_across_coordinates():
@@ -323,7 +323,7 @@ def test_without_potential(P, unstable, tmp_path):
     rates = numpy.sqrt(numpy.linalg.eigvals(-numpy.linalg.solve(mass, [[6 - P, P - 3], [-3, 3]])).astype(complex))
     assert (abs(rates.real) > 1e-9 * abs(rates)).sum() == unstable == found["unstable"] and found["potential"] is False
     assert found["criterion"] == "linear motion"
-    assert "; its forces have no potential, and the modes that grow were counted; refdyn modes shows them\n" in said
+    assert "; its forces have no potential, so the growing modes were counted; refdyn modes shows them\n" in said
 
 
 # ---- Starts of motions ----
@@ -333,7 +333,7 @@ def test_motion_from_an_unstable_equilibrium(tmp_path):
     (tmp_path / "column.lua").write_text(COLUMN)
     done = refdyn("sim", tmp_path / "column.lua", "--set", "P=2", "--from", "statics", "--until", 0.01, "-o", tmp_path / "run.csv",
                   "--summary", tmp_path / "summary.json")
-    assert "refdyn: warning: this equilibrium is unstable in 1 direction, lower_psi moves most; --way downhill leads to a stable one\n" in done.stderr
+    assert "refdyn: warning: this equilibrium is unstable in 1 direction, lower_psi moves most; --way downhill finds a stable one\n" in done.stderr
     assert "start        equilibrium, unstable in 1 direction\n" in done.stderr
     assert json.loads((tmp_path / "summary.json").read_text())["equilibrium"] == "unstable in 1 direction"
     done = refdyn("sim", tmp_path / "column.lua", "--until", 0.01, "-o", tmp_path / "run.csv")
@@ -369,7 +369,7 @@ def test_batch_counts_jumps_over_limit_points(tmp_path):
     (tmp_path / "shallow.lua").write_text(SHALLOW)
     loads = 20.3, 40, 0.7, 60
     (tmp_path / "cases.csv").write_text("P\n" + "".join(f"{P}\n" for P in loads))
-    jumps = ["not the one that the growing load leads to" in statics(tmp_path / "shallow.lua", "--set", f"P={P}")[1] for P in loads]
+    jumps = ["the growing load does not lead to it" in statics(tmp_path / "shallow.lua", "--set", f"P={P}")[1] for P in loads]
     assert jumps == [False, True, False, True]
     for way, count in ("load", 2), ("path", 0):
         done = refdyn("batch", tmp_path / "shallow.lua", "--table", tmp_path / "cases.csv", "--until", 0.01, "--from", "statics", "--way", way,
@@ -397,14 +397,14 @@ def test_batch_gives_what_a_programme_takes(tmp_path):
 REFUSED = {
     "way": (["statics", MODELS / "fourbar.lua", "--way", "up"], 2, "--way: 'up' is not one of load, path, downhill"),
     "no row": (["statics", MODELS / "slidercrank.lua", "--release", "guid y"], 2,
-               "--release: the model has no constraint row 'guid y', the nearest is guide y"),
-    "rate": (["statics", REFERENCE, "--release", "rise"], 2, "--release: rise is no row of positions, it has no part in statics"),
-    "release": (["sim", REFERENCE, "--until", "1", "-o", "run.csv", "--release", "ellipse"], 2, "--release goes with --from statics"),
+               "--release: the model has no constraint row 'guid y'; the nearest is guide y"),
+    "rate": (["statics", REFERENCE, "--release", "rise"], 2, "--release: rise is not a row of positions and has no part in statics; omit it"),
+    "release": (["sim", REFERENCE, "--until", "1", "-o", "run.csv", "--release", "ellipse"], 2, "--release needs --from statics"),
     "way of a batch": (["batch", REFERENCE, "--table", "cases.csv", "--until", "1", "-o", "runs.csv", "--way", "path"], 2,
-                       "--way goes with --from statics"),
-    "way of modes": (["modes", MODELS / "fourbar.lua", "--at", "initial", "--way", "path"], 2, "--way goes with --at statics"),
+                       "--way needs --from statics"),
+    "way of modes": (["modes", MODELS / "fourbar.lua", "--at", "initial", "--way", "path"], 2, "--way needs --at statics"),
     "printed": (["statics", REFERENCE, "--set", "form=printed", "--set", "program=chapter"], 1,
-                "manipulator: statics with rows that hold takes the corrected form only, --release ellipse lets them go"),
+                "manipulator: statics with constraint rows needs the corrected form; release the rows with --release ellipse"),
 }
 
 
@@ -435,4 +435,4 @@ def test_rows_that_cannot_be_met(tmp_path):
 
 def test_rates_of_a_state(tmp_path):
     _, said = statics(MODELS / "bricard.lua", state={"qd": [1, 0, 0, 0, 0]}, folder=tmp_path)
-    assert said.startswith(f"{tmp_path}/state.json: warning: qd: statics takes rates as 0\n")
+    assert said.startswith(f"{tmp_path}/state.json: warning: qd: statics sets all rates to 0\n")

@@ -66,7 +66,7 @@ def needs_gsl(folder):
     """Passes in a build without GSL if that build says so."""
     done = call(folder, sweep_text("vary = { mass = rd.uniform(0, 1) }, draws = 2, sequence = 'halton'"))
     if done.returncode:
-        assert done.stderr == "sweep.lua:2: sequence: halton needs a refdyn that is built with GSL\n"
+        assert done.stderr == "sweep.lua:2: sequence: halton needs GSL; build refdyn with it\n"
         pytest.skip("built without GSL")
 
 
@@ -108,7 +108,7 @@ def test_names_of_other_structures(folder):
     result = read(folder, "vary = { n_rfe = { 1, 4 }, arm_theta_3 = 0.1 }")
     assert result["columns"]["arm_theta_3"]["kind"] == "coordinate"
     assert refusals(folder, sweep_text("vary = { n_rfe = { 1, 2 }, arm_theta_3 = 0.1 }")) == [
-        'sweep.lua:3: arm_theta_3: unknown name, the nearest known one is "arm_theta_1"']
+        'sweep.lua:3: arm_theta_3: unknown name; the nearest known one is "arm_theta_1"']
 
 
 def test_the_points_of_grids(folder):
@@ -250,10 +250,10 @@ def test_a_sequence_is_the_same_at_each_point_and_a_seed_shifts_it(folder):
 # ---- Refusals ----
 
 REFUSALS = {
-    "vary = { mas = 1 }": 'vary.mas: unknown name, the nearest known one is "mass"',
-    "vary = { qqqqqq = 1 }": "vary.qqqqqq: unknown name, a parameter, an input, an option, a coordinate, its rate NAME_d or inputs is needed",
-    "vary = { cart_xd = 1 }": 'vary.cart_xd: unknown name, the nearest known one is "cart_x"',
-    "vary = { both = 1 }": "vary.both: the model has this name as a parameter and as an input, names of their own are needed",
+    "vary = { mas = 1 }": 'vary.mas: unknown name; the nearest known one is "mass"',
+    "vary = { qqqqqq = 1 }": "vary.qqqqqq: unknown name; use a parameter, an input, an option, a coordinate, its rate NAME_d or inputs",
+    "vary = { cart_xd = 1 }": 'vary.cart_xd: unknown name; the nearest known one is "cart_x"',
+    "vary = { both = 1 }": "vary.both: the model uses this name for a parameter and for an input; rename one of them",
     "vary = { mass = rd.grid(3, 1, 5) }": "vary.mass: rd.grid: from 3 to 1; the range must ascend",
     "vary = { mass = rd.grid(1, 1, 5) }": "vary.mass: rd.grid: from 1 to 1; the range must ascend",
     "vary = { mass = rd.grid(1, 2, 0) }": "vary.mass: rd.grid: 0 points; must be a positive whole number",
@@ -277,19 +277,19 @@ REFUSALS = {
     "vary = { mass = rd.uniform(0, 1) }, draws = 3, seed = -1": "seed: value -1; must be a whole number and not negative",
     "vary = { mass = rd.uniform(0, 1) }, draws = 3, sequence = 'sobl'": 'sequence: "sobl"; did you mean "sobol"?',
     "vary = { mass = rd.grid(0, 1, 2), mass = 2 }": "mass: already given in line 3 of this table; give it once",
-    "vary = { n_rfe = rd.uniform(0, 1) }, draws = 3": "vary.n_rfe: random numbers, a list of values is needed",
-    "vary = { n_rfe = { 2, 2.5 } }": 'with n_rfe = 2.5 the model is at fault: --set n_rfe: value "2.5"; must be a whole number',
-    "vary = { n_rfe = { 2, 99 } }": 'with n_rfe = 99 the model is at fault: option n_rfe: value "99"; must be a number from 1 to 20',
+    "vary = { n_rfe = rd.uniform(0, 1) }, draws = 3": "vary.n_rfe: random numbers; write a list of values",
+    "vary = { n_rfe = { 2, 2.5 } }": 'with n_rfe = 2.5 the model has an error: --set n_rfe: value "2.5"; must be a whole number',
+    "vary = { n_rfe = { 2, 99 } }": 'with n_rfe = 99 the model has an error: option n_rfe: value "99"; must be a number from 1 to 20',
     "vary = { mass = {} }": "vary.mass: an empty list; must have at least one value",
     "vary = { mass = 1/0 }": "vary.mass: value inf; must be finite",
     "vary = { mass = { 1, 0/0 } }": "vary.mass[2]: value nan; must be finite",
     "vary = { mass = { 1, 'a' } }": "vary.mass[2]: a text; must be of the same kind as the values before it",
-    "vary = { mass = 'a' }": "vary.mass: a text, a number is needed",
-    "vary = { mass = true }": "vary.mass: true or false, a number is needed",
+    "vary = { mass = 'a' }": "vary.mass: a text; must be a number",
+    "vary = { mass = true }": "vary.mass: true or false; must be a number",
     "vary = { mass = { from = 1 } }": "vary.mass: has named entries (from); must be a list of values",
     "vary = { mass = function() end }": "vary.mass: a function; must be a number, a text, true or false",
-    "vary = { inputs = 3 }": "vary.inputs: a number, names of files are needed",
-    "vary = { inputs = 'no.csv' }": "inputs: no.csv: No such file or directory, a readable file is needed",
+    "vary = { inputs = 3 }": "vary.inputs: a number; must be names of files",
+    "vary = { inputs = 'no.csv' }": "inputs: no.csv: No such file or directory; name a readable file",
     "vary = {}": "vary: empty; must have at least one name",
     "vary = { 1 }": "vary: has entries without a name; must be a table such as { m = rd.grid(1, 3, 5) }",
     "vary = 3": "vary: a number; must be a table such as { m = rd.grid(1, 3, 5) }",
@@ -301,7 +301,7 @@ REFUSALS = {
     "vary = { mass = 1 }, keep = {}": "keep: keeps nothing; add final = true or names of columns",
     "vary = { mass = 1 }, keep = { finl = true }": 'keep.finl: unknown field; did you mean "final"?',
     "vary = { mass = 1 }, keep = { at = { 1, 0.5 } }": "keep.at[2]: time 0.5; times must ascend and not be negative",
-    "vary = { mass = 1 }, keep = { at = { 0.5, 2 } }": "keep.at[2]: time 2, the motions end at 1",
+    "vary = { mass = 1 }, keep = { at = { 0.5, 2 } }": "keep.at[2]: time 2; must not be after the end of the motions at 1",
     "vary = { mass = 1 }, keep = { norms = { 3 } }": "keep.norms[1]: a number; must be a name",
     "vary = { mass = 1 }, keep = { norms = { 'a', 'a' } }": 'keep.norms: "a" is given twice; give it once',
     "vary = { mass = 1 }, derive = 3": "derive: a number; must be a function of the values of a case",
@@ -315,7 +315,7 @@ REFUSALS = {
     "vary = { mass = { 1, 2 } }, derive = function(c) return { E = c.mass > 1 and 'a' or 1 } end": "derive: case 1: E: of another type than in the first case; must be of one type",
     "vary = { mass = { 1, 2 } }, derive = function(c) return c.mass > 1 and { F = 1 } or { E = 1 } end": "derive: case 1: F: missing in the first case; return the same names in each case",
     "vary = { mass = { 1, 2 } }, derive = function(c) return { E = 1, F = c.mass < 2 and 1 or nil } end": "derive: case 1: fewer names than in the first case; return the same names in each case",
-    "vary = { mass = 1 }, derive = function(c) return { EE = 1 } end": 'derive: EE: unknown name, the nearest known one is "E"',
+    "vary = { mass = 1 }, derive = function(c) return { EE = 1 } end": 'derive: EE: unknown name; the nearest known one is "E"',
     "vary = { mass = 1 }, derive = function(c) return { E = c.mas } end": 'derive: "mas" does not vary; did you mean "mass"?',
     "vary = { mass = 1 }, derive = function(c) while true do end end": "more than 100 million steps to read the sweep; look for a loop without an end",
     "vary = { mass = rd.grid(1, 2, 1001), E = rd.uniform(1, 2), F = rd.grid(0, 1, 10) }, draws = 100":
@@ -337,13 +337,13 @@ def test_a_sweep_needs_its_end(folder):
 
 def test_all_mistakes_are_told_at_once(folder):
     found = refusals(folder, sweep_text("vary = { mas = 1,\n EE = 2 },\n keep = { at = { 3 } }"))
-    assert found == ['sweep.lua:3: vary.mas: unknown name, the nearest known one is "mass"', 'sweep.lua:4: vary.EE: unknown name, the nearest known one is "E"',
-                     "sweep.lua:5: keep.at[1]: time 3, the motions end at 1"]
+    assert found == ['sweep.lua:3: vary.mas: unknown name; the nearest known one is "mass"', 'sweep.lua:4: vary.EE: unknown name; the nearest known one is "E"',
+                     "sweep.lua:5: keep.at[1]: time 3; must not be after the end of the motions at 1"]
 
 
 def test_options_that_a_structure_refuses_are_told_where_they_stand(folder):
     assert refusals(folder, sweep_text("vary = { E = 1,\n mass = 1,\n n_rfe = { 2, 99 } }")) == [
-        'sweep.lua:5: with n_rfe = 99 the model is at fault: option n_rfe: value "99"; must be a number from 1 to 20']
+        'sweep.lua:5: with n_rfe = 99 the model has an error: option n_rfe: value "99"; must be a number from 1 to 20']
 
 
 def test_what_derive_may_take(folder):
@@ -379,7 +379,7 @@ def test_models_have_no_functions_of_sweeps(folder):
 
 
 def test_the_command_line_sets_what_a_sweep_does_not_vary(folder):
-    assert refusals(folder, sweep_text("vary = { mass = 1 }"), "mass=3") == ["sweep.lua:3: vary.mass: --set gives it, too, one of them is needed"]
+    assert refusals(folder, sweep_text("vary = { mass = 1 }"), "mass=3") == ["sweep.lua:3: vary.mass: --set sets it, too; remove one of them"]
     assert read(folder, "vary = { arm_theta_3 = 1 }", "n_rfe=4")["count"] == 1
 
 
@@ -402,16 +402,16 @@ def test_tables(folder):
 
 
 @pytest.mark.parametrize("text, message", {
-    "mas\n1\n": '1: mas: unknown name, the nearest known one is "mass"',
+    "mas\n1\n": '1: mas: unknown name; the nearest known one is "mass"',
     "mass,mass\n1,2\n": "1: cases: two columns are called 'mass', each needs a name of its own",
-    "both\n1\n": "1: both: the model has this name as a parameter and as an input, names of their own are needed",
-    "mass\n1\nx\n": "3: cases: mass: 'x' is not a finite number",
-    "mass\n1\nnan\n": "3: cases: mass: 'nan' is not a finite number",
+    "both\n1\n": "1: both: the model uses this name for a parameter and for an input; rename one of them",
+    "mass\n1\nx\n": "3: cases: mass: 'x' is no finite number",
+    "mass\n1\nnan\n": "3: cases: mass: 'nan' is no finite number",
     "mass,E\n1\n": "2: cases: 1 fields under 2 names",
-    "mass\n": "1: cases: no row below the names, at least one case is needed",
-    "mass,shape\n1,\n": "2: cases: shape: the field is empty, a value is needed",
-    "mass,shape\n1,oval\n": '1: with shape = oval the model is at fault: option shape: value "oval"; must be one of round, flat',
-    "inputs\nno.csv\n": "1: inputs: no.csv: No such file or directory, a readable file is needed",
+    "mass\n": "1: cases: no row below the names; write at least one case",
+    "mass,shape\n1,\n": "2: cases: shape: the field is empty; write a value",
+    "mass,shape\n1,oval\n": '1: with shape = oval the model has an error: option shape: value "oval"; must be one of round, flat',
+    "inputs\nno.csv\n": "1: inputs: no.csv: No such file or directory; name a readable file",
 }.items())
 def test_wrong_tables(folder, text, message):
     assert refusals(folder, text, name="cases.csv") == [f"cases.csv:{message}"]

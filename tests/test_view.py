@@ -387,9 +387,9 @@ def refused(status, *arguments, **more):
 def test_usage(runs):
     arm, bars, out = runs / "arm.csv", runs / "bars.h5", runs / "none.html"
     usage = "usage: refdyn view RUN... -o PAGE.html [--model MODEL.lua] [--set NAME=VALUE]\n"
-    assert refused(2, arm, "-o", out) == f"refdyn view: {arm}: a CSV does not tell its model, --model is needed\n{usage}"
-    assert refused(2, bars, "--model", MANIPULATOR, "-o", out) == f"refdyn view: --model: all runs are files of HDF5, which tell their models\n{usage}"
-    assert refused(2, bars, "--set", "n_rfe=1", "-o", out) == f"refdyn view: --set: all runs are files of HDF5, which tell their models\n{usage}"
+    assert refused(2, arm, "-o", out) == f"refdyn view: {arm}: a CSV does not contain its model; add --model\n{usage}"
+    assert refused(2, bars, "--model", MANIPULATOR, "-o", out) == f"refdyn view: --model: all runs are HDF5 files, which contain their models; omit it\n{usage}"
+    assert refused(2, bars, "--set", "n_rfe=1", "-o", out) == f"refdyn view: --set: all runs are HDF5 files, which contain their models; omit it\n{usage}"
     assert refused(2, bars) == f"refdyn view: -o is missing\n{usage}"
     assert not out.exists()
 
@@ -397,10 +397,10 @@ def test_usage(runs):
 def test_a_model_of_another_motion(runs):
     arm, out = runs / "arm.csv", runs / "none.html"
     assert refused(1, arm, "--model", MANIPULATOR, "-o", out) == (
-        f"{arm}:1: run: it has 10 coordinates, model manipulator has 13; --model and --set have to be those of the motion\n")
+        f"{arm}:1: run: has 10 coordinates, but model manipulator has 13; give --model and --set of the motion\n")
     chain = TESTS / "models" / "hanging_chain.lua"
     done = refused(1, arm, "--model", chain, "--set", "links=10", "-o", out)
-    assert done == f"{arm}:1: run: coordinate 1 is 'base_z', that of model hanging_chain is 'rod1_theta'\n"
+    assert done == f"{arm}:1: run: coordinate 1 is 'base_z', but in model hanging_chain it is 'rod1_theta'; give --model and --set of the motion\n"
     assert not out.exists()
 
 
@@ -410,11 +410,11 @@ def test_files_at_fault(runs, tmp_path):
     spoiled.write_bytes((runs / "bars.h5").read_bytes())
     with h5py.File(spoiled, "r+") as file:
         del file["model_files"]
-    assert refused(1, spoiled, "-o", out) == f"{spoiled}: the file does not tell its model\n"
+    assert refused(1, spoiled, "-o", out) == f"{spoiled}: the file does not contain its model\n"
     with h5py.File(spoiled, "r+") as file:
         file.attrs["content"] = "refdyn runs"
     assert refused(1, spoiled, "-o", out) == f"{spoiled}: is no motion as refdyn sim writes it\n"
     assert refused(1, runs / "bars.h5", "-o", out, env={"REFDYN_THREE": "/none/three.js"}) == (
-        "refdyn: /none/three.js: No such file or directory; three.js is needed (Debian: apt install libjs-three; REFDYN_THREE names "
-        "its file elsewhere)\n")
+        "refdyn: /none/three.js: No such file or directory; install three.js (Debian: apt install libjs-three), or name its file in "
+        "REFDYN_THREE\n")
     assert not out.exists() and not list(tmp_path.glob("*.part"))

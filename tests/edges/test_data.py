@@ -180,7 +180,7 @@ def test_columns_that_lose_their_value(course, start, tmp_path):
     (tmp_path / "cart.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "cart", links = { { "cart", joint = "x", mass = 1, '
                                        f'start_rate = {{ x = 1 }} }} }}, courses = function(s) return {{ root = {course} }} end }}\n')
     done = refdyn("sim", "cart.lua", "--until", "1", "--every", "0.05", "-o", "run.csv", cwd=tmp_path, status=3)
-    assert done.stderr.startswith("refdyn: column root is infinite or no number\nrefdyn: cart: t = "), done.stderr
+    assert done.stderr.startswith("refdyn: column root is infinite or not a number\nrefdyn: cart: t = "), done.stderr
     assert not (tmp_path / "run.csv").exists()
     text = (tmp_path / "run.csv.part").read_text()
     assert not TOKEN.search(text) and all(float(row.split(",")[0]) <= start + 1e-9 for row in text.split("\n")[1:-1])
@@ -220,7 +220,7 @@ def test_programme_that_leaves_the_reach(tmp_path):
     (tmp_path / "arm.lua").write_text(ARM.replace("X", "(1 + s.t)"))
     done = refdyn("sim", "arm.lua", "--until", "10", "-o", "run.csv", "--start", "project", cwd=tmp_path, status=3)
     assert re.match(r"refdyn: (warning: )?the start .+\n(refdyn: the start .+\n)?refdyn: (at|arm: t =)", done.stderr), done.stderr
-    assert "run.csv.part; its last row is the whole last state" in done.stderr
+    assert "run.csv.part; its last row is the complete last state" in done.stderr
     t = float(re.search(r"refdyn: arm: t = (\S+) s", done.stderr)[1])
     run = read_run(tmp_path / "run.csv.part")
     assert run["t"][-1] == t and abs(t - (math.sqrt(3) - 1)) < 1e-6 and done.stderr.index("refdyn: arm") < done.stderr.index("method  ")
@@ -242,7 +242,7 @@ def test_no_equilibrium(command, which, tmp_path):
     (tmp_path / "s.lua").write_text(f'local rd = require "refdyn"\nreturn rd.model {{ name = "s", gravity = {{ 0, 0, -9.81 }}, links = {{ {links} }}, {forces} }}\n')
     done = refdyn(command[0], "s.lua", *command[1:], cwd=tmp_path, status=3)
     assert re.match(r"refdyn: s: t = 0 s: ", done.stderr), done.stderr
-    found = re.search(rf"refdyn: there {name} is farthest from balance, by (\S+) N$", done.stderr, re.M)
+    found = re.search(rf"refdyn: the largest imbalance there is at {name}: (\S+) N$", done.stderr, re.M)
     assert found and (abs(float(found[1]) - force) < 1e-12 if force else float(found[1]) >= 1 - 1e-9), done.stderr
     assert done.stdout == "" and [path.name for path in tmp_path.iterdir()] == ["s.lua"]
 

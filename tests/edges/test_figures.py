@@ -150,7 +150,7 @@ def test_forms(tmp_path):
     assert png == draw(tmp_path, run, name="again.png") and pdf == draw(tmp_path, run, name="again.pdf")
     for name in ("figure.jpg", "figure", "figure.SVG", "svg", "a.png/b"):
         said = refdyn("plot", "run_0.csv", "-o", name, cwd=tmp_path, status=2).stderr
-        assert said.startswith(f"refdyn plot: -o: '{name}' ends in none of .svg, .png, .pdf\nusage: "), said
+        assert said.startswith(f"refdyn plot: -o: '{name}' must end in .svg, .png or .pdf\nusage: "), said
 
 
 def test_single_panels(tmp_path):
@@ -162,10 +162,10 @@ def test_single_panels(tmp_path):
         assert figure.find(title) and whole.find(title) and len(figure.curves()) == 1
     assert len(draw(tmp_path, run, panel="energy,angles").curves()) == 2
     said = refdyn("plot", "run_0.csv", "--panel", "energy,angel", "-o", "x.svg", cwd=tmp_path, status=2).stderr
-    names = re.match(r"refdyn plot: --panel: 'angel' is none of ([a-z, -]+)\nusage: ", said)
+    names = re.match(r"refdyn plot: --panel: 'angel' is not one of ([a-z, -]+)\nusage: ", said)
     assert names and f"these panels only: {names[1]}\n" in refdyn("plot", "--help").stdout
     said = refdyn("plot", "run_0.csv", "--panel", "torsion", "-o", "x.svg", cwd=tmp_path, status=1).stderr
-    assert said == "run_0.csv:1: run: no column that these panels draw, a CSV file of refdyn sim is needed\n"
+    assert said == "run_0.csv:1: run: no column for these panels; give a file of refdyn sim\n"
 
 
 @pytest.mark.quick
@@ -186,7 +186,7 @@ def test_units(tmp_path):
     assert "tau [N m]" in labels()
     (tmp_path / "other.json").write_text('{"unit": {}}')
     said = refdyn("plot", "run.csv", "--units", "other.json", "-o", "run.svg", cwd=tmp_path, status=1).stderr
-    assert said == "other.json:1: units: no object 'units', a summary of refdyn sim is needed\n"
+    assert said == "other.json:1: units: no object 'units'; give a summary of refdyn sim\n"
 
 
 def test_each_method_has_its_own_colour_and_mark(tmp_path):

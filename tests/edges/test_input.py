@@ -78,16 +78,16 @@ USAGE = {
     "held twice": (["statics", "--hold", "arm_z,arm_z"], "--hold: 'arm_z' is given twice; give it once"),
     "held empty": (["statics", "--hold", "arm_z,,arm_psi"], "--hold: 'arm_z,,arm_psi' has an empty item"),
     "held with a comma behind": (["modes", "--hold", "arm_z,"], "--hold: 'arm_z,' has an empty item"),
-    "held with a blank": (["statics", "--hold", "arm_z, arm_psi"], "--hold: the model has no coordinate ' arm_psi', the nearest is arm_psi"),
+    "held with a blank": (["statics", "--hold", "arm_z, arm_psi"], "--hold: the model has no coordinate ' arm_psi'; the nearest is arm_psi"),
     "emitted twice": (["gen", "-o", "a", "--emit", "M,h,M"], "--emit: 'M' is given twice; give it once"),
     "emitted empty": (["gen", "-o", "a", "--emit", ""], "--emit: '' has an empty item"),
     "methods twice": (["report", "--until", "1", "-o", "a", "--methods", "rk8,rk8"], "--methods: 'rk8' is given twice; give it once"),
     "methods empty": (["report", "--until", "1", "-o", "a", "--methods", ""], "--methods: '' has an empty item"),
-    "tolerances twice": (["report", "--until", "1", "-o", "a", "--tols", "1e-3,0.001"], "--tols: '1e-3,0.001' has one number twice"),
-    "tolerances in words": (["report", "--until", "1", "-o", "a", "--tols", "1e-3,nan"], "--tols: '1e-3,nan' is no list of up to"),
+    "tolerances twice": (["report", "--until", "1", "-o", "a", "--tols", "1e-3,0.001"], "--tols: '1e-3,0.001' has a number twice"),
+    "tolerances in words": (["report", "--until", "1", "-o", "a", "--tols", "1e-3,nan"], "--tols: '1e-3,nan' is not a list of up to"),
     "steps empty": (["report", "--until", "1", "-o", "a", "--steps", ",1e-3"], "--steps: ',1e-3' has an empty item"),
     "varied twice": (["report", "--until", "1", "-o", "a", "--vary", "n_rfe=1,1"], "--vary: '1' is given twice; give it once"),
-    "varied and set": (["report", "--until", "1", "-o", "a", "--set", "n_rfe=1", "--vary", "n_rfe=1,2"], "--vary: --set gives a value to n_rfe, too"),
+    "varied and set": (["report", "--until", "1", "-o", "a", "--set", "n_rfe=1", "--vary", "n_rfe=1,2"], "--vary: --set sets n_rfe, too"),
     "time behind a blank": (["sim", "--until", " 1"], "--until: ' 1' is not a positive number"),
     "time before a blank": (["sim", "--until", "1 "], "--until: '1 ' is not a positive number"),
     "time in hexadecimal": (["sim", "--until", "0x10"], "--until: '0x10' is not a positive number"),
@@ -97,8 +97,8 @@ USAGE = {
     "time empty": (["sim", "--until", ""], "--until: '' is not a positive number"),
     "modes without number": (["modes", "--modes", "1e12"], "--modes: 1e12 is not a whole number up to 1000000"),
     "modes in parts": (["modes", "--modes", "2.5"], "--modes: 2.5 is not a whole number up to 1000000"),
-    "outputs without number": (["sim", "--until", "1", "--every", "1e-300"], "--every 1e-300: 1e+300 outputs, at most 10000000 are taken"),
-    "steps without number": (["sim", "--until", "1", "--step", "1e-12"], "--step 1e-12: 1e+12 steps, at most 1e+10 are taken"),
+    "outputs without number": (["sim", "--until", "1", "--every", "1e-300"], "--every 1e-300: 1e+300 outputs; must be at most 10000000"),
+    "steps without number": (["sim", "--until", "1", "--step", "1e-12"], "--step 1e-12: 1e+12 steps; must be at most 1e+10"),
     "state empty": (["eval", "--state", ""], "--state: the value is empty"),
     "method empty": (["sim", "--until", "1", "--method", ""], "--method: the value is empty"),
 }
@@ -168,7 +168,7 @@ def test_a_state_of_impossible_values(model, tmp_path):
 def test_rates_of_a_state_for_modes(model, tmp_path):
     """Small motions start from rest."""
     state = tmp_path / "state.json"
-    for qd, warning in ([0, 0.5], f"{state}: warning: qd: modes are those of small motions from rest, rates are taken as 0\n"), ([0, 0], ""):
+    for qd, warning in ([0, 0.5], f"{state}: warning: qd: modes are small motions about rest; all rates are set to 0\n"), ([0, 0], ""):
         state.write_text(json.dumps({"q": [-0.2, 0], "qd": qd}))
         errors = refdyn("modes", model, "--at", state).stderr
         assert "".join(line for line in errors.splitlines(True) if "qd" in line) == warning

@@ -172,7 +172,7 @@ def test_runs_that_go(tmp_path):
     (folder / "a.csv").write_bytes(b"\xef\xbb\xbft, a_psi ,a_psi_d,energy\r\n0,1 ,2,3\r\n\r\n1, 2,3,4\r\n")
     assert plot(tmp_path, "a.csv") == "" and "a_psi" in texts_of(folder / "figure.svg")
     (folder / "b.csv").write_text(RUN + "2,3,4,0.12")
-    assert plot(tmp_path, "b.csv") == "b.csv:4: warning: run: the last line has no end, it is left out\n"
+    assert plot(tmp_path, "b.csv") == "b.csv:4: warning: run: the last line is incomplete and ignored\n"
     refdyn("sim", REFERENCE, "--set", "n_rfe=1", "--until", "0.1", "--step", "1e-3", "-o", folder / "c.csv")
     with open(folder / "c.csv") as file:
         plot(tmp_path, "/dev/stdin", stdin=file)

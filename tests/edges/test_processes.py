@@ -187,7 +187,7 @@ def test_the_rows_of_a_search_that_cannot_be_kept(place):
         resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
 
     said = place.run(*arguments, status=1, preexec_fn=limit)
-    assert "a temporary file: not all could be written: File too large" in said and not files_in(place.work)
+    assert "a temporary file could not be written: File too large" in said and not files_in(place.work)
 
 
 # ---- The compiler ----
@@ -377,7 +377,7 @@ def test_a_converter_that_fails(text, name, place):
 def test_a_converter_that_is_not_there(place):
     """The error comes before the run is read; SVG needs no converter."""
     said = place.run("plot", "none.csv", "-o", "run.pdf", status=1, env={"PATH": str(place.bin)})
-    assert said == "refdyn: rsvg-convert makes .pdf files and is not installed (Debian: apt install librsvg2-bin)\n"
+    assert said == "refdyn: rsvg-convert is not installed, which writes .pdf files (Debian: apt install librsvg2-bin)\n"
     assert files_in(place.work) == []
     (place.work / "run.csv").write_text(RUN)
     place.run("plot", "run.csv", "-o", "run.svg", env={"PATH": str(place.bin)})
@@ -405,7 +405,7 @@ def test_a_report_that_is_ended(number, place):
     wait_for(lambda: cpu_seconds(process) > 1 + SLOWNESS / 2)  # the references and six runs take a third of that
     process.send_signal(number)
     out, said = process.communicate(timeout=60 * SLOWNESS)
-    assert process.returncode == -number and "interrupted, the report has the runs until then" in said, said
+    assert process.returncode == -number and "interrupted; the report has the runs so far" in said, said
     lines = check_report(place.work / "out", "manipulator")
     assert len([line for line in lines if line["kind"] == "reference"]) == 2 and any(line["result"] == "done" for line in lines if line["kind"] == "run")
     assert "== manipulator" in out and not place.leftovers()
@@ -423,7 +423,7 @@ def test_a_report_that_is_ended_while_it_compiles(place):
     wait_for(lambda: numbers.exists() and len(numbers.read_text().split()) >= 2, 60)
     process.send_signal(signal.SIGTERM)
     _, said = process.communicate(timeout=60 * SLOWNESS)
-    assert process.returncode == -signal.SIGTERM and "the report has the runs until then" in said, said
+    assert process.returncode == -signal.SIGTERM and "the report has the runs so far" in said, said
     assert {line["variant"] for line in check_report(place.work / "out", "manipulator")} == {"n_rfe=1"} and not place.leftovers()
     wait_for(lambda: not any(is_alive(int(word)) for word in numbers.read_text().split()))
 

@@ -152,7 +152,7 @@ def test_parameters_of_a_motion_are_finite(made, tmp_path):
     path = shutil.copy(made / "run.h5", tmp_path / "run.h5")
     with h5py.File(path, "r+") as file:
         file["parameters"].attrs["m"] = np.nan
-    assert refused(["view", path, "-o", tmp_path / "x.html"], path) == "/parameters: m is nan, which must be finite"
+    assert refused(["view", path, "-o", tmp_path / "x.html"], path) == "/parameters: m is nan; must be finite"
 
 
 @pytest.mark.parametrize("name, how, fact, which", [
@@ -164,11 +164,11 @@ def test_parameters_of_a_motion_are_finite(made, tmp_path):
     ("history/t", write(1, np.nan), "/history/t: entry 1 is nan; entries must be finite and ascend", "plot merge sim"),
     ("status", write(1, 7), "/status: row 1 has 7; must be 0, 1 or 3", "plot merge"),
     ("steps", write(1, -7), "/steps: row 1 has -7; must be a number of steps", "plot merge"),
-    ("cases/m", write(1, np.nan), "/cases/m: case 1 has nan, which must be finite", "sim"),
-    ("cases/b_z", write(1, -np.inf), "/cases/b_z: case 1 has -inf, which must be finite", "sim"),
+    ("cases/m", write(1, np.nan), "/cases/m: case 1 has nan; must be finite", "sim"),
+    ("cases/b_z", write(1, -np.inf), "/cases/b_z: case 1 has -inf; must be finite", "sim"),
     ("cases/m", lambda file, name: file[name].attrs.__delitem__("kind"), "/cases/m: has no form of a file of runs", "plot merge sim"),
     ("/", lambda file, name: file.attrs.__setitem__("model", file.attrs["model"].replace("9.81", "1.62")),
-     "damaged: attribute model does not fit model_hash", "sim")])
+     "damaged: attribute model does not match model_hash", "sim")])
 def test_a_batch_is_whole(made, tmp_path, name, how, fact, which):
     path = shutil.copy(made / "runs.h5", tmp_path / "runs.h5")
     with h5py.File(path, "r+") as file:
@@ -277,8 +277,8 @@ def test_names_of_courses_before_a_motion(tmp_path):
 
 
 @pytest.mark.parametrize("keep, why", [
-    ('history = { "t" }', "keep.history: 't': a file of HDF5 has its axis /history/t under this name"),
-    ('extremes = { "b_z", "which" }', "keep.extremes: 'which': a file of HDF5 has its axis /extremes/which under this name"),
+    ('history = { "t" }', "keep.history: 't': an HDF5 file has its axis /history/t under this name"),
+    ('extremes = { "b_z", "which" }', "keep.extremes: 'which': an HDF5 file has its axis /extremes/which under this name"),
     ('extremes = { "a/b" }', "keep.extremes: 'a/b': a slash leads into a group of a file of HDF5"),
     ('norms = { "." }', "keep.norms: '.': a dot is the group itself in a file of HDF5"),
     ('history = { "z", "z/L" }', "keep.history: 'z/L': a slash leads into a group of a file of HDF5")])
@@ -304,5 +304,5 @@ def test_columns_of_one_name_in_a_table_of_runs(tmp_path):
     (tmp_path / "fall.lua").write_text((MODEL % "").replace('"m", 1', '"status", 1').replace("p.m", "p.status"))
     (tmp_path / "sweep.lua").write_text(SWEEP.replace("m =", "status =").replace(', history = { "b_z" }', ""))
     said = refdyn("batch", "fall.lua", "sweep.lua", "-o", "x.csv", cwd=tmp_path, status=2).stderr
-    assert "-o x.csv: two columns would have the name status, in a file RUNS.h5 they lie in groups" in said
+    assert "-o x.csv: two columns would have the name status; write a file RUNS.h5, which has groups" in said
     refdyn("batch", "fall.lua", "sweep.lua", "-o", "x.h5", cwd=tmp_path)

@@ -135,7 +135,7 @@ def test_position_of_a_programme_jumps(method, tmp_path):
 def test_gains_leave_a_position_to_be_pulled_in(tmp_path):
     """Baumgarte's gains may do that; without gains, a warning says that the row is not satisfied."""
     _, said, _ = simulate(tmp_path, SLIDES, "--set", "kind=step", "--until", 2, "--stabilise", "baumgarte")
-    assert "warning: course does not hold: its phi is up to 0.5" in said
+    assert "warning: course is not satisfied: its phi is up to 0.5" in said
 
 
 @pytest.mark.parametrize("method", METHODS, ids=IDS)

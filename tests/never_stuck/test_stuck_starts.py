@@ -126,7 +126,7 @@ def test_far_start_is_reported(start, tmp_path):
     done = refdyn("sim", MODELS / "fourbar.lua", "--from", state, "--start", start, "--until", 0.001, "-o", tmp_path / "run.csv", "--summary", summary)
     moved = json.loads(summary.read_text())["start_moved"]
     assert list(moved) == ["crank_psi", "coupler_psi", "rocker_psi"] and abs(moved["rocker_psi"] - 0.578) < 1e-3
-    assert "refdyn: warning: the start is far from the programme. The nearest state that was found moves rocker_psi by 0.5781 rad to 2.07806, " in done.stderr
+    assert "refdyn: warning: the start is far from the programme. The projection moves rocker_psi by 0.5781 rad to 2.07806, " in done.stderr
 
 
 def test_near_start_is_not(tmp_path):
@@ -209,7 +209,7 @@ def test_beck(load, unstable, settings, tmp_path):
     found, said = judged(tmp_path, load=load, **settings)
     assert found["unstable"] == unstable * (2 if "dofs" in settings else 1) and found["neutral"] == 0
     assert found["criterion"] == "linear motion" and found["potential"] is False
-    assert "its forces have no potential, and the modes that grow were counted; refdyn modes shows them" in said
+    assert "its forces have no potential, so the growing modes were counted; refdyn modes shows them" in said
 
 
 @pytest.mark.parametrize("load, eta", [(12, 1e-4), (8, 1e-2), (15, 1e-2), (25, 1e-4)])

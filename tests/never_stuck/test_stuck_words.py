@@ -253,7 +253,7 @@ def test_a_limit_of_force_that_is_left(tmp_path):
     rest = 'constraints = function(s) return { rd.drive { "arm_psi", s.t^3 } } end, forces = function(s) return { arm_psi = s.inputs.tau } end,'
     lines = said(tmp_path, model('rd.input("tau", 0, "N m")', ARM[:-2] + ", limits = { psi = { force = 3 } } }", rest), "--until", "0.5", status=0, command="sim")
     assert NOT_IN_IT % "input tau" in lines
-    assert any(line.startswith("refdyn: warning: arm_psi leaves its limits: programme force ") for line in lines)
+    assert any(line.startswith("refdyn: warning: arm_psi exceeds its limits: programme force ") for line in lines)
 
 
 # ---- states, tables, the command line ----
@@ -287,7 +287,7 @@ TABLES = {
     "k\n1,5\n": "2: cases: 2 fields under 1 names; numbers are written with a point",
     "k\n−1\n": "2: cases: k: '−1' is not a finite number, it contains U+2212 (a typographic dash or minus sign): write -",
     "k\n1 N m\n": "2: cases: k: '1 N m' is not a finite number; write the number alone, in SI units and radians",
-    "k [N m]\n1\n": "1: k [N m]: unknown name, a parameter, an input, an option, a coordinate, its rate NAME_d or inputs is needed, without a unit",
+    "k [N m]\n1\n": "1: k [N m]: unknown name; use a parameter, an input, an option, a coordinate, its rate NAME_d or inputs, without a unit",
     "k\n1\n".encode("utf-16"): "1: cases: it is in UTF-16; must be a text in UTF-8",
     b"PK\3\4\0\0": "1: cases: it is a workbook or an archive; must be a text",
 }

@@ -1,4 +1,4 @@
-/* `refdyn batch`: many motions of one model, into one file. */
+/* `refdyn batch`: computes many motions of one model and writes them into one file of runs, HDF5 or CSV. */
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
@@ -21,24 +21,25 @@ static enum status check_csv(const struct batch_setup *setup) {
     const char *path = options_text(&setup->options, "output"), *unfit = runs_csv_unfit(&setup->layout);
     if (unfit)
         return usage_error(setup->options.command,
-                           "-o %s: one row a case has no place for the times of %s, "
-                           "a file RUNS.h5 has",
+                           "-o %s: a CSV has one row a case and cannot keep the times of %s; "
+                           "write a file RUNS.h5",
                            path, unfit);
     const char *twice = runs_csv_twice(&setup->layout);
     if (twice)
-        return usage_error(setup->options.command,
-                           "-o %s: two columns would have the name %s, in a file RUNS.h5 they lie in groups",
-                           path, twice);
+        return usage_error(
+            setup->options.command,
+            "-o %s: two columns would have the name %s; write a file RUNS.h5, which has groups", path, twice);
     return STATUS_DONE;
 }
 
-/* Can the file of this name hold what is kept? Without a name, as in a trial, an HDF5 file is meant. */
+/* Checks that the output file can store what is kept. Without a name, as in a trial, it is an HDF5 file. */
 static enum status check_output(const struct batch_setup *setup) {
     const char *path = options_text(&setup->options, "output");
     if (path && text_ends_with(path, ".csv"))
         return check_csv(setup);
     if (path && !text_names_hdf5(path))
-        return usage_error(setup->options.command, "-o %s: a name that ends in .h5 or .csv is needed", path);
+        return usage_error(setup->options.command,
+                           "-o %s: unknown kind of file; the name must end in .h5 or .csv", path);
     return kept_fits_hdf5(&setup->sweep.keep, &setup->layout) ? STATUS_DONE : STATUS_FAULT;
 }
 
@@ -47,7 +48,7 @@ static bool spare(void *context, const char *path) {
     return true;
 }
 
-/* What the batch reads is no place for what it writes. */
+/* Outputs must not overwrite inputs. */
 static void spare_inputs(struct targets *targets, const struct batch_setup *setup) {
     const struct options *options = &setup->options;
     const char *table = options_text(options, "table");
@@ -56,7 +57,7 @@ static void spare_inputs(struct targets *targets, const struct batch_setup *setu
     batch_for_each_file(setup, spare, targets);
 }
 
-/* The journal is no place for the summary either. */
+/* Returns whether the summary would overwrite the journal. */
 static bool is_journal(const struct options *options) {
     const char *summary = options_text(options, "summary");
     return summary && strcmp(summary, text_format("%s.journal", options_text(options, "output"))) == 0;
@@ -67,7 +68,7 @@ static enum status open_results(struct results *results, struct batch_setup *set
     const char *summary = options_text(options, "summary"), *output = options_text(options, "output");
     results->is_csv = text_ends_with(output, ".csv");
     if (is_journal(options))
-        return usage_error(options->command, "--summary %s: the journal of %s, another name is needed",
+        return usage_error(options->command, "--summary %s: this is the journal of %s; use another name",
                            summary, output);
     spare_inputs(&results->targets, setup);
     targets_spare(&results->targets, text_format("%s.journal", output));
@@ -86,7 +87,7 @@ static enum status open_results(struct results *results, struct batch_setup *set
 
 enum { TRIAL_CASES = 32 };
 
-/* Takes every so-many-th case. */
+/* Every `distance`-th case from `first` on. */
 struct trial_cases {
     long first, distance;
 };
@@ -122,7 +123,7 @@ static void print_cases(const struct batch_setup *setup) {
     fputc('\n', stderr);
 }
 
-/* What the batch would be, from a trial of few cases, of which nothing is kept. */
+/* Estimates the time and the size of the batch from a trial of a few cases, whose results are dropped. */
 static enum status run_dry(struct batch_setup *setup) {
     const long all = setup->end - setup->first;
     struct trial_cases cases = {setup->first, (all + TRIAL_CASES - 1) / TRIAL_CASES};
@@ -166,7 +167,7 @@ static bool write_csv(struct results *results, const struct batch_setup *setup, 
     return true;
 }
 
-/* The shares of the cases add up to all processor time of this call. */
+/* Scales the times of the cases so that they add up to the processor time of this call. */
 static bool share_time(struct runs_writer *writer, struct batch_count *count) {
     batch_time_passed(count);
     return hdf5_runs_share_time(writer, count->cpu_s - count->cases_cpu_s);
@@ -225,7 +226,7 @@ static void print_count(const struct batch_setup *setup, const struct batch_coun
         fprintf(
             stderr,
             "refdyn: warning: %ld case%s far from the programme, the first is case %ld; `refdyn sim` of one "
-            "says how far its start was moved\n",
+            "case shows how far its start was moved\n",
             count->far.count, count->far.count > 1 ? "s start" : " starts", count->far.first);
     fprintf(stderr, "time         %.3g s CPU, %.3g s wall on %d thread%s: %.4g cases a second\n",
             count->cpu_s, count->wall_s, setup->threads, setup->threads > 1 ? "s" : "",
@@ -235,13 +236,13 @@ static void print_count(const struct batch_setup *setup, const struct batch_coun
                 count->steps, count->steps_alone);
 }
 
-/* All cases are in the journal: they become the file. */
+/* Writes the file once all cases are in the journal. */
 static enum status finish(struct results *results, const struct batch_setup *setup,
                           struct batch_count *count) {
     const bool is_written =
         results->is_csv ? write_csv(results, setup, count) : write_hdf5(results, setup, count);
     if (!is_written || !target_finish(results->runs)) {
-        fprintf(stderr, "refdyn: the cases are in %s; --resume writes the file from there\n",
+        fprintf(stderr, "refdyn: the cases are in %s; --resume writes the file from it\n",
                 results->journal.path);
         return STATUS_FAULT;
     }
@@ -257,14 +258,14 @@ static enum status compute(struct results *results, struct batch_setup *setup) {
     const enum status status = batch_run(setup, &sink, &count);
     if (status == STATUS_DONE)
         return finish(results, setup, &count);
-    fprintf(stderr, "refdyn: %s%ld of %ld cases are in %s; --resume goes on\n",
+    fprintf(stderr, "refdyn: %s%ld of %ld cases are in %s; --resume computes the others\n",
             interrupted ? "interrupted: " : "", results->journal.count, setup->end - setup->first,
             results->journal.path);
     return status;
 }
 
-/* With --resume and without a journal: a file that is there is the result already, or is not to be replaced.
- * A CSV does not tell of what batch it is. */
+/* With --resume and without a journal, an existing file is either the complete result or must not be
+ * replaced. A CSV does not identify its batch. */
 static enum runs_present_result find_present(const struct batch_setup *setup) {
     const char *path = options_text(&setup->options, "output");
     if (!options_has(&setup->options, "resume") || text_ends_with(path, ".csv"))
@@ -276,12 +277,13 @@ static enum runs_present_result find_present(const struct batch_setup *setup) {
 static enum status compute_missing(struct results *results, struct batch_setup *setup) {
     const enum runs_present_result present = find_present(setup);
     if (present == PRESENT_OTHER) {
-        fprintf(stderr, "refdyn: --resume needs the same batch; without it the file is replaced\n");
+        fprintf(stderr,
+                "refdyn: --resume continues only the same batch; without --resume the file is replaced\n");
         return STATUS_FAULT;
     }
     if (present == PRESENT_COMPLETE) {
-        fprintf(stderr, "refdyn: %s has all %ld cases: nothing is left to do\n",
-                options_text(&setup->options, "output"), setup->end - setup->first);
+        fprintf(stderr, "refdyn: %s already has all %ld cases\n", options_text(&setup->options, "output"),
+                setup->end - setup->first);
         return STATUS_DONE;
     }
     const enum status status = open_results(results, setup);

@@ -1,9 +1,9 @@
 /*
- * What tells a batch from others: texts and hashes of its model, its sweep and its options, and hashes of the
- * files that its motions read.
+ * The identity of a batch: texts and hashes of its model, its sweep and its options, and hashes of the files
+ * that its motions read.
  *
- * They stand in the head of the journal, so that only the same batch goes on with it, and as attributes in
- * the file of runs, from which a single case can be run again.
+ * The head of the journal has the hashes, so that only the same batch can be resumed. The file of runs has
+ * texts and hashes as attributes, so that a single case can be computed again.
  */
 #include "runtime/tool/batches/runs/runs.h"
 #include "gen/read/read.h"
@@ -38,7 +38,7 @@ static void hash_text(const char *text, char *hash) {
     SHA256End(&sha, hash);
 }
 
-/* {"NAME.lua": "text", ...}, the model first. */
+/* {"NAME.lua": "text", ...}, first the model. */
 static void put_sources(struct document *document, const struct batch_setup *setup) {
     const struct sources *sources = setup->base.generation.model.sources;
     put_open(document, NULL, '{');
@@ -100,14 +100,14 @@ bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]) {
         SHA256Update(&sha, block, length);
     const bool is_read = file && !ferror(file);
     if (!is_read)
-        complain_line(path, 0, text_format("%s, a readable file is needed", file ? strerror(errno) : fault));
+        complain_line(path, 0, text_format("%s; name a readable file", file ? strerror(errno) : fault));
     if (file)
         fclose(file);
     SHA256End(&sha, hash);
     return is_read;
 }
 
-/* A file that is gone has no hash. */
+/* A missing file has the hash "". */
 static bool put_file(void *context, const char *path) {
     char hash[JOURNAL_HASH];
     put_text(context, path, batch_hash_file(path, hash) ? hash : "");
@@ -121,7 +121,7 @@ static void put_files(struct document *document, const struct batch_setup *setup
     put_close(document, '}');
 }
 
-/* A document as text, in the setup's memory. */
+/* The text of a document, in the setup's memory. */
 static const char *text_of(struct batch_setup *setup,
                            void put(struct document *document, const struct batch_setup *setup)) {
     struct document document;
@@ -137,7 +137,7 @@ static const char *text_of(struct batch_setup *setup,
     return copy;
 }
 
-/* A word as a shell takes it: in single quotes where it is empty or has a character that means something. */
+/* Adds a word of a shell command, in single quotes if it is empty or has a special character. */
 static void add_word(struct text *text, const char *word) {
     static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./,:=@%";
     if (*word && word[strspn(word, plain)] == '\0') {
@@ -160,7 +160,7 @@ static const char *command_of(struct batch_setup *setup) {
     return text.data;
 }
 
-/* Where paths of the options and of the cases begin; "." where nothing tells. */
+/* The folder that relative paths of options and cases start from; "." if it is unknown. */
 static const char *present_folder(struct batch_setup *setup) {
     char *folder = getcwd(NULL, 0);
     const char *copy = memory_text(&setup->memory, folder ? folder : ".");
@@ -183,7 +183,7 @@ bool batch_check_texts(const struct runs_reader *runs, const char *path) {
         hash_text(text ? text : "", hash);
         if (!text || !kept || strcmp(hash, kept) != 0) {
             complain_line(path, 0,
-                          text_format("damaged: attribute %s does not fit %s", part_names[part], name));
+                          text_format("damaged: attribute %s does not match %s", part_names[part], name));
             return false;
         }
     }
@@ -208,4 +208,42 @@ void batch_identify(struct batch_setup *setup) {
     add(setup, "command", command_of(setup));
     add(setup, "folder", present_folder(setup));
     add(setup, "lanes", memory_format(&setup->memory, "%d", setup->lanes));
+}
+
+/* ---- A file that already has the name of the result ---- */
+
+/* Words for the first part of the batch that differs, NULL if all are equal. */
+static const char *other_part(const struct runs_reader *reader, const struct journal_key *key) {
+    static const char *const names[JOURNAL_PARTS] = {"model_hash", "sweep_hash", "options_hash",
+                                                     "files_hash"};
+    for (int part = 0; part < JOURNAL_PARTS; part++) {
+        const char *hash = hdf5_runs_attribute(reader, names[part]);
+        if (!hash || strcmp(hash, key->hash[part]) != 0)
+            return journal_parts[part];
+    }
+    return NULL;
+}
+
+/* Returns whether the file has all cases of [first, end). */
+static bool has_cases(const struct runs_reader *reader, long first, long end) {
+    const long *numbers = hdf5_runs_numbers(reader);
+    long found = 0;
+    for (long row = 0; row < hdf5_runs_count(reader); row++)
+        found += numbers[row] >= first && numbers[row] < end;
+    return found == end - first;
+}
+
+enum runs_present_result runs_present_result(const struct batch_setup *setup, const char *path, long first,
+                                             long end) {
+    if (access(path, F_OK) != 0)
+        return PRESENT_NONE;
+    struct runs_reader *reader = hdf5_runs_open(path);
+    if (!reader)
+        return PRESENT_OTHER;
+    const char *other = other_part(reader, &setup->key);
+    const bool is_complete = !other && has_cases(reader, first, end);
+    hdf5_runs_close(reader);
+    if (other)
+        fprintf(stderr, "refdyn: %s: belongs to another batch: the %s differ\n", path, other);
+    return other ? PRESENT_OTHER : is_complete ? PRESENT_COMPLETE : PRESENT_NONE;
 }

@@ -1,7 +1,7 @@
 /*
- * The cases of a batch computed: see runs.h.
+ * Computes the cases of a batch on several threads and passes their records to a sink.
  *
- * Each thread has a recorder of its own; a lock is taken once a case, to write its record.
+ * Each thread has its own recorder. A lock is held once a case, to write its record.
  */
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/support/system/system.h"
@@ -11,24 +11,24 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What all threads have of the structure that is computed. */
+/* What all threads share while one structure is computed. */
 struct running {
     struct batch_setup *setup;
     const struct batch_sink *sink;
     struct batch_count *count;
     const struct structure *structure;
     struct recorder *recorders; /* (threads) */
-    pthread_mutex_t lock;       /* of all below, of sink and count */
+    pthread_mutex_t lock;       /* protects all members below, the sink and count */
     bool is_broken;             /* a record could not be written */
     long total;
     struct progress progress;
-    char what[96]; /* of the progress */
+    char what[96]; /* text of the progress */
 };
 
 /* ---- On the threads ---- */
 
-/* The thread's recorder; it begins with the first case, when the thread has its integrator. Memory of the
- * program is taken by one thread at a time. */
+/* The thread's recorder. It starts with the first case, when the thread has its integrator; the lock protects
+ * the program's memory. */
 static struct recorder *recorder_of(struct running *running, const struct refdyn_batch_case *one) {
     struct recorder *recorder = &running->recorders[one->room];
     if (recorder->values)
@@ -54,7 +54,7 @@ static int is_interrupted(void *context) {
 
 enum { REASON_LENGTH = 512 };
 
-/* Where and why a case failed, as `sim` tells it. */
+/* Writes where and why a case failed, in the words of `sim`. */
 static void describe_failure(const struct running *running, const struct refdyn_batch_case *one,
                              const struct refdyn_batch_result *result, char reason[static REASON_LENGTH]) {
     static const char *const stages[] = {
@@ -83,7 +83,7 @@ static void describe_failure(const struct running *running, const struct refdyn_
                  scene_refused_fact(&running->structure->scene, work, refused));
 }
 
-/* The first of the events at its end that end a motion. */
+/* Writes which event ended the motion: the first of those at its end that may. */
 static void describe_end(const struct refdyn_batch_case *one, const struct refdyn_batch_result *result,
                          char reason[static REASON_LENGTH]) {
     const struct refdyn_integrator *integrator = one->integrator;
@@ -112,7 +112,7 @@ static void note(struct noted_cases *noted, long number) {
     noted->count++;
 }
 
-/* The values of the case are at fault, and nothing was computed. */
+/* Returns whether the model refused the values of the case before anything was computed. */
 static bool is_refused_at_start(const struct refdyn_batch_result *result) {
     return result->status == REFDYN_REFUSED && result->stage != REFDYN_AT_STEPS;
 }
@@ -165,7 +165,7 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
 
 /* ---- A structure ---- */
 
-/* Cases that the sink does not have. */
+/* Writes the numbers of the cases that the sink does not have; returns how many there are. */
 static long list_open_cases(const struct running *running, const struct structure *structure, long *numbers) {
     const struct batch_sink *sink = running->sink;
     long count = 0;

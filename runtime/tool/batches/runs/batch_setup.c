@@ -1,4 +1,5 @@
-/* What a batch needs before its first case: see runs.h. */
+/* Prepares a batch: reads and checks options and cases, chooses threads and lanes, compiles, and lays out
+ * what is kept. */
 #define _GNU_SOURCE /* processors that the process may use */
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/motions/simulate/simulate.h"
@@ -11,7 +12,7 @@
 
 enum { OUTPUTS_MAX = 1000000, THREADS_MAX = 1024, PROCESSORS_MAX = 1 << 20 };
 
-/* Processors that this process may use. The set has to be as large as that of the system. */
+/* Processors that this process may use. The set must be at least as large as the system's. */
 static int count_processors(void) {
     int found = 0;
     for (int most = 1024; most <= PROCESSORS_MAX && found == 0; most *= 2) {
@@ -27,15 +28,14 @@ static int count_processors(void) {
 static enum status choose_threads(struct batch_setup *setup) {
     const double asked = options_number(&setup->options, "threads");
     if (asked > THREADS_MAX)
-        return usage_error(setup->options.command, "--threads: %.0f, at most %d are taken", asked,
-                           THREADS_MAX);
+        return usage_error(setup->options.command, "--threads: %.0f; must be at most %d", asked, THREADS_MAX);
     setup->threads = asked > 0 ? (int)asked : count_processors();
     if (setup->threads > THREADS_MAX)
         setup->threads = THREADS_MAX;
     return STATUS_DONE;
 }
 
-/* Steps of a fixed length or with gains of their own are taken one by one. */
+/* Fixed steps, and steps with gains that depend on their length, are computed one motion at a time. */
 static bool may_use_lanes(const struct refdyn_options *integration) {
     return integration->tol > 0 && integration->gain_share == 0;
 }
@@ -54,11 +54,11 @@ static int suitable_lanes(const struct batch_setup *setup) {
 static enum status check_lanes(const struct options *options) {
     const double asked = options_number(options, "lanes");
     if (asked > 0 && asked != 1 && asked != 2 && asked != 4 && asked != 8)
-        return usage_error(options->command, "--lanes: %.0f is none of 1, 2, 4, 8", asked);
+        return usage_error(options->command, "--lanes: %.0f is not a lane width; use 1, 2, 4 or 8", asked);
     return STATUS_DONE;
 }
 
-/* Once the structures are known. */
+/* Call it after the structures are sorted. */
 static void choose_lanes(struct batch_setup *setup) {
     const double asked = options_number(&setup->options, "lanes");
     setup->lanes = !may_use_lanes(&setup->integration) ? 1 : asked > 0 ? (int)asked : suitable_lanes(setup);
@@ -67,7 +67,7 @@ static void choose_lanes(struct batch_setup *setup) {
         options_set_number(&setup->structures.list[i].options, "lanes", setup->lanes);
 }
 
-/* "A:B", A up to B - 1; either may be left out. */
+/* Reads "A:B", the cases A to B - 1; either number may be omitted. */
 static enum status choose_range(struct batch_setup *setup) {
     const struct options *options = &setup->options;
     const long count = setup->sweep.cases.count;
@@ -87,12 +87,12 @@ static enum status choose_range(struct batch_setup *setup) {
     else if (has_colon)
         rest++;
     if (!has_colon || *rest || rest == text || text[0] == ' ')
-        return usage_error(options->command,
-                           "--cases: '%s' is not of the form A:B, which takes A up to B - 1", text);
+        return usage_error(options->command, "--cases: '%s' is not of the form A:B, the cases A to B - 1",
+                           text);
     if (setup->first >= 0 && setup->first < setup->end && setup->end <= count)
         return STATUS_DONE;
     return usage_error(options->command,
-                       "--cases %s: the batch has the cases 0 to %ld, a range of these is needed", text,
+                       "--cases %s: the batch has the cases 0 to %ld; choose a range of these", text,
                        count - 1);
 }
 
@@ -101,10 +101,9 @@ static enum status read_cases(struct batch_setup *setup) {
     const char *table = options_text(options, "table");
     struct generation *generation = &setup->base.generation;
     if (options->operand_count == 1 && !table)
-        return usage_error(options->command, "SWEEP.lua is missing, or --table CASES.csv");
+        return usage_error(options->command, "no cases; add SWEEP.lua or --table CASES.csv");
     if (options->operand_count > 1 && table)
-        return usage_error(options->command, "--table stands for the sweep: '%s' is too much",
-                           options->operands[1]);
+        return usage_error(options->command, "--table replaces the sweep; remove '%s'", options->operands[1]);
     return table
                ? sweep_read_table(&setup->sweep, &setup->memory, table, generation, options)
                : sweep_read(&setup->sweep, &setup->memory, options->operands[1], generation, &setup->options);
@@ -114,14 +113,14 @@ static enum status check_motion(struct batch_setup *setup) {
     struct options *options = &setup->options;
     const char *method = options_text(options, "method");
     if (!(options_number(options, "until") > 0))
-        return usage_error(options->command, "--until is missing: the end of each motion");
+        return usage_error(options->command, "--until is missing; add the end of the motions");
     if (method && by_gsl_has(method))
-        return option_error(options, "method", ": %s takes one motion alone (refdyn sim), no batch", method);
-    if (options_text(options, "hold") && !(options_is(options, "from", "statics")))
-        return option_error(options, "hold", ": goes with --from statics");
+        return option_error(options, "method", ": %s computes single motions (refdyn sim), not batches",
+                            method);
+    if (options_text(options, "hold") && !options_is(options, "from", "statics"))
+        return option_error(options, "hold", ": needs --from statics");
     const enum status status = motion_options(options, &setup->integration);
-    setup->integration.balance =
-        0; /* nothing of it is kept, and it costs an evaluation of the power a stage */
+    setup->integration.balance = 0; /* no result has it, and it needs the power at each stage */
     return status;
 }
 
@@ -137,16 +136,16 @@ static enum status check_times(const struct batch_setup *setup) {
     if (status != STATUS_DONE)
         return status;
     if (every > 0 && (until - t) / every > OUTPUTS_MAX)
-        return option_error(options, "every", " %g: %.3g outputs, at most %d are taken in a batch", every,
+        return option_error(options, "every", " %g: %.3g outputs; a batch allows at most %d", every,
                             (until - t) / every, OUTPUTS_MAX);
     if (every > (until - t) * (1 + 1e-9))
         return option_error(options, "every",
-                            " %g: longer than the motions, which last %g s; outputs lie within them", every,
+                            " %g: longer than the motions, which last %g s; must not be longer", every,
                             until - t);
     for (int i = 0; i < keep->at_count; i++)
         if (!(keep->at[i] >= t && keep->at[i] <= until))
-            return option_error(options, "keep", ": time %g, the motions go from %g to %g", keep->at[i], t,
-                                until);
+            return option_error(options, "keep", ": time %g is outside the motions, from %g to %g",
+                                keep->at[i], t, until);
     return STATUS_DONE;
 }
 

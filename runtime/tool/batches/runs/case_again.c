@@ -1,8 +1,8 @@
 /*
- * `refdyn sim --case K --of RUNS.h5`: one case of a batch once more, as CSV.
+ * `refdyn sim --case K --of RUNS.h5`: computes one case of a batch again and writes its motion as CSV.
  *
- * Takes the model, the options and the case's values from the file; gives the same numbers at the times at
- * which the batch looked, with all columns of a motion.
+ * Reads the model, the options and the case's values from the file of runs. The numbers are the same as in
+ * the batch, at the times at which it recorded states, with all columns of a motion.
  */
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/support/command_line/command_line.h"
@@ -15,18 +15,19 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 struct again {
     struct batch_setup setup;
     struct runs_reader *runs;
-    struct scratch folder; /* of the model's files */
+    struct scratch folder; /* with the model's files */
     bool has_folder;
     json_t *model, *options, *files;
     struct targets targets;
     struct target *rows;
     struct table table;
     bool has_rows; /* the motion has begun */
-    int status;    /* of the runtime */
+    int status;    /* status of the runtime */
 };
 
 static enum status complain(const char *path, const char *fact) {
@@ -34,14 +35,14 @@ static enum status complain(const char *path, const char *fact) {
     return STATUS_FAULT;
 }
 
-/* ---- What the file tells ---- */
+/* ---- The file of runs ---- */
 
 static json_t *load_attribute(const struct runs_reader *runs, const char *name) {
     const char *text = hdf5_runs_attribute(runs, name);
     return text ? json_loads(text, 0, NULL) : NULL;
 }
 
-/* The model's files in a folder of their own; the first is the model. */
+/* Writes the model's files into a temporary folder; *path is the first one, the model. */
 static enum status write_model(struct again *again, const char **path) {
     const char *name;
     json_t *text;
@@ -66,7 +67,7 @@ static void read_options(struct again *again, const struct options *given, const
     batch_read_options(again->options, options);
 }
 
-/* Texts of other cases are not needed: their files may be gone. */
+/* Drops the texts of other cases, whose files may no longer exist. */
 static void leave_one_text(struct varied *column) {
     if (!column->texts)
         return;
@@ -75,7 +76,7 @@ static void leave_one_text(struct varied *column) {
     column->values[0] = 0;
 }
 
-/* The case alone, as case number 0. */
+/* Makes the case the only one of a batch, with number 0. */
 static enum status read_case(struct again *again, const char *path, double number) {
     struct memory *memory = &again->setup.memory;
     const struct cases *all = &hdf5_runs_layout(again->runs)->cases;
@@ -84,7 +85,7 @@ static enum status read_case(struct again *again, const char *path, double numbe
     while (row < hdf5_runs_count(again->runs) && (double)hdf5_runs_numbers(again->runs)[row] != number)
         row++;
     if (row == hdf5_runs_count(again->runs))
-        return complain(path, memory_format(memory, "it has no case %.0f", number));
+        return complain(path, memory_format(memory, "has no case %.0f", number));
     *cases = (struct cases){.count = 1, .width = all->width};
     cases->columns = memory_get(memory, ((size_t)all->width + 1) * sizeof *cases->columns);
     for (int i = 0; i < all->width; i++) {
@@ -92,14 +93,15 @@ static enum status read_case(struct again *again, const char *path, double numbe
         cases->columns[i].values = memory_get(memory, sizeof(double));
         cases->columns[i].values[0] = all->columns[i].values[row];
         if (!isfinite(cases->columns[i].values[0]))
-            return complain(path, memory_format(memory, "/cases/%s: case %.0f has %g, which must be finite",
+            return complain(path, memory_format(memory, "/cases/%s: case %.0f has %g; must be finite",
                                                 all->columns[i].name, number, cases->columns[i].values[0]));
         leave_one_text(&cases->columns[i]);
     }
     return STATUS_DONE;
 }
 
-/* What made the batch look at its times: outputs where anything is kept of them, and times of their own. */
+/* Keeps what makes this motion stop at the times of the batch: its outputs, if anything was kept of them, and
+ * the times of `at`. */
 static void read_keep(struct again *again, const char *const *of) {
     const struct runs_layout *layout = hdf5_runs_layout(again->runs);
     struct keep *keep = &again->setup.sweep.keep;
@@ -114,6 +116,89 @@ static void read_keep(struct again *again, const char *const *of) {
             keep->at = layout->axes[i].values;
             keep->at_count = layout->axes[i].count;
         }
+}
+
+/* ---- Files that the case reads ---- */
+
+/* Where files that the case reads may be: samples of inputs and a STATE.json. */
+struct case_files {
+    const json_t *hashes; /* by the path as written in the batch */
+    const char *folder;   /* working folder of the batch, NULL if unknown */
+    const char *runs;     /* the file of runs */
+};
+
+enum { PLACES = 3 };
+
+/* Lists the places where the file may be; returns how many there are. */
+static int list_places(const struct case_files *files, struct memory *memory, const char *path,
+                       const char *places[static PLACES]) {
+    const char *slash = strrchr(files->runs, '/');
+    int count = 0;
+    places[count++] = path;
+    if (*path == '/')
+        return count;
+    if (files->folder)
+        places[count++] = memory_format(memory, "%s/%s", files->folder, path);
+    if (slash)
+        places[count++] = memory_format(memory, "%.*s/%s", (int)(slash - files->runs), files->runs, path);
+    return count;
+}
+
+/* Reports that the file was not found, or that its content has changed. */
+static const char *refuse_file(const char *path, const char *const *places, int count, const char *changed) {
+    if (changed) {
+        fprintf(stderr, "refdyn: %s: has changed since the batch was computed; restore it\n", changed);
+        return NULL;
+    }
+    fprintf(stderr, "refdyn: %s: the case reads this file, which does not exist", path);
+    for (int i = 1; i < count; i++)
+        fprintf(stderr, "%s %s", i == 1 ? ", nor does" : " or", places[i]);
+    fputs(count > 1 ? "; put it in one of these places\n" : "; put it there\n", stderr);
+    return NULL;
+}
+
+static const char *find_file(const struct case_files *files, struct memory *memory, const char *path) {
+    const char *known = json_string_value(json_object_get(files->hashes, path));
+    const char *places[PLACES], *changed = NULL;
+    const int count = list_places(files, memory, path, places);
+    for (int i = 0; i < count; i++) {
+        char hash[JOURNAL_HASH];
+        if (access(places[i], F_OK) != 0)
+            continue;
+        if (!batch_hash_file(places[i], hash))
+            return NULL;
+        if (!known || strcmp(hash, known) == 0)
+            return places[i];
+        changed = changed ? changed : places[i];
+    }
+    return refuse_file(path, places, count, changed);
+}
+
+/*
+ * Replaces the paths in the setup's options and cases by those at which the files are now: as written,
+ * relative to the folder of the batch, or relative to the folder of the file of runs. A file is accepted if
+ * its content has the hash that the batch recorded.
+ */
+static bool find_files(const struct case_files *files, struct batch_setup *setup) {
+    const char *from = options_text(&setup->options, "from");
+    struct cases *cases = &setup->sweep.cases;
+    if (options_state_path(from)) {
+        const char *file = find_file(files, &setup->memory, from);
+        if (!file)
+            return false;
+        options_set_text(&setup->options, "from", file);
+    }
+    for (int i = 0; i < cases->width; i++) {
+        struct varied *column = &cases->columns[i];
+        if (column->kind != VARIED_SAMPLES)
+            continue;
+        const char **texts = memory_get(&setup->memory, (size_t)column->text_count * sizeof *texts);
+        for (int k = 0; k < column->text_count; k++)
+            if (!(texts[k] = find_file(files, &setup->memory, column->texts[k])))
+                return false;
+        column->texts = texts;
+    }
+    return true;
 }
 
 /* ---- The motion ---- */
@@ -135,7 +220,8 @@ static int is_interrupted(void *context) {
     return interrupted != 0;
 }
 
-/* The text without the folder of the model, which no longer exists when the place is read. */
+/* Removes the temporary folder of the model from the text, since it no longer exists when the user reads the
+ * message. */
 static const char *without_folder(const struct again *again, const char *text) {
     const size_t length = strlen(again->folder.path);
     return strncmp(text, again->folder.path, length) == 0 && text[length] == '/' ? text + length + 1 : text;
@@ -173,7 +259,7 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     return 0;
 }
 
-/* What a signal had it leave stays readable, as that of a motion. */
+/* After a signal, the rows written so far stay readable. */
 static enum status leave_part(struct again *again) {
     fputs("refdyn: interrupted\n", stderr);
     if (again->has_rows && target_close_part(again->rows) && again->rows->part)
@@ -212,7 +298,9 @@ static enum status open_case(struct again *again, const struct options *given, c
     again->options = load_attribute(again->runs, "options");
     again->files = load_attribute(again->runs, "files");
     if (json_object_size(again->model) == 0 || !json_is_object(again->options))
-        return complain(of, "the file does not tell its model and options");
+        return complain(
+            of,
+            "has no attributes for its model and options; it must be a file that refdyn batch has written");
     if (!batch_check_texts(again->runs, of))
         return STATUS_FAULT;
     enum status status = write_model(again, path);
@@ -221,7 +309,7 @@ static enum status open_case(struct again *again, const struct options *given, c
         status = read_case(again, of, options_number(given, "case"));
     const struct case_files files = {
         .hashes = again->files, .folder = hdf5_runs_attribute(again->runs, "folder"), .runs = of};
-    if (status == STATUS_DONE && !runs_case_files_find(&files, &again->setup))
+    if (status == STATUS_DONE && !find_files(&files, &again->setup))
         status = STATUS_FAULT;
     read_keep(again, &of);
     if (status == STATUS_DONE)
@@ -236,7 +324,8 @@ static enum status open_case(struct again *again, const struct options *given, c
 enum status run_case_again(const struct options *options) {
     const char *output = options_text(options, "output");
     if (output && text_names_hdf5(output))
-        return usage_error(options->command, "-o %s: a case of --of is written as CSV", output);
+        return usage_error(options->command, "-o %s: a case of --of is written as CSV only; use another name",
+                           output);
     struct again again = {.setup = {.memory = arena_start()},
                           .runs = hdf5_runs_open(options_text(options, "of"))};
     const char *path;

@@ -1,4 +1,5 @@
-/* The journal of a batch: see runs.h. */
+/* The journal of a batch: writes a record for each case, and reads those that an interrupted batch has left.
+ */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/support/format/format.h"
@@ -25,16 +26,16 @@ struct head {
     uint64_t check;
 };
 
-/* A record: this, `width` numbers, the reason. */
+/* A record begins with this; `width` numbers and the reason follow. */
 struct mark {
     int64_t number, steps;
     double cpu_s;
     int32_t status, reason_length;
-    uint64_t check; /* of all of the record, taken with 0 here */
+    uint64_t check; /* of the whole record, with 0 in this member */
 };
 
-/* FNV-1a (Fowler, Noll and Vo, 1991) over words of 64 bits: tells records from what a kill or a disk leaves.
- */
+/* FNV-1a (Fowler, Noll and Vo, 1991) over words of 64 bits. It distinguishes records from what a kill or a
+ * disk error leaves. */
 static uint64_t checksum(uint64_t hash, const void *data, size_t length) {
     const char *bytes = data;
     for (size_t i = 0; i < length; i += sizeof hash) {
@@ -69,7 +70,7 @@ static bool write_at(struct journal *journal, const void *data, size_t length, i
     return true;
 }
 
-/* False: it is not all there. */
+/* Returns false if the file is too short. */
 static bool read_at(const struct journal *journal, void *data, size_t length, int64_t offset) {
     char *to = data;
     while (length > 0) {
@@ -112,7 +113,7 @@ static bool may_begin_record(const struct journal *journal, const struct mark *m
            mark->number < journal->case_count;
 }
 
-/* The record at `offset` into the journal's room; NULL: there is no good one. */
+/* Loads the record at `offset` into the journal's scratch; returns NULL if there is no good record. */
 static const struct mark *load_record(struct journal *journal, int64_t offset, size_t *length) {
     struct mark mark;
     if (!read_at(journal, &mark, sizeof mark, offset) || !may_begin_record(journal, &mark))
@@ -124,7 +125,8 @@ static const struct mark *load_record(struct journal *journal, int64_t offset, s
     return (const struct mark *)(const void *)record;
 }
 
-/* Where the next good record begins in a piece of the file from `offset` on; -1: nowhere. */
+/* The position of the next good record that begins in a piece of the file from `offset` on; -1 if there is
+ * none. */
 static int64_t find_in_piece(struct journal *journal, const char *piece, int64_t length, int64_t offset) {
     struct mark mark;
     size_t record;
@@ -136,7 +138,7 @@ static int64_t find_in_piece(struct journal *journal, const char *piece, int64_t
     return -1;
 }
 
-/* The same in the rest of the file, whose length is `size`; its end when there is none. */
+/* The same from `offset` to the end of the file at `size`; `size` if there is none. */
 static int64_t find_record(struct journal *journal, int64_t offset, int64_t size) {
     enum { PIECE = 1 << 16 };
     const int64_t step = PIECE - (int64_t)sizeof(struct mark) + 1;
@@ -152,7 +154,6 @@ static int64_t find_record(struct journal *journal, int64_t offset, int64_t size
     return found < 0 ? size : found;
 }
 
-/* Warns that `bytes` of the file belong to no good record. */
 static void warn_of_damage(const struct journal *journal, int64_t bytes) {
     fprintf(stderr,
             "refdyn: %s: warning: %lld bytes are damaged or incomplete; cases that were there are computed "
@@ -160,7 +161,7 @@ static void warn_of_damage(const struct journal *journal, int64_t bytes) {
             journal->path, (long long)bytes);
 }
 
-/* Reads all good records of a file of `size` bytes; cuts off what follows the last one. */
+/* Reads all good records of a file of `size` bytes, and truncates the file after the last one. */
 static bool read_records(struct journal *journal, int64_t size) {
     const struct mark *mark;
     size_t length;
@@ -246,19 +247,19 @@ static bool is_of_same_batch(const struct journal *journal, const struct head *f
                              const struct head *asked) {
     for (int part = 0; part < JOURNAL_PARTS; part++)
         if (memcmp(found->key.hash[part], asked->key.hash[part], JOURNAL_HASH) != 0) {
-            fprintf(
-                stderr,
-                "refdyn: %s: the %s of this batch are not those of the journal: --resume needs the same, and "
-                "without the journal the batch begins anew\n",
-                journal->path, journal_parts[part]);
+            fprintf(stderr,
+                    "refdyn: %s: the %s of this batch differ from the journal's; --resume continues only the "
+                    "same batch, and "
+                    "without the journal the batch starts again\n",
+                    journal->path, journal_parts[part]);
             return false;
         }
     return true;
 }
 
-static const char not_a_journal[] = "this is no journal of a batch, another name of the result is needed";
+static const char not_a_journal[] = "this is no journal of a batch; use another name for the result";
 
-/* What a kill leaves of a head, too. */
+/* Also true for the part of a head that a kill leaves. */
 static bool begins_as_journal(const struct journal *journal, int64_t size) {
     char found[LEAD_LENGTH];
     const size_t length = size < LEAD_LENGTH ? (size_t)size : LEAD_LENGTH;
@@ -270,13 +271,14 @@ static bool go_on(struct journal *journal, const struct head *asked, bool resume
     if (!read_at(journal, &found, sizeof found, 0) || memcmp(found.lead, lead, LEAD_LENGTH) != 0)
         return complain(journal, not_a_journal);
     if (!resume)
-        return complain(journal, "an interrupted batch has left its cases here: --resume goes on with it, "
-                                 "without the file it begins anew");
+        return complain(
+            journal,
+            "an interrupted batch has left its cases here; resume it with --resume, or remove the file "
+            "to start again");
     if (!is_of_same_batch(journal, &found, asked))
         return false;
     if (memcmp(&found, asked, sizeof found) != 0)
-        return complain(journal,
-                        "the head of the journal is damaged, the batch begins anew once it is removed");
+        return complain(journal, "the head of the journal is damaged; remove the file to start again");
     return read_records(journal, size);
 }
 
@@ -300,7 +302,7 @@ bool journal_open(struct journal *journal, const char *result, const struct jour
     journal->values = allocate_large((size_t)width + 1, sizeof *journal->values);
     journal->end = sizeof(struct head);
     if (fstat(journal->file, &status) != 0 || !S_ISREG(status.st_mode))
-        return complain(journal, "it is no regular file");
+        return complain(journal, "not a regular file");
     const struct head head = head_of(journal, key);
     const off_t size = (off_t)sizeof head;
     if (status.st_size > size || (status.st_size == size && resume))
@@ -313,7 +315,7 @@ bool journal_open(struct journal *journal, const char *result, const struct jour
 bool journal_is_within(const struct journal *journal, long first, long end) {
     for (long number = 0; number < journal->case_count; number++)
         if (journal->offsets[number] != 0 && (number < first || number >= end))
-            return complain(journal, text_format("case %ld is done here, and --cases leaves it out: --resume "
+            return complain(journal, text_format("case %ld is done here, but --cases excludes it; --resume "
                                                  "needs the same range or a wider one",
                                                  number));
     return true;

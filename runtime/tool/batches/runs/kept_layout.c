@@ -1,4 +1,4 @@
-/* Which numbers a batch keeps of a case, and at which times it looks: see runs.h. */
+/* The layout of the numbers that a batch keeps of a case, and the times at which it records states. */
 #include "runtime/tool/batches/runs/runs.h"
 #include "gen/base/base.h"
 #include "runtime/tool/motions/simulate/simulate.h"
@@ -38,7 +38,6 @@ struct seen_times seen_times_make(struct memory *memory, const struct keep *keep
 
 /* ---- Items ---- */
 
-/* A list of items that grows. */
 struct listing {
     struct memory *memory;
     struct kept *kept;
@@ -80,18 +79,18 @@ static bool has_item(const struct listing *listing, enum kept_kind kind, const c
     return false;
 }
 
-/* The state: t, coordinates, rates and points, which are the first columns of the table, and for contacts the
- * forces and times of rest, which are the last. */
+/* Adds the state. The first columns of the table are t, coordinates, rates and points; the last are the
+ * forces and times of rest of contacts. */
 static void add_state(struct listing *listing, enum kept_kind kind, const struct table *table,
                       const struct refdyn_model *model) {
     const int first = 1 + 2 * model->n + 9 * model->point_count;
     const int last = table->count - 2 * (model->m - refdyn_programme_rows(model));
-    for (int i = kind == KEPT_AT; i < table->count; i++) /* the times of `at` are its axis */
+    for (int i = kind == KEPT_AT; i < table->count; i++) /* the axis of `at` already has its times */
         if ((i < first || i >= last) && !has_item(listing, kind, table->names[i]))
             add_item(listing, kind, table->names[i], table->units[i]);
 }
 
-/* Those of the names that the model has. */
+/* Adds the names that the model has. */
 static void add_named(struct listing *listing, enum kept_kind kind, const struct name_list *list,
                       const struct table *table) {
     for (int i = 0; i < list->count; i++) {
@@ -147,7 +146,7 @@ static void add_axes(struct memory *memory, const struct keep *keep, const struc
 
 /* ---- Names that no model has ---- */
 
-/* Complains of the first one; false: there is one. */
+/* Reports the first name that no model has, and returns false. */
 static bool are_known(const struct name_list *list, const struct listing *listing, enum kept_kind kind,
                       const struct refdyn_model *model, const char *field) {
     for (int i = 0; i < list->count; i++) {
@@ -159,19 +158,19 @@ static bool are_known(const struct name_list *list, const struct listing *listin
         table_start(&table, &integrator, NULL);
         const char *near = message_nearest_name(list->names[i], table.names, table.count);
         fprintf(stderr, "%s: keep.%s: a motion has no column '%s'%s%s\n", list->places[i], field,
-                list->names[i], near ? ", the nearest is " : "", near ? near : "");
+                list->names[i], near ? "; the nearest is " : "", near ? near : "");
         return false;
     }
     return true;
 }
 
-/* ---- Names that a file of HDF5 cannot have ---- */
+/* ---- Names that HDF5 does not allow ---- */
 
 static const char *find_unfit(const char *group, const char *name, const struct runs_layout *layout) {
     const char *path = text_format("%s/%s", group, name);
     for (int i = 0; i < layout->axis_count; i++)
         if (strcmp(layout->axes[i].path, path) == 0)
-            return text_format("a file of HDF5 has its axis /%s under this name", path);
+            return text_format("an HDF5 file has its axis /%s under this name", path);
     return text_unfit_for_hdf5(name);
 }
 

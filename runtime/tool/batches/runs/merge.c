@@ -1,4 +1,4 @@
-/* `refdyn merge`: files of runs of the same batch as one, in the order of the cases. */
+/* `refdyn merge`: joins files of runs of the same batch into one, in the order of the cases. */
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/support/system/system.h"
@@ -10,20 +10,19 @@
 
 static const char missing_name[] = "missing";
 
-/* What differs between parts of one batch: when and how they were made. */
+/* Attributes that may differ between parts of one batch: when and how the parts were computed. */
 static const char *const free_names[] = {"command", "created", "started", "finished",  "wall_s",
                                          "cpu_s",   "threads", "host",    missing_name};
-/* Kept of the first file, from which paths of the cases are looked up. */
+/* This attribute is copied from the first file; paths of the cases are relative to it. */
 static const char folder_name[] = "folder";
 
-/* One call. */
 struct merge {
     int file_count;
     const char *const *paths;
-    struct runs_reader **readers; /* (file_count) NULL: not opened */
-    long *rows;                   /* (file_count) the next one of each */
-    struct runs_layout layout;    /* of what is written */
-    long count;                   /* cases of all */
+    struct runs_reader **readers; /* (file_count) NULL while not open */
+    long *rows;                   /* (file_count) the next row of each file */
+    struct runs_layout layout;    /* of the output */
+    long count;                   /* cases of all files */
     struct memory memory;
     struct targets targets;
 };
@@ -42,7 +41,7 @@ static bool is_free(const char *name) {
     return false;
 }
 
-/* The first attribute of `a` that `b` has not or has otherwise; NULL: none. */
+/* The first attribute of `a` that `b` lacks or that differs there; NULL if there is none. */
 static const char *other_attribute(const struct runs_reader *a, const struct runs_reader *b) {
     const struct runs_layout *layout = hdf5_runs_layout(a);
     for (int i = 0; i < layout->attribute_count; i++) {
@@ -78,21 +77,21 @@ static bool is_same_column(const struct varied *a, const struct varied *b) {
            is_same_text(a->unit, b->unit) && a->kind == b->kind && !a->texts == !b->texts;
 }
 
-/* What differs in the layouts, in words; NULL: nothing. */
+/* Words for what differs in the layouts, NULL if nothing does. */
 static const char *other_part(const struct runs_layout *a, const struct runs_layout *b) {
     if (a->cases.width != b->cases.width)
-        return "what varies";
+        return "the list of varied names";
     for (int i = 0; i < a->cases.width; i++)
         if (!is_same_column(&a->cases.columns[i], &b->cases.columns[i]))
-            return "what varies";
+            return "the list of varied names";
     if (a->item_count != b->item_count || a->axis_count != b->axis_count)
-        return "what is kept of a case";
+        return "the list of kept values";
     for (int i = 0; i < a->item_count; i++)
         if (!is_same_item(&a->items[i], &b->items[i]))
-            return "what is kept of a case";
+            return "the list of kept values";
     for (int i = 0; i < a->axis_count; i++)
         if (!is_same_axis(&a->axes[i], &b->axes[i]))
-            return "an axis of what is kept";
+            return "an axis of the kept values";
     return NULL;
 }
 
@@ -101,25 +100,26 @@ static bool check_same(const struct merge *merge, int file) {
     const char *name = other_attribute(a, b);
     name = name ? name : other_attribute(b, a);
     if (name)
-        return refuse(merge->paths[file], text_format("is of another batch than %s: attribute '%s' differs",
-                                                      merge->paths[0], name));
+        return refuse(
+            merge->paths[file],
+            text_format("belongs to another batch than %s: attribute '%s' differs", merge->paths[0], name));
     if (hdf5_runs_batch_count(a) != hdf5_runs_batch_count(b))
         return refuse(merge->paths[file],
-                      text_format("is of another batch than %s: it has %ld cases and not %ld",
+                      text_format("belongs to another batch than %s: it has %ld cases, not %ld",
                                   merge->paths[0], hdf5_runs_batch_count(b), hdf5_runs_batch_count(a)));
     const char *part = other_part(hdf5_runs_layout(a), hdf5_runs_layout(b));
-    return !part || refuse(merge->paths[file],
-                           text_format("is of another batch than %s: %s differs", merge->paths[0], part));
+    return !part || refuse(merge->paths[file], text_format("belongs to another batch than %s: %s differs",
+                                                           merge->paths[0], part));
 }
 
 /* ---- Numbers of cases as ranges ---- */
 
-/* "3-5, 9" grows number by number. */
+/* Text such as "3-5, 9", built number by number. */
 struct ranges {
     FILE *out;
     char *text;
     size_t size;
-    long first, last; /* of the range that is not yet written */
+    long first, last; /* the range that is not yet written */
     long count;
 };
 
@@ -137,7 +137,7 @@ static void write_range(struct ranges *ranges) {
         fprintf(ranges->out, "-%ld", ranges->last);
 }
 
-/* All numbers from `from` on and before `to`; they ascend from call to call. */
+/* Adds the numbers [from, to). They ascend from call to call. */
 static void ranges_add(struct ranges *ranges, long from, long to) {
     if (from >= to)
         return;
@@ -149,13 +149,13 @@ static void ranges_add(struct ranges *ranges, long from, long to) {
     ranges->count += to - from;
 }
 
-/* The text in ranges->text, to be freed. */
+/* Completes ranges->text; the caller frees it. */
 static void ranges_end(struct ranges *ranges) {
     write_range(ranges);
     fclose(ranges->out);
 }
 
-/* Complains of the cases that two files have. */
+/* Reports the cases that two files share. */
 static bool check_apart(const struct merge *merge, int a, int b) {
     const long *x = hdf5_runs_numbers(merge->readers[a]), *y = hdf5_runs_numbers(merge->readers[b]);
     const long x_count = hdf5_runs_count(merge->readers[a]), y_count = hdf5_runs_count(merge->readers[b]);
@@ -170,7 +170,8 @@ static bool check_apart(const struct merge *merge, int a, int b) {
     }
     ranges_end(&ranges);
     if (ranges.count > 0)
-        refuse(merge->paths[b], text_format("has cases that %s has, too: %s", merge->paths[a], ranges.text));
+        refuse(merge->paths[b], text_format("shares cases with %s: %s; merge parts without common cases",
+                                            merge->paths[a], ranges.text));
     free(ranges.text);
     return ranges.count == 0;
 }
@@ -188,7 +189,7 @@ static bool check_all(const struct merge *merge) {
 
 /* ---- What is written ---- */
 
-/* The file whose next case has the lowest number, -1: all are done. */
+/* The file whose next case has the lowest number, -1 after the last case. */
 static int next_file(const struct merge *merge) {
     int next = -1;
     long lowest = 0;
@@ -204,7 +205,7 @@ static int next_file(const struct merge *merge) {
     return next;
 }
 
-/* Cases that no file has, as ranges in heap memory; NULL: all are there. Tells them. */
+/* Warns of cases that no file has, and returns them as ranges in heap memory; NULL if all are there. */
 static char *find_missing(struct merge *merge, long total) {
     struct ranges ranges;
     long expected = 0;
@@ -218,7 +219,7 @@ static char *find_missing(struct merge *merge, long total) {
     ranges_end(&ranges);
     memset(merge->rows, 0, (size_t)merge->file_count * sizeof *merge->rows);
     if (ranges.count > 0) {
-        fprintf(stderr, "refdyn: warning: %ld of %ld cases are in none of the files: %s\n", ranges.count,
+        fprintf(stderr, "refdyn: warning: %ld of %ld cases are missing from all files: %s\n", ranges.count,
                 total, ranges.text);
         return ranges.text;
     }
@@ -226,8 +227,8 @@ static char *find_missing(struct merge *merge, long total) {
     return NULL;
 }
 
-/* A column of the first file, with the values of all by the number of the case. The texts of one file stand
- * behind those of the files before. */
+/* Joins one column of all files, with values by the number of the case. The texts of a file follow those of
+ * the files before it. */
 static struct varied join_column(struct merge *merge, int column, long total) {
     struct varied joined = hdf5_runs_layout(merge->readers[0])->cases.columns[column];
     joined.values = memory_get(&merge->memory, ((size_t)total + 1) * sizeof *joined.values);
@@ -248,7 +249,7 @@ static struct varied join_column(struct merge *merge, int column, long total) {
     return joined;
 }
 
-/* Those of the first file that are not about its part of the batch alone. */
+/* Copies the attributes of the first file that concern the whole batch. */
 static void join_attributes(struct merge *merge, const char *missing) {
     const struct runs_layout *first = hdf5_runs_layout(merge->readers[0]);
     struct attribute *attributes =
@@ -263,12 +264,12 @@ static void join_attributes(struct merge *merge, const char *missing) {
     merge->layout.attribute_count = count;
 }
 
-/* Numbers of cases are below `total`, which a damaged file may have far too large. */
+/* Refuses a number of cases that is far too large, as a damaged file may have it. */
 static bool check_total(const struct merge *merge, long total) {
     enum { MOST = 100000000 };
     return total <= MOST ||
            refuse(merge->paths[0],
-                  text_format("is of a batch of %ld cases, at most %d are merged", total, (int)MOST));
+                  text_format("belongs to a batch of %ld cases; at most %d can be merged", total, (int)MOST));
 }
 
 static void join_layout(struct merge *merge, long total, const char *missing) {
@@ -321,9 +322,9 @@ static bool merge_into(struct merge *merge, const char *path) {
     if (!target)
         return false;
     if (!target->part)
-        return refuse(target->name, "output: HDF5 needs a file, which this is not");
+        return refuse(target->name, "output: not a regular file; HDF5 needs one");
     if (!text_names_hdf5(path))
-        return refuse(path, "output: HDF5 is what is written, a name that ends in .h5 is needed");
+        return refuse(path, "output: an HDF5 file is written; its name must end in .h5");
     if (!open_files(merge) || !check_all(merge))
         return false;
     const long total = hdf5_runs_batch_count(merge->readers[0]);

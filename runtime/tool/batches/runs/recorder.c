@@ -1,11 +1,11 @@
-/* The numbers that are kept of one case: see runs.h. */
+/* Fills the numbers that a batch keeps of one case from the states of its motion. */
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <math.h>
 #include <string.h>
 
-/* Where the items' columns are in the table, and which of its blocks are needed. */
+/* Looks up the items' columns in the table, and selects the blocks that it must compute. */
 static void find_places(struct recorder *recorder) {
     const struct kept *kept = recorder->kept;
     struct table *table = &recorder->table;
@@ -36,7 +36,7 @@ void recorder_clear(struct recorder *recorder) {
         recorder->values[i] = NAN;
 }
 
-/* Smallest, its time, largest, its time; a NaN stays. */
+/* extremes: smallest value, its time, largest value, its time. A NaN stays. */
 static void widen(double *extremes, double value, double t, bool is_first) {
     if (is_first || !(value >= extremes[0])) {
         extremes[0] = value;
@@ -48,7 +48,8 @@ static void widen(double *extremes, double value, double t, bool is_first) {
     }
 }
 
-/* The integral of x^2 by the trapezoidal rule; its root over the time at the end. */
+/* Root mean square: integrates x^2 by the trapezoidal rule, and at the end divides by the time and takes the
+ * root. */
 static void add_square(struct recorder *recorder, int item, double value, double t, bool is_first,
                        bool is_last) {
     double *sum = recorder->values + recorder->layout->items[item].offset;
@@ -98,7 +99,7 @@ void recorder_see(struct recorder *recorder, int number) {
         recorder->t_before = times->t[number];
 }
 
-/* An event has ended the case between two times that are looked at. */
+/* Records the state at which an event has ended the case, between two recorded times. */
 static void record_end(struct recorder *recorder, int item, double value, double t) {
     double *to = recorder->values + recorder->layout->items[item].offset;
     const enum kept_kind kind = recorder->kept->kinds[item];

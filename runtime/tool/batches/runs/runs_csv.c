@@ -1,4 +1,4 @@
-/* The runs of a batch as CSV: see runs.h. */
+/* Writes the runs of a batch as CSV, one row a case. */
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "runtime/tool/support/format/format.h"
@@ -20,7 +20,7 @@ const char *runs_csv_unfit(const struct runs_layout *layout) {
     return NULL;
 }
 
-/* A coordinate or rate that varies is that of the start: its own name is that of the end. */
+/* A varied coordinate or rate is a start value; the column with its own name has the value at the end. */
 static const char *start_suffix(const struct varied *column) {
     return column->kind == VARIED_COORDINATE || column->kind == VARIED_RATE ? "_start" : "";
 }
@@ -58,14 +58,14 @@ const char *runs_csv_twice(const struct runs_layout *layout) {
     return twice;
 }
 
-/* What a case does not have is empty. */
+/* The field of an unknown value is empty. */
 static void print_field(double value, FILE *out) {
     fputc(',', out);
     if (!isnan(value))
         print_number(out, value);
 }
 
-/* In quotes where it has a comma or quotes, which are doubled. */
+/* Prints quotes around a text with a comma, quotes or a line break, and doubles its quotes. */
 static void print_text(const char *text, FILE *out) {
     const char *quote = strpbrk(text, ",\"\r\n") ? "\"" : "";
     fprintf(out, ",%s", quote);

@@ -1,4 +1,11 @@
-/* What this folder offers. */
+/*
+ * Batches on a cluster that Slurm manages.
+ *
+ *   folder    what was submitted, and the files of its jobs
+ *   scripts   what the jobs run
+ *
+ * submit.c checks, prepares and submits them.
+ */
 #ifndef REFDYN_TOOL_SLURM_H
 #define REFDYN_TOOL_SLURM_H
 
@@ -6,68 +13,53 @@
 #include "runtime/tool/support/command_line/command_line.h"
 
 /*
- * RUNS.h5.slurm, the folder of a batch that Slurm computes: the scripts, what each chunk has done, and a
- * record of what was submitted.
+ * Folder: RUNS.h5.slurm has the scripts, the results of each chunk, and a record of what was submitted.
  *
- *   submitted.txt             of what batch the folder is, its chunks, its jobs; locked while a program looks
- *   chunk.sh merge.sh         what the jobs run (slurm.h)
- *   part_K.h5 part_K.h5.journal   the cases of chunk K
- *   chunk_K.txt merge.txt     what the jobs said
- *   merged                    is there once RUNS.h5 is complete
+ *   submitted.txt                 the identity of the batch, its chunks and jobs; locked while a program
+ * reads it chunk.sh merge.sh             what the jobs run part_K.h5 part_K.h5.journal   the cases of chunk K
+ *   chunk_K.txt merge.txt         output of the jobs
+ *   merged                        exists once RUNS.h5 is complete
  */
 
-/* The cases [first, end) in `count` chunks of equal length, give or take one case. */
+/* The cases [first, end) in `count` chunks, whose lengths differ by at most one case. */
 struct chunks {
     long first, end, count;
 };
 
-/* The first case of a chunk; that of chunk number `count` is the end. */
+/* The first case of a chunk; chunk number `count` starts at the end. */
 long slurm_chunks_start(const struct chunks *chunks, long chunk);
 
 struct slurm_folder {
     char *path; /* absolute */
     int file;   /* of submitted.txt, locked; -1: not open */
     struct journal_key key;
-    struct chunks chunks; /* count 0: nothing was submitted yet */
-    long array, merge;    /* numbers of the jobs, 0: there is none */
+    struct chunks chunks; /* count 0: nothing has been submitted */
+    long array, merge;    /* numbers of the jobs, 0 if there is none */
 };
 
-/* Opens or makes the folder of a result, and reads what was submitted. False, with a complaint on stderr;
- * slurm_folder_close in any case. */
+/* Opens or creates the folder of a result, and reads what was submitted. Returns false and reports errors on
+ * stderr; call slurm_folder_close in any case. */
 bool slurm_folder_open(struct slurm_folder *folder, const char *result);
-/* Writes submitted.txt. False, with a complaint. */
+/* Writes submitted.txt; returns false and reports the error if it cannot. */
 bool slurm_folder_write(struct slurm_folder *folder);
-/* A file of the folder, as printf names it. */
+/* The path of a file of the folder, whose name is formatted as by printf. */
 char *slurm_folder_name(const struct slurm_folder *folder, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 void slurm_folder_close(struct slurm_folder *folder);
 
-/* The path from the root: what is not there yet has one, too. */
+/* The absolute path; the file need not exist. */
 char *slurm_path_from_root(const char *path);
 
 /*
- * The programs of Slurm that a submission needs: sbatch, squeue and scancel, as PATH finds them.
+ * Scripts, for people to read and to edit.
  *
- * All functions complain on stderr, with what the program said.
+ * Each task of the array runs chunk.sh: `refdyn batch --cases A:B --resume` into the chunk's part. A task
+ * that fails puts itself back into the queue a few times. When all tasks have ended, merge.sh joins the
+ * parts, or reports which are missing.
  */
 
-/* Submits a script of the folder with the options of sbatch `words`, blanks between (NULL: none), and one
- * more (NULL: none). The number of the job, 0: it was refused. */
-long slurm_submit(const struct slurm_folder *folder, const char *words, const char *option,
-                  const char *script);
-/* Sets *is_running: is one of the folder's jobs still in the queue? False: the queue did not answer. */
-bool slurm_ask(const struct slurm_folder *folder, bool *is_running);
-void slurm_cancel(const struct slurm_folder *folder, long job);
-
-/*
- * The scripts of a batch that Slurm computes, for people to read and to edit.
- *
- * chunk.sh is what each task of the array runs: `refdyn batch --cases A:B --resume` into the chunk's part. A
- * task that ends badly puts itself back into the queue a few times. merge.sh joins the parts when all tasks
- * have ended, or tells which are missing.
- */
-
-/* Both, into the folder. `options` are those of the command line. False, with a complaint on stderr. */
+/* Writes both into the folder, with the options of the command line. Returns false and reports errors on
+ * stderr. */
 bool slurm_scripts_write(const struct slurm_folder *folder, const struct options *options);
 
 /* `refdyn batch`, with or without Slurm. */

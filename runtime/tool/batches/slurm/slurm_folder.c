@@ -1,4 +1,4 @@
-/* The folder of a batch that Slurm computes: see slurm.h. */
+/* Opens, reads and writes the folder of a batch that Slurm computes. */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/format/format.h"
@@ -11,7 +11,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-_Static_assert((int)JOURNAL_HASH == 65 && (int)JOURNAL_PARTS == 4, "as the format that reads them has it");
+_Static_assert((int)JOURNAL_HASH == 65 && (int)JOURNAL_PARTS == 4,
+               "the format of sscanf below expects four hashes of 64 characters");
 
 long slurm_chunks_start(const struct chunks *chunks, long chunk) {
     return chunks->first + (chunks->end - chunks->first) * chunk / chunks->count;
@@ -67,7 +68,7 @@ static bool read_submitted(struct slurm_folder *folder) {
         return complain(folder, strerror(errno));
     text[length] = '\0';
     return length == 0 || scan(folder, text) ||
-           complain(folder, "submitted.txt is damaged; once the folder is removed, the batch begins anew");
+           complain(folder, "submitted.txt is damaged; remove the folder to start again");
 }
 
 bool slurm_folder_write(struct slurm_folder *folder) {

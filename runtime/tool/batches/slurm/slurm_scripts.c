@@ -1,4 +1,4 @@
-/* The scripts of a batch that Slurm computes: see slurm.h. */
+/* Writes the shell scripts of a batch that Slurm computes: chunk.sh and merge.sh. */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/format/format.h"
@@ -9,13 +9,12 @@
 
 enum { RETRIES = 3 };
 
-/* A script that grows. All texts of users stand behind its first command, where sbatch looks for no more
- * options of its own. */
+/* A script. All texts of users come after its first command, where sbatch no longer reads options. */
 struct script {
     FILE *out;
     const struct slurm_folder *folder;
     const struct options *options;
-    char *program; /* this one */
+    char *program; /* path of this program */
 };
 
 /* ---- Parts of both ---- */
@@ -36,7 +35,7 @@ static void put_numbers(const struct script *script) {
             chunks->end - chunks->first, chunks->count);
 }
 
-/* The shell variable NAME is this path. */
+/* Sets the shell variable NAME to this path. */
 static void put_path(const struct script *script, const char *name, const char *path) {
     fprintf(script->out, "%s=", name);
     put_shell_text(script->out, path);
@@ -52,7 +51,7 @@ static void put_bounds(const struct script *script, const char *indent) {
 
 /* ---- chunk.sh ---- */
 
-/* Options that the script sets itself, or that are about the submission. */
+/* Returns whether the script sets the option itself, or the option concerns the submission. */
 static bool is_of_task(const char *name) {
     static const char *const others[] = {"output", "cases",  "threads", "summary",      "resume",
                                          "slurm",  "chunks", "dry-run", "slurm-options"};
@@ -92,9 +91,9 @@ static void put_retry(const struct script *script) {
         "retries=${SLURM_RESTART_COUNT:-0}\n"
         "echo \"chunk $chunk, cases $first to $((end - 1)): exit status $status after $retries retries\" "
         ">&2\n"
-        "# Not after wrong usage (2), which stays wrong, nor when it was told to end (143), by scancel or at "
-        "its time limit.\n"
-        "# What is done is in the journal of the part, from which a retry goes on.\n"
+        "# No retry after wrong usage (2), which stays wrong, nor after SIGTERM (143), from scancel or at "
+        "the time limit.\n"
+        "# The journal of the part has the cases that are done; a retry computes the others.\n"
         "if [ $status -ne 2 ] && [ $status -ne 143 ] && [ \"$retries\" -lt %d ]; then\n"
         "    scontrol requeue \"$SLURM_JOB_ID\"\n"
         "fi\n"
@@ -109,10 +108,8 @@ static void put_chunk_script(struct script *script) {
     fprintf(script->out,
             "#SBATCH --array=0-%ld\n"
             "#SBATCH --cpus-per-task=%.0f\n"
-            "# One chunk of the cases of a batch, written by refdyn batch --slurm. What is edited here stays "
-            "when "
-            "that is\n"
-            "# given again. By hand, from this folder: sbatch --array=2 chunk.sh\n",
+            "# One chunk of the cases of a batch, written by refdyn batch --slurm. Edits stay when that is\n"
+            "# called again. By hand, from this folder: sbatch --array=2 chunk.sh\n",
             script->folder->chunks.count - 1, threads > 0 ? threads : 1);
     put_path(script, "refdyn", script->program);
     put_path(script, "folder", script->folder->path);
@@ -147,26 +144,26 @@ static void put_merge_script(struct script *script) {
           "    else\n",
           script->out);
     put_bounds(script, "        ");
-    fputs("        [ -e merged ] || echo \"cases $first to $((end - 1)) are missing: chunk $chunk has not "
-          "ended well, see chunk_$chunk.txt\" >&2\n"
-          "        missing=$((missing + 1))\n"
-          "    fi\n"
-          "    chunk=$((chunk + 1))\n"
-          "done\n"
-          "\n"
-          "# The mark 'merged' is for a job that is queued again while it removes the parts.\n"
-          "if [ ! -e merged ]; then\n"
-          "    if [ $missing -gt 0 ]; then\n"
-          "        printf '%s is not written: %d of %d chunks are missing. The parts stay; refdyn batch "
-          "--slurm "
-          "given again computes what is missing.\\n' \"$result\" $missing $chunks >&2\n"
-          "        exit 1\n"
-          "    fi\n"
-          "    \"$refdyn\" merge --output=\"$result\" -- \"$@\" || exit\n"
-          "    : > merged\n"
-          "fi\n"
-          "rm -f -- \"$@\"\n",
-          script->out);
+    fputs(
+        "        [ -e merged ] || echo \"cases $first to $((end - 1)) are missing: chunk $chunk has "
+        "failed, see chunk_$chunk.txt\" >&2\n"
+        "        missing=$((missing + 1))\n"
+        "    fi\n"
+        "    chunk=$((chunk + 1))\n"
+        "done\n"
+        "\n"
+        "# The file 'merged' protects a job that is queued again while it removes the parts.\n"
+        "if [ ! -e merged ]; then\n"
+        "    if [ $missing -gt 0 ]; then\n"
+        "        printf '%s is not written: %d of %d chunks are missing. The parts stay; "
+        "calling refdyn batch --slurm again computes what is missing.\\n' \"$result\" $missing $chunks >&2\n"
+        "        exit 1\n"
+        "    fi\n"
+        "    \"$refdyn\" merge --output=\"$result\" -- \"$@\" || exit\n"
+        "    : > merged\n"
+        "fi\n"
+        "rm -f -- \"$@\"\n",
+        script->out);
 }
 
 /* ---- Files ---- */

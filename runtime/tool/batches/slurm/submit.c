@@ -1,20 +1,22 @@
 /*
- * `refdyn batch --slurm`: the cases as an array of jobs, and a job that merges what they have written.
+ * `refdyn batch --slurm`: submits the cases as an array of jobs, and a job that merges their results.
  *
- * Given again after a failure, it submits only the chunks that are missing. Each chunk's journal is begun
- * here, with the hashes of model, sweep and options: a task that finds others in the files refuses.
+ * Called again after a failure, it submits only the chunks that are missing. It also starts each chunk's
+ * journal with the hashes of model, sweep and options, so that a task refuses files that have changed since.
  */
+#define _GNU_SOURCE
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/batches/slurm/slurm.h"
+#include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
 
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-/* The largest index of an array that Slurm takes unless a site says otherwise is 1000. */
+/* By default Slurm limits the indices of an array to 1000 (MaxArraySize 1001). */
 enum { CASES_OF_CHUNK = 16, CHUNKS_DEFAULT_MOST = 100, CHUNKS_MOST = 1000 };
 
 struct submission {
@@ -22,12 +24,95 @@ struct submission {
     struct slurm_folder folder;
     const struct options *options;
     bool *is_missing; /* (chunks.count) */
-    long missing;     /* how many */
+    long missing;     /* number of missing chunks */
 };
+
+/* ---- A program and its output ---- */
+
+static bool refuse_program(const char *program, char *said) {
+    said[strcspn(said, "\n")] = '\0'; /* the first line has the cause */
+    fprintf(stderr, "refdyn: %s failed%s", program, *said ? ": " : "");
+    put_plain_text(stderr, said);
+    fputc('\n', stderr);
+    return false;
+}
+
+static bool run_into(const char *const *argv, const char *output, const char *errors) {
+    struct process process;
+    const int error = process_start(&process, NULL, argv, NULL, output, errors);
+    if (error) {
+        fprintf(stderr, "refdyn: %s cannot be started: %s\n", argv[0], strerror(error));
+        return false;
+    }
+    if (process_wait(&process, 1) == 0 && process.result == 0)
+        return true;
+    char *said = read_text(errors, argv[0]);
+    if (said)
+        refuse_program(argv[0], said);
+    return false;
+}
+
+/* Returns the output of the program, NULL after an error, which is reported. */
+static char *run_program(const struct slurm_folder *folder, const char *const *argv) {
+    char *output = slurm_folder_name(folder, ".%s.out", argv[0]);
+    char *errors = slurm_folder_name(folder, ".%s.err", argv[0]);
+    char *said = run_into(argv, output, errors) ? read_text(output, argv[0]) : NULL;
+    unlink(output);
+    unlink(errors);
+    return said;
+}
+
+/* ---- sbatch, squeue and scancel ---- */
+
+/* sbatch --parsable prints NUMBER or NUMBER;CLUSTER. */
+static long job_number(char *said) {
+    char *rest;
+    const long job = strtol(said, &rest, 10);
+    if (job > 0 && (*rest == ';' || *rest == '\n' || *rest == '\0'))
+        return job;
+    refuse_program("sbatch printed no job number and", said);
+    return 0;
+}
+
+static long submit_script(const struct slurm_folder *folder, const char *words, const char *option,
+                          const char *script) {
+    char *copy = text_format("%s", words ? words : ""), *rest;
+    char *chdir = text_format("--chdir=%s", folder->path), *path = slurm_folder_name(folder, "%s", script);
+    const char **argv = allocate(strlen(copy) / 2 + 8, sizeof *argv);
+    int count = 0;
+    argv[count++] = "sbatch";
+    for (char *word = strtok_r(copy, " \t\n", &rest); word; word = strtok_r(NULL, " \t\n", &rest))
+        argv[count++] = word;
+    argv[count++] = "--parsable";
+    argv[count++] = chdir;
+    if (option)
+        argv[count++] = option;
+    argv[count++] = path;
+    char *said = run_program(folder, argv);
+    return said ? job_number(said) : 0;
+}
+
+/* Sets *is_running if a job of the folder is still in the queue; returns false if the queue did not answer.
+ * It reads all jobs of the user, since squeue fails for the number of a job that Slurm has forgotten. */
+static bool ask_queue(const struct slurm_folder *folder, bool *is_running) {
+    char *user = text_format("--user=%ld", (long)getuid());
+    const char *const argv[] = {"squeue", "--noheader", "--format=%F", user, NULL};
+    char *said = run_program(folder, argv), *at = said, *end;
+    *is_running = false;
+    for (long job; said && (job = strtol(at, &end, 10)) > 0; at = end)
+        *is_running = *is_running || job == folder->array || job == folder->merge;
+    return said != NULL;
+}
+
+static void cancel_job(const struct slurm_folder *folder, long job) {
+    char *number = text_format("%ld", job);
+    const char *const argv[] = {"scancel", number, NULL};
+    run_program(folder, argv);
+}
 
 /* ---- Options ---- */
 
-/* sbatch options that would make other jobs of these. */
+/* sbatch options that would change the jobs themselves. */
 static const char *find_unfit_word(const char *words) {
     static const char *const unfit[] = {"--array", "--dependency", "--wrap"};
     for (size_t i = 0; words && i < sizeof unfit / sizeof unfit[0]; i++)
@@ -36,8 +121,7 @@ static const char *find_unfit_word(const char *words) {
     return NULL;
 }
 
-/* Slurm replaces %a and the like also in the folder that a job's output goes to, and reads scripts by lines.
- */
+/* Slurm also replaces %a and similar in the folder of a job's output, and reads scripts line by line. */
 static bool has_fit_name(const struct options *options) {
     return !strpbrk(slurm_path_from_root(options_text(options, "output")), "%\\\n\r");
 }
@@ -47,18 +131,19 @@ static enum status check_options(const struct options *options) {
     const double chunks = options_number(options, "chunks");
     const char *unfit = find_unfit_word(options_text(options, "slurm-options"));
     if (!text_names_hdf5(output))
-        return usage_error(options->command, "-o %s: --slurm needs a name that ends in .h5", output);
+        return usage_error(options->command, "-o %s: with --slurm the name must end in .h5", output);
     if (!has_fit_name(options))
-        return usage_error(options->command,
-                           "-o %s: Slurm takes no %%, backslash or line break in the names of the file "
-                           "and its folders",
-                           output);
+        return usage_error(
+            options->command,
+            "-o %s: the names of the file and its folders must not have %%, a backslash or a line break, "
+            "which Slurm replaces",
+            output);
     if (options_text(options, "summary"))
-        return usage_error(options->command, "--summary: jobs of Slurm write none");
+        return usage_error(options->command, "--summary: jobs of Slurm write no summary; omit it");
     if (unfit)
-        return usage_error(options->command, "--slurm-options: %s is set by refdyn itself", unfit);
+        return usage_error(options->command, "--slurm-options: refdyn sets %s itself; omit it", unfit);
     if (chunks > CHUNKS_MOST)
-        return usage_error(options->command, "--chunks %.0f: at most %d are taken", chunks, CHUNKS_MOST);
+        return usage_error(options->command, "--chunks %.0f: must be at most %d", chunks, CHUNKS_MOST);
     if (process_find("sbatch"))
         return STATUS_DONE;
     fprintf(stderr, "refdyn: --slurm: the program sbatch of Slurm is not in PATH; with another scheduler, "
@@ -73,7 +158,7 @@ static bool complain(const struct submission *submission, const char *fact) {
     return false;
 }
 
-/* False where nothing may be submitted; *status then tells whether because all is done. */
+/* Returns false if nothing may be submitted; *status is then STATUS_DONE if all cases are done. */
 static bool check_result(const struct submission *submission, enum status *status) {
     const struct batch_setup *setup = &submission->setup;
     const char *result = options_text(submission->options, "output");
@@ -81,14 +166,13 @@ static bool check_result(const struct submission *submission, enum status *statu
     const bool has_journal = access(text_format("%s.journal", result), F_OK) == 0;
     *status = present == PRESENT_COMPLETE ? STATUS_DONE : STATUS_FAULT;
     if (present == PRESENT_COMPLETE)
-        fprintf(stderr, "refdyn: %s has all %ld cases: nothing is left to do\n", result,
-                setup->end - setup->first);
+        fprintf(stderr, "refdyn: %s already has all %ld cases\n", result, setup->end - setup->first);
     else if (present == PRESENT_OTHER)
-        fprintf(stderr, "refdyn: --slurm does not replace a file, another name of the result is needed\n");
+        fprintf(stderr, "refdyn: --slurm does not replace a file; use another name for the result\n");
     else if (has_journal)
         fprintf(stderr,
-                "refdyn: %s.journal: a batch without --slurm has left its cases here: --resume without "
-                "--slurm goes on with it\n",
+                "refdyn: %s.journal: a batch without --slurm has left its cases here; resume it with "
+                "--resume and without --slurm\n",
                 result);
     return present == PRESENT_NONE && !has_journal;
 }
@@ -98,16 +182,17 @@ static bool check_queue(const struct submission *submission) {
     bool is_running;
     if (folder->array == 0 && folder->merge == 0)
         return true;
-    if (!slurm_ask(folder, &is_running))
-        return complain(submission, "whether its jobs still run is not known, nothing was submitted");
+    if (!ask_queue(folder, &is_running))
+        return complain(submission,
+                        "the queue does not say whether its jobs still run; nothing was submitted");
     if (!is_running)
         return true;
-    fprintf(stderr, "refdyn: %s: its jobs are in the queue already: squeue -j %ld,%ld\n", folder->path,
+    fprintf(stderr, "refdyn: %s: its jobs are already in the queue: squeue -j %ld,%ld\n", folder->path,
             folder->array ? folder->array : folder->merge, folder->merge);
     return false;
 }
 
-/* The folder's batch is this one, as far as its record tells. */
+/* Checks that the folder's record describes this batch. */
 static bool check_same(const struct submission *submission) {
     const struct batch_setup *setup = &submission->setup;
     const struct chunks *chunks = &submission->folder.chunks;
@@ -115,16 +200,15 @@ static bool check_same(const struct submission *submission) {
     for (int part = 0; part < JOURNAL_PARTS; part++)
         if (strcmp(submission->folder.key.hash[part], setup->key.hash[part]) != 0) {
             fprintf(stderr,
-                    "refdyn: %s: the %s of this batch are not those of the folder; once the folder is "
-                    "removed, the batch begins anew\n",
+                    "refdyn: %s: the %s of this batch differ from those of the folder; remove the folder to "
+                    "start again\n",
                     submission->folder.path, journal_parts[part]);
             return false;
         }
     if (chunks->first != setup->first || chunks->end != setup->end)
-        return complain(submission, "is of another range of --cases; once it is removed, this one begins");
+        return complain(submission, "has another range of --cases; remove it to start again");
     if (asked > 0 && (long)asked != chunks->count)
-        return complain(submission, "has another number of --chunks; once it is removed, the batch begins "
-                                    "anew");
+        return complain(submission, "has another number of --chunks; remove it to start again");
     return true;
 }
 
@@ -146,12 +230,13 @@ static bool begin_folder(struct submission *submission) {
         (struct chunks){submission->setup.first, submission->setup.end, choose_chunks(submission)};
     folder->array = folder->merge = 0;
     struct options options = *submission->options;
-    options_set_number(&options, "lanes",
-                       submission->setup.lanes); /* the same on all machines, whatever their vectors */
+    options_set_number(
+        &options, "lanes",
+        submission->setup.lanes); /* the same on all machines, regardless of their vector width */
     return slurm_scripts_write(folder, &options) && slurm_folder_write(folder);
 }
 
-/* A batch that was merged leaves its folder: when its result has gone, all begins anew. */
+/* A merged batch leaves its folder. If its result has been removed, the batch starts again. */
 static bool prepare_folder(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
     if (!slurm_folder_open(folder, options_text(submission->options, "output")) || !check_queue(submission))
@@ -162,7 +247,7 @@ static bool prepare_folder(struct submission *submission) {
 
 /* ---- Chunks ---- */
 
-/* A journal of the chunk that tells of what batch it is, where it has none yet. */
+/* Starts the journal of a chunk that has none, with the identity of the batch. */
 static bool begin_journal(const struct submission *submission, const char *part) {
     const struct batch_setup *setup = &submission->setup;
     struct journal journal;
@@ -190,7 +275,7 @@ static bool find_missing(struct submission *submission) {
     return true;
 }
 
-/* "--array=0-3,7", in heap memory, as it may be long. */
+/* "--array=0-3,7" in heap memory. */
 static char *array_option(const struct submission *submission) {
     const long count = submission->folder.chunks.count;
     char *text, separator = '=';
@@ -216,19 +301,19 @@ static bool submit_array(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
     char *option = array_option(submission);
     folder->array =
-        slurm_submit(folder, options_text(submission->options, "slurm-options"), option, "chunk.sh");
+        submit_script(folder, options_text(submission->options, "slurm-options"), option, "chunk.sh");
     free(option);
     return folder->array > 0;
 }
 
-/* After the tasks, however they end: it tells which are missing. */
+/* This job runs after the tasks even if they fail, since it reports which are missing. */
 static bool submit_merge(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
     const char *option = folder->array ? text_format("--dependency=afterany:%ld", folder->array) : NULL;
     folder->merge =
-        slurm_submit(folder, options_text(submission->options, "slurm-options"), option, "merge.sh");
+        submit_script(folder, options_text(submission->options, "slurm-options"), option, "merge.sh");
     if (folder->merge == 0 && folder->array) {
-        slurm_cancel(folder, folder->array);
+        cancel_job(folder, folder->array);
         folder->array = 0;
     }
     return folder->merge > 0;

@@ -1,4 +1,7 @@
-/* Names that vary: see sweeps.h. */
+/*
+ * Resolves varied names: from columns of names and values to columns of cases, which say what part of the
+ * model each name is and have values of its type.
+ */
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -6,6 +9,36 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+/* ---- Sets of texts ---- */
+
+/* The place of the text, or the free place where it belongs. */
+static int *place_of_text(const struct text_set *set, const char *text) {
+    int place = (int)(random_stream(text) % (uint64_t)set->place_count);
+    while (set->places[place] && strcmp(set->texts[set->places[place] - 1], text) != 0)
+        place = (place + 1) % set->place_count;
+    return &set->places[place];
+}
+
+/* Doubles the table and enters all texts again. */
+static void grow_set(struct text_set *set) {
+    set->place_count = set->place_count ? 2 * set->place_count : 64;
+    set->places = memory_get(set->memory, (size_t)set->place_count * sizeof *set->places);
+    for (int i = 0; i < set->count; i++)
+        *place_of_text(set, set->texts[i]) = i + 1;
+}
+
+int text_set_add(struct text_set *set, const char *text) {
+    if (2 * set->count >= set->place_count)
+        grow_set(set);
+    int *place = place_of_text(set, text);
+    if (*place)
+        return *place - 1;
+    set->texts = memory_room(set->memory, set->texts, set->count, &set->room, sizeof *set->texts);
+    set->texts[set->count++] = memory_text(set->memory, text);
+    *place = set->count;
+    return set->count - 1;
+}
 
 /* ---- What a name is ---- */
 
@@ -15,7 +48,7 @@ static const char *const kind_texts[] = {
     [VARIED_OPTION] = "an option",        [VARIED_SAMPLES] = "files of samples"};
 enum { KINDS = sizeof kind_texts / sizeof *kind_texts };
 
-/* The coordinate of which `name` is the rate, NAME_d; NULL: it has no such ending. */
+/* The coordinate whose rate is `name` = COORDINATE_d; NULL if the name has no such ending. */
 static const char *coordinate_of_rate(struct memory *memory, const char *name) {
     const size_t length = strlen(name);
     if (length < 3 || strcmp(name + length - 2, "_d") != 0)
@@ -23,9 +56,9 @@ static const char *coordinate_of_rate(struct memory *memory, const char *name) {
     return memory_format(memory, "%.*s", (int)length - 2, name);
 }
 
-/* What the name is of in one structure of the model, by kind. */
+/* What a name means in one structure of the model: its target of each kind. */
 struct meanings {
-    const char *targets[KINDS], *units[KINDS]; /* NULL: none of that kind */
+    const char *targets[KINDS], *units[KINDS]; /* NULL: no meaning of that kind */
 };
 
 static void add_coordinate(struct meanings *meanings, const struct generation *gen, const char *name,
@@ -62,7 +95,7 @@ static struct meanings meanings_of(struct memory *memory, const struct generatio
     return meanings;
 }
 
-/* The name of a kind of its own, which is a number; two of them are no good. */
+/* Sets the only meaning of the name, if any; two meanings are an error. */
 static bool take_meaning(const struct case_names *names, const char *path, struct place place,
                          const struct meanings *meanings, struct varied *varied) {
     for (int kind = 0; kind < KINDS; kind++) {
@@ -70,7 +103,7 @@ static bool take_meaning(const struct case_names *names, const char *path, struc
             continue;
         if (varied->target) {
             message_error(names->messages, place,
-                          "%s: the model has this name as %s and as %s, names of their own are needed", path,
+                          "%s: the model uses this name for %s and for %s; rename one of them", path,
                           kind_texts[varied->kind], kind_texts[kind]);
             return false;
         }
@@ -81,7 +114,7 @@ static bool take_meaning(const struct case_names *names, const char *path, struc
     return true;
 }
 
-/* All that may vary, for the nearest name. */
+/* All names that may vary, to suggest the nearest one. */
 static const char **known_names(const struct case_names *names, int *count) {
     const struct model *model = &names->generation->model;
     const struct tree *tree = &names->generation->tree;
@@ -109,13 +142,14 @@ static void refuse_unknown(const struct case_names *names, const char *path, str
     const char **known = known_names(names, &count);
     const char *nearest = message_nearest_name(name, known, count);
     if (nearest)
-        message_error(names->messages, place, "%s: unknown name, the nearest known one is \"%s\"", path,
+        message_error(names->messages, place, "%s: unknown name; the nearest known one is \"%s\"", path,
                       nearest);
     else
-        message_error(names->messages, place,
-                      "%s: unknown name, a parameter, an input, an option, a coordinate, its rate NAME_d or "
-                      "inputs is needed%s",
-                      path, strpbrk(name, "[(") ? ", without a unit" : "");
+        message_error(
+            names->messages, place,
+            "%s: unknown name; use a parameter, an input, an option, a coordinate, its rate NAME_d or "
+            "inputs%s",
+            path, strpbrk(name, "[(") ? ", without a unit" : "");
 }
 
 static bool is_set(const struct case_names *names, const char *name) {
@@ -136,7 +170,7 @@ bool case_names_find(const struct case_names *names, const char *path, const str
     if (!take_meaning(names, path, column->place, &meanings, varied))
         return false;
     if (is_set(names, column->name)) {
-        message_error(names->messages, column->place, "%s: --set gives it, too, one of them is needed", path);
+        message_error(names->messages, column->place, "%s: --set sets it, too; remove one of them", path);
         return false;
     }
     if (!varied->target && !options_vary)
@@ -144,7 +178,7 @@ bool case_names_find(const struct case_names *names, const char *path, const str
     return varied->target || options_vary;
 }
 
-/* ---- Values as the kind needs them ---- */
+/* ---- Values ---- */
 
 static const char *value_text(const struct case_column *column, long i, char number[static NUMBER_LENGTH]) {
     if (column->kind == CASES_TEXTS)
@@ -154,7 +188,7 @@ static const char *value_text(const struct case_column *column, long i, char num
     return exact_text(column->values[i], number);
 }
 
-/* In the folder, unless it says its own or there is none. */
+/* Adds a path relative to the folder, or the text alone if it is an absolute path or there is no folder. */
 static int add_text(struct text_set *set, const char *folder, const char *text) {
     if (!*folder || *text == '/')
         return text_set_add(set, text);
@@ -165,7 +199,7 @@ static int add_text(struct text_set *set, const char *folder, const char *text) 
     return number;
 }
 
-/* A value that is that of the case before it is not looked up again. */
+/* Replaces values by numbers of texts. A value equal to the one before it is not looked up again. */
 static void convert_to_texts(const struct case_names *names, const struct case_column *column, long count,
                              const char *folder, struct varied *varied) {
     struct text_set set = {.memory = names->memory};
@@ -190,13 +224,13 @@ bool case_names_convert(const struct case_names *names, const char *path, const 
         convert_to_texts(names, column, count, "", varied);
     } else if (varied->target && varied->kind == VARIED_SAMPLES) {
         if (!are_texts)
-            message_error(names->messages, column->place, "%s: %s, names of files are needed", path,
+            message_error(names->messages, column->place, "%s: %s; must be names of files", path,
                           column->kind == CASES_TRUTHS ? "true or false" : "a number");
         else
             convert_to_texts(names, column, count, names->folder, varied);
         return are_texts;
     } else if (are_texts || column->kind == CASES_TRUTHS) {
-        message_error(names->messages, column->place, "%s: %s, a number is needed", path,
+        message_error(names->messages, column->place, "%s: %s; must be a number", path,
                       are_texts ? "a text" : "true or false");
         return false;
     } else {
@@ -212,8 +246,8 @@ static void check_files(const struct case_names *names, struct place place, cons
         const char *fault;
         FILE *file = input_open(varied->texts[i], &fault);
         if (!file)
-            message_error(names->messages, place, "inputs: %s: %s, a readable file is needed",
-                          varied->texts[i], fault);
+            message_error(names->messages, place, "inputs: %s: %s; name a readable file", varied->texts[i],
+                          fault);
         else
             fclose(file);
     }
@@ -221,10 +255,11 @@ static void check_files(const struct case_names *names, struct place place, cons
 
 /* ---- Structures ---- */
 
-/* More than these are read beforehand only while a name is sought: each is, before its cases run. */
+/* Further structures are read here only while a name is unresolved: each is read anyway when it is compiled.
+ */
 enum { STRUCTURES_SEEN_MOST = 64 };
 
-/* The options of a case as settings behind those of the command line; their number. */
+/* Writes the settings of the command line, then the options of a case; returns how many there are. */
 static int settings_of(const struct case_names *names, const struct cases *cases, long i,
                        struct setting *settings) {
     int count = names->options->setting_count;
@@ -246,7 +281,7 @@ static const char *settings_text(const struct case_names *names, const struct se
     return text;
 }
 
-/* Of the first option that varies. */
+/* The place of the first varied option. */
 static struct place place_of_options(const struct case_table *table, const struct cases *cases) {
     int c = 0;
     while (c < cases->width - 1 && !(cases->columns[c].target && cases->columns[c].kind == VARIED_OPTION))
@@ -261,7 +296,7 @@ static const char *first_error(const struct generation *gen) {
     return "out of memory";
 }
 
-/* The names of columns that are still sought in this structure. */
+/* Looks up the unresolved names in this structure. */
 static void find_rest(const struct case_names *names, const struct case_table *table,
                       const struct generation *gen, struct cases *cases) {
     for (int c = 0; c < cases->width; c++) {
@@ -280,12 +315,12 @@ static void read_structure(const struct case_names *names, const struct case_tab
     if (gen_read(&gen, &request, -1) == GEN_OK)
         find_rest(names, table, &gen, cases);
     else
-        message_error(names->messages, place_of_options(table, cases), "with %s the model is at fault: %s",
+        message_error(names->messages, place_of_options(table, cases), "with %s the model has an error: %s",
                       text, first_error(&gen));
     gen_release(&gen);
 }
 
-/* Has a case other options than the one before it? */
+/* Returns whether the options of a case differ from those of the case before it. */
 static bool differs(const struct cases *cases, long i) {
     for (int c = 0; c < cases->width && i > 0; c++) {
         const struct varied *varied = &cases->columns[c];

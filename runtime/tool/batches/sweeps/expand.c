@@ -1,4 +1,4 @@
-/* The cases of a sweep: see sweeps.h. */
+/* The cases of a sweep: each point of its grids and lists, and for each the draws of its random columns. */
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -7,7 +7,7 @@
 
 /* ---- Lists and grids ---- */
 
-/* Point `index` of a grid; the last one is its end exactly. */
+/* Point `index` of a grid, whose ends are exact. */
 static double grid_point(const struct vary *vary, long index) {
     const double last = vary->count - 1;
     if (index == 0 || (double)index == last)
@@ -19,7 +19,7 @@ static double grid_point(const struct vary *vary, long index) {
     return random_exp(begin + (end - begin) * part);
 }
 
-/* Each value holds for `stride` cases, then comes the next one. */
+/* Each value is repeated for `stride` cases. */
 static void fill_listed(const struct vary *vary, long stride, long case_count, double *values) {
     const long count = (long)vary->count;
     for (long i = 0; i < case_count; i++)
@@ -31,7 +31,7 @@ static void fill_listed(const struct vary *vary, long stride, long case_count, d
 
 /* ---- Draws ---- */
 
-/* The value of which a part u of all is below. */
+/* The value below which a fraction u of the distribution lies. */
 static double quantile(const struct vary *vary, double u) {
     if (vary->form == VARY_NORMAL)
         return vary->from + vary->to * random_normal_quantile(u);
@@ -48,10 +48,10 @@ static void fill_random(const struct sweep_file *file, const struct vary *vary, 
         values[i] = quantile(vary, random_uniform((uint64_t)file->seed, stream, (uint64_t)i));
 }
 
-/* Coordinate `column` of each of the points, of `width` columns. */
+/* Fills a column from one coordinate of the points, which are `width` apart in memory. */
 static void fill_sequence(const struct sweep_file *file, const struct vary *vary, const double *points,
                           int width, long case_count, double *values) {
-    const double least = 0x1p-54; /* a normal number has no quantile at 0 */
+    const double least = 0x1p-54; /* the normal distribution has no quantile at 0 */
     const long draws = (long)file->draws;
     const double shift =
         file->has_seed ? random_uniform((uint64_t)file->seed, random_stream(vary->name), 0) : 0;
@@ -71,7 +71,7 @@ static int random_count(const struct sweep_file *file) {
     return count;
 }
 
-/* Of all random columns; NULL without a sequence. */
+/* Points for all random columns; NULL without a sequence. */
 static double *sequence_points(const struct sweep_file *file, int width) {
     if (file->sequence == SEQUENCE_RANDOM)
         return NULL;

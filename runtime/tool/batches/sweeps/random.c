@@ -1,5 +1,5 @@
 /*
- * Random numbers of cases: see sweeps.h.
+ * Random and quasi-random numbers of cases, from a seed, the name of a column and the number of a case.
  *
  * Philox: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random numbers: as easy as 1, 2, 3",
  * SC11. Normal quantile: M. J. Wichura, "Algorithm AS 241: The percentage points of the normal distribution",
@@ -8,6 +8,13 @@
 #include "runtime/tool/batches/sweeps/sweeps.h"
 
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#ifdef REFDYN_HAS_GSL
+#include <gsl/gsl_errno.h>
+#include <gsl/gsl_qrng.h>
+#endif
 
 /* ---- Uniform numbers ---- */
 
@@ -25,12 +32,12 @@ void random_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t re
         result[i] = counter[i];
     for (int round = 0; round < 10; round++) {
         philox_round(result, now);
-        now[0] += 0x9E3779B9u; /* the golden ratio, and the square root of 3 less 1 */
+        now[0] += 0x9E3779B9u; /* 2^32 times the golden ratio less 1, and 2^32 (sqrt 3 - 1) */
         now[1] += 0xBB67AE85u;
     }
 }
 
-/* FNV-1a. */
+/* FNV-1a hash. */
 uint64_t random_stream(const char *name) {
     uint64_t hash = 14695981039346656037u;
     for (; *name; name++)
@@ -38,7 +45,7 @@ uint64_t random_stream(const char *name) {
     return hash;
 }
 
-/* The middle of one of 2^52 equal parts. */
+/* The middle of one of 2^52 equal intervals. */
 double random_uniform(uint64_t seed, uint64_t stream, uint64_t number) {
     const uint32_t counter[4] = {(uint32_t)number, (uint32_t)(number >> 32), (uint32_t)stream,
                                  (uint32_t)(stream >> 32)};
@@ -105,7 +112,7 @@ static double middle(double q) {
     return q * ratio(a, b, 0.180625 - q * q);
 }
 
-/* Of r = sqrt(-ln of the smaller tail). */
+/* r = sqrt(-ln of the smaller tail probability). */
 static double near_tail(double r) {
     static const double c[8] = {1.42343711074968357734e0,  4.63033784615654529590e0,
                                 5.76949722146069140550e0,  3.64784832476320460504e0,
@@ -145,3 +152,36 @@ double random_normal_quantile(double u) {
     const double r = sqrt(-random_log(q < 0 ? u : 1 - u)), size = r <= 5 ? near_tail(r) : far_tail(r);
     return q < 0 ? -size : size;
 }
+
+/* ---- Quasi-random sequences ---- */
+
+#ifdef REFDYN_HAS_GSL
+
+bool quasi_random_is_there(void) {
+    return true;
+}
+
+void quasi_random_points(enum sequence sequence, int width, long count, double *points) {
+    gsl_set_error_handler_off();
+    gsl_qrng *generator =
+        gsl_qrng_alloc(sequence == SEQUENCE_SOBOL ? gsl_qrng_sobol : gsl_qrng_halton, (unsigned)width);
+    if (!generator) {
+        fputs("refdyn: out of memory\n", stderr);
+        exit(EXIT_FAILURE);
+    }
+    for (long k = 0; k < count; k++)
+        gsl_qrng_get(generator, points + (size_t)k * (size_t)width);
+    gsl_qrng_free(generator);
+}
+
+#else
+
+bool quasi_random_is_there(void) {
+    return false;
+}
+
+void quasi_random_points(enum sequence sequence, int width, long count, double *points) {
+    (void)sequence, (void)width, (void)count, (void)points;
+}
+
+#endif

@@ -1,4 +1,7 @@
-/* The structures of a batch: see sweeps.h. */
+/*
+ * The structures of a batch: groups cases by their options, compiles one model for each group, and looks up
+ * what varies in it.
+ */
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
@@ -15,7 +18,7 @@
 
 /* ---- Sorting ---- */
 
-/* Have cases a and b the same options? */
+/* Returns whether cases a and b have equal options. */
 static bool is_same_structure(const struct cases *cases, long a, long b) {
     for (int i = 0; i < cases->width; i++)
         if (cases->columns[i].kind == VARIED_OPTION &&
@@ -24,7 +27,7 @@ static bool is_same_structure(const struct cases *cases, long a, long b) {
     return true;
 }
 
-/* Of the options of a case. */
+/* Hash of the options of a case. */
 static uint64_t hash_of_options(const struct cases *cases, long number) {
     uint64_t hash = 0;
     for (int i = 0; i < cases->width; i++)
@@ -33,10 +36,11 @@ static uint64_t hash_of_options(const struct cases *cases, long number) {
     return hash ^ hash >> 32;
 }
 
-/* A hash table: number of a structure plus one, 0: free. At most half of it is taken. */
+/* Size of a hash table with the number of a structure plus one, or 0 if a place is free. At most a quarter is
+ * used. */
 enum { PLACES = 4 * STRUCTURES_MOST };
 
-/* The place of the case's structure in the table, or where it would be. */
+/* The place of the case's structure in the table, or the free place where it belongs. */
 static int *find_structure(const struct structures *structures, int places[static PLACES],
                            const struct cases *cases, long number) {
     size_t place = hash_of_options(cases, number) % PLACES;
@@ -68,7 +72,7 @@ static void add_structure(struct structures *structures, struct memory *memory, 
     add_settings(structure, memory, cases, number);
 }
 
-/* Of each case the number of its structure; false: they are too many. */
+/* Sets the number of each case's structure; returns false if there are too many. */
 static bool find_structures(struct structures *structures, struct memory *memory, const struct cases *cases,
                             const struct options *options, int *structure_of) {
     int *places = memory_get(memory, PLACES * sizeof *places);
@@ -90,11 +94,10 @@ enum status structures_sort(struct structures *structures, struct memory *memory
     int *structure_of = memory_get(memory, ((size_t)cases->count + 1) * sizeof *structure_of);
     *structures = (struct structures){.count = 0};
     if (!find_structures(structures, memory, cases, options, structure_of)) {
-        fprintf(
-            stderr,
-            "refdyn: %s: more than %d structures, as many as can be compiled and open at once; parts of the "
-            "sweep are batches of their own\n",
-            options->operands[options->operand_count - 1], STRUCTURES_MOST);
+        fprintf(stderr,
+                "refdyn: %s: more than %d structures; split the sweep into several batches, since all models "
+                "are compiled and open at once\n",
+                options->operands[options->operand_count - 1], STRUCTURES_MOST);
         return STATUS_FAULT;
     }
     for (long number = first; number < end; number++)
@@ -128,8 +131,8 @@ static enum status open_scene(struct structure *structure) {
                       options_state_path(options_text(&structure->options, "from")));
 }
 
-/* In a process of its own, which leaves the compiled code in the cache; what is wrong the caller says when it
- * opens the scene itself. */
+/* Compiles in a separate process, which leaves the code in the cache. The caller reports errors when it opens
+ * the scene itself. */
 static pid_t compile_beside(const struct structure *structure) {
     const pid_t pid = fork();
     if (pid != 0)
@@ -148,7 +151,7 @@ static void wait_for_one(void) {
         continue;
 }
 
-/* All but the first one, `most` at a time. */
+/* Compiles all structures, at most `most` at a time. */
 static void compile_all(const struct structures *structures, int most) {
     int running = 0;
     for (int i = 0; i < structures->count && structures->count > 1; i++) {
@@ -162,7 +165,7 @@ static void compile_all(const struct structures *structures, int most) {
         wait_for_one();
 }
 
-/* ---- What varies, in places of the model ---- */
+/* ---- Where the model has what varies ---- */
 
 static enum refdyn_varied what_of(enum varied_kind kind) {
     switch (kind) {
@@ -206,8 +209,8 @@ static int declared_parameter(const struct model *model, const char *name) {
     return -1;
 }
 
-/* What a structure lacks has no value in its cases. A parameter that it has, and that none of its functions
- * reads, keeps its value. */
+/* What a structure lacks has no value (NaN) in its cases. A declared parameter that no function reads keeps
+ * its value. */
 static void leave_out(const struct structure *structure, const struct varied *column) {
     if (column->kind == VARIED_INPUT ||
         (column->kind == VARIED_PARAMETER &&
@@ -244,7 +247,7 @@ static bool has_input(const struct refdyn_samples *samples, int place) {
     return false;
 }
 
-/* An input with samples would never have the number that varies. */
+/* Samples of an input would replace the number that varies. */
 static enum status check_inputs(const struct structure *structure) {
     for (int i = 0; i < structure->column_count; i++) {
         const struct refdyn_batch_column *column = &structure->columns[i];
@@ -252,7 +255,7 @@ static enum status check_inputs(const struct structure *structure) {
             if (has_input(&structure->samples[k], column->place)) {
                 fprintf(
                     stderr,
-                    "refdyn: the input %s varies as a number and in files of inputs, one of them is needed\n",
+                    "refdyn: the input %s varies as a number and in files of inputs; remove one of them\n",
                     structure->scene.model->inputs[column->place].name);
                 return STATUS_FAULT;
             }
@@ -269,18 +272,16 @@ static bool is_held(const struct structure *structure, int place) {
     return false;
 }
 
-/* The start value of a coordinate that is free would be where Newton begins, and nothing else. */
+/* The start value of a free coordinate would only be where Newton's method begins. */
 static enum status check_held(const struct structure *structure) {
     const struct refdyn_model *model = structure->scene.model;
     for (int i = 0; i < structure->column_count; i++) {
         const struct refdyn_batch_column *column = &structure->columns[i];
         if (column->what != REFDYN_VARIED_COORDINATE || is_held(structure, column->place))
             continue;
-        fprintf(
-            stderr,
-            "refdyn: the start value of %s varies, and from statics the coordinate takes its equilibrium: "
-            "hold keeps it\n",
-            model->coordinates[column->place].name);
+        fprintf(stderr,
+                "refdyn: the start value of %s varies, but statics moves this coordinate; add it to hold\n",
+                model->coordinates[column->place].name);
         return STATUS_FAULT;
     }
     return STATUS_DONE;
@@ -297,7 +298,7 @@ static enum status find_held(struct structure *structure, struct memory *memory)
     return status == STATUS_DONE ? check_held(structure) : status;
 }
 
-/* What rows take from the start of a motion is given where it varies. */
+/* A varied parameter that a row would otherwise read from the start of the motion counts as given. */
 static enum status find_statics(struct structure *structure, struct memory *memory) {
     const struct scene *scene = &structure->scene;
     int *is_varied = memory_get(memory, ((size_t)scene->model->parameter_count + 1) * sizeof *is_varied);

@@ -1,17 +1,37 @@
-/* Sweep files: see sweeps.h. The language is read in gen/read/, the cases are made in expand.c. */
+/*
+ * Reads a sweep file or a table of cases for one model: columns of cases, what is kept, options of the
+ * motions.
+ *
+ * The generator reads the language (gen/read/); expand.c makes the cases of a sweep file.
+ */
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "runtime/tool/support/format/format.h"
 
+#include <limits.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 struct sweep_reading {
     struct sweep_file file;
     struct case_names names;
-    struct messages messages; /* of what the model does not have */
+    struct messages messages; /* about names that the model lacks */
     struct sweep *sweep;
-    struct case_table table; /* all columns: those that vary, then derived ones */
+    struct case_table table; /* varied columns, then derived ones */
 };
+
+/* ---- Messages ---- */
+
+static void print_messages(struct messages *messages) {
+    message_sort(messages);
+    for (int i = 0; i < messages->count; i++)
+        complain_line(messages->list[i].place.file, messages->list[i].place.line, messages->list[i].text);
+}
+
+static const char *folder_of(struct memory *memory, const char *path) {
+    const char *slash = strrchr(path, '/');
+    return slash ? memory_format(memory, "%.*s", (int)(slash + 1 - path), path) : "";
+}
 
 /* ---- Names ---- */
 
@@ -28,7 +48,7 @@ static const char *path_of(const struct sweep_reading *reading, int column) {
                          reading->table.columns[column].name);
 }
 
-/* What can be said before there is a case. Names that derive gives may be options, too. */
+/* Checks that need no cases. A name may wait for the cases if `derive` may return options. */
 static void find_varied(struct sweep_reading *reading) {
     const struct sweep_file *file = &reading->file;
     const bool derives_options = file->derive && reading->names.generation->model.option_count > 0;
@@ -40,17 +60,17 @@ static void find_varied(struct sweep_reading *reading) {
         struct varied varied;
         if (case_names_find(&reading->names, path, &column, may_wait, &varied) && varied.target &&
             vary_is_random(vary) && (varied.kind == VARIED_OPTION || varied.kind == VARIED_SAMPLES))
-            message_error(&reading->messages, vary->place, "%s: random numbers, a list of values is needed",
+            message_error(&reading->messages, vary->place, "%s: random numbers; write a list of values",
                           path);
     }
     if (file->sequence != SEQUENCE_RANDOM && !quasi_random_is_there())
-        message_error(&reading->messages, file->place, "sequence: %s needs a refdyn that is built with GSL",
+        message_error(&reading->messages, file->place, "sequence: %s needs GSL; build refdyn with it",
                       file->sequence == SEQUENCE_SOBOL ? "sobol" : "halton");
 }
 
 /* ---- Cases ---- */
 
-/* The table of what varies, with what is derived behind it; complaints of the file are in its messages. */
+/* Joins varied and derived columns into one table. The messages of the file have the errors of `derive`. */
 static bool make_table(struct sweep_reading *reading) {
     struct memory *memory = reading->names.memory;
     struct case_table given, derived;
@@ -107,7 +127,8 @@ static void copy_keep(struct sweep_reading *reading, double t_end) {
     for (int i = 0; i < keep->at_count; i++)
         if (keep->at[i] > t_end)
             message_error(&reading->messages, keep->at_place,
-                          "keep.at[%d]: time %.15g, the motions end at %.15g", i + 1, keep->at[i], t_end);
+                          "keep.at[%d]: time %.15g; must not be after the end of the motions at %.15g", i + 1,
+                          keep->at[i], t_end);
     reading->sweep->keep =
         (struct keep){.final = keep->final,
                       .extremes = copy_names(memory, &keep->extremes),
@@ -118,7 +139,7 @@ static void copy_keep(struct sweep_reading *reading, double t_end) {
                       .at_count = keep->at_count};
 }
 
-/* Where the file gives an option, for what is wrong with it. */
+/* Notes where the file sets an option, for messages about its value. */
 static void tell(struct sweep_reading *reading, struct options *options, const char *option,
                  const char *field) {
     struct memory *memory = reading->names.memory;
@@ -129,7 +150,7 @@ static void tell(struct sweep_reading *reading, struct options *options, const c
     options->origins = origins;
 }
 
-/* An option that the command line has not. */
+/* Sets an option that the command line leaves open. */
 static void set_number(struct sweep_reading *reading, struct options *options, double value,
                        const char *option, const char *field) {
     if (options_has(options, option) || !(value > 0))
@@ -146,7 +167,8 @@ static void set_text(struct sweep_reading *reading, struct options *options, con
     tell(reading, options, option, option);
 }
 
-/* Options of the command line win; fixed steps there put away the tolerance of the file, and the reverse. */
+/* The command line overrides the file: fixed steps there also cancel the file's tolerance, and the reverse.
+ */
 static void set_options(struct sweep_reading *reading, struct options *options) {
     const double step = options_number(options, "step"), tol = options_number(options, "tol"),
                  step_max = options_number(options, "step-max");
@@ -200,12 +222,125 @@ enum status sweep_read(struct sweep *sweep, struct memory *memory, const char *p
                                         .messages = &reading.messages,
                                         .generation = generation,
                                         .options = options,
-                                        .folder = case_folder(memory, path)};
+                                        .folder = folder_of(memory, path)};
     const bool is_read = read_sweep(&reading, path, options);
-    case_messages_print(&reading.file.messages);
-    case_messages_print(&reading.messages);
+    print_messages(&reading.file.messages);
+    print_messages(&reading.messages);
     if (!is_read && reading.file.messages.errors + reading.messages.errors == 0)
         fprintf(stderr, "refdyn: %s: out of memory\n", path);
     sweep_file_release(&reading.file);
+    return is_read ? STATUS_DONE : STATUS_FAULT;
+}
+
+/* ---- A table of cases ---- */
+
+struct table_reading {
+    struct csv csv;
+    struct case_names names;
+    struct messages messages;
+    struct case_table table;
+    struct text_set *sets; /* (width) of columns of texts */
+    int room;              /* rows */
+};
+
+/* A column has texts if its name is an option or `inputs`, and numbers otherwise. Where options vary, another
+ * structure may have a name that this one lacks. */
+static bool read_columns(struct table_reading *reading, struct cases *cases) {
+    struct memory *memory = reading->names.memory;
+    const struct place header = {.file = reading->csv.path, .line = 1};
+    const int width = reading->csv.count;
+    bool options_vary = false;
+    reading->table = (struct case_table){.width = width};
+    reading->table.columns = memory_get(memory, (size_t)width * sizeof *reading->table.columns);
+    reading->sets = memory_get(memory, (size_t)width * sizeof *reading->sets);
+    cases->width = width;
+    cases->columns = memory_get(memory, (size_t)width * sizeof *cases->columns);
+    for (int i = 0; i < width; i++)
+        options_vary = options_vary || case_names_is_option(&reading->names, reading->csv.names[i]);
+    for (int i = 0; i < width; i++) {
+        struct case_column *column = &reading->table.columns[i];
+        *column = (struct case_column){.name = memory_text(memory, reading->csv.names[i]), .place = header};
+        const bool is_known =
+            case_names_find(&reading->names, column->name, column, options_vary, &cases->columns[i]);
+        const enum varied_kind kind = cases->columns[i].kind;
+        const bool has_texts = cases->columns[i].target && (kind == VARIED_OPTION || kind == VARIED_SAMPLES);
+        column->kind = is_known && has_texts ? CASES_TEXTS : CASES_NUMBERS;
+        reading->sets[i].memory = memory;
+    }
+    return reading->messages.errors == 0;
+}
+
+/* Makes space for one more row. */
+static void grow(struct table_reading *reading) {
+    const long count = reading->table.count;
+    if (count < reading->room)
+        return;
+    const int room = reading->room ? 2 * reading->room : 64;
+    for (int i = 0; i < reading->table.width; i++) {
+        double **values = &reading->table.columns[i].values;
+        *values = memory_grow(reading->names.memory, *values, (size_t)count * sizeof **values,
+                              (size_t)room * sizeof **values);
+    }
+    reading->room = room;
+}
+
+static bool read_row(struct table_reading *reading) {
+    grow(reading);
+    const long row = reading->table.count++;
+    for (int i = 0; i < reading->table.width; i++) {
+        struct case_column *column = &reading->table.columns[i];
+        const char *field = reading->csv.fields[i];
+        if (column->kind == CASES_NUMBERS) {
+            if (!csv_number(&reading->csv, i, &column->values[row]))
+                return false;
+        } else if (!*field) {
+            return csv_complain(&reading->csv, "%s: the field is empty; write a value", column->name);
+        } else {
+            column->values[row] = text_set_add(&reading->sets[i], field);
+        }
+    }
+    return true;
+}
+
+static bool read_rows(struct table_reading *reading) {
+    int answer;
+    while ((answer = csv_next(&reading->csv)) > 0)
+        if (reading->table.count >= INT_MAX / 4 || !read_row(reading))
+            return false;
+    if (answer == 0 && reading->table.count == 0)
+        return csv_complain(&reading->csv, "no row below the names; write at least one case");
+    for (int i = 0; i < reading->table.width; i++) {
+        reading->table.columns[i].texts = reading->sets[i].texts;
+        reading->table.columns[i].text_count = reading->sets[i].count;
+    }
+    return answer == 0;
+}
+
+static bool read_table(struct table_reading *reading, struct sweep *sweep, const char *path) {
+    struct cases *cases = &sweep->cases;
+    if (!csv_open(&reading->csv, path, "cases") || !read_columns(reading, cases) || !read_rows(reading))
+        return false;
+    cases->count = reading->table.count;
+    for (int i = 0; i < cases->width; i++)
+        case_names_convert(&reading->names, reading->table.columns[i].name, &reading->table.columns[i],
+                           cases->count, &cases->columns[i]);
+    if (reading->messages.errors || !case_names_check(&reading->names, &reading->table, cases))
+        return false;
+    sweep->text = read_text(path, "cases");
+    return sweep->text;
+}
+
+enum status sweep_read_table(struct sweep *sweep, struct memory *memory, const char *path,
+                             const struct generation *generation, const struct options *options) {
+    struct table_reading reading = {.messages = {.memory = memory}};
+    *sweep = (struct sweep){.keep = {.final = true}, .text = ""};
+    reading.names = (struct case_names){.memory = memory,
+                                        .messages = &reading.messages,
+                                        .generation = generation,
+                                        .options = options,
+                                        .folder = folder_of(memory, path)};
+    const bool is_read = read_table(&reading, sweep, path);
+    print_messages(&reading.messages);
+    csv_close(&reading.csv);
     return is_read ? STATUS_DONE : STATUS_FAULT;
 }

@@ -1,4 +1,14 @@
-/* What this folder offers. */
+/*
+ * Sweeps: from a sweep file or a table of cases to the cases of a batch and the models that compute them.
+ *
+ *   names          which part of the model each varied name is
+ *   cases          the points of grids and lists, and the draws of each
+ *   kept values    what the sweep keeps of a motion
+ *   random numbers independent of the machine and of the order of work; quasi-random sequences
+ *   structures     cases grouped by the model options that they set, each group with its compiled model
+ *   sweeps         a sweep file or a CSV table, read for one model
+ *   text sets      different texts with numbers
+ */
 #ifndef REFDYN_TOOL_SWEEPS_H
 #define REFDYN_TOOL_SWEEPS_H
 
@@ -84,74 +94,66 @@ double sweep_file_case_count(const struct sweep_file *file);
 /* The place of a field of rd.sweep, or of the sweep if it does not have the field. */
 struct place sweep_file_place(const struct sweep_file *file, const char *field);
 
-/* False after an error, which is in messages; without a message, memory is short. Call sweep_file_release in
- * any case. */
+/* Returns false after an error, which is in messages; without a message, memory is exhausted. Call
+ * sweep_file_release in any case. */
 bool sweep_file_read(struct sweep_file *file, const char *path);
 /* Computes what the file derives from the columns of `given`: new columns in the order of their names, in
- * `memory`. False as above. */
+ * `memory`. Returns false as above. */
 bool sweep_file_derive(struct sweep_file *file, const struct case_table *given, struct memory *memory,
                        struct case_table *derived);
 /* The text of all files that it was read from, in `memory`. */
 const char *sweep_file_text(const struct sweep_file *file, struct memory *memory);
 void sweep_file_release(struct sweep_file *file);
 
-/* Complaints about cases on stderr, and the folder that files of theirs are named from. */
-
-/* FILE:LINE: text, by line. */
-void case_messages_print(struct messages *messages);
-/* The folder of a file with / at its end, "" for the present one. */
-const char *case_folder(struct memory *memory, const char *path);
-
 /*
- * Names that vary: which parameter, input, option, start value or files of samples of the model each of them
- * is.
+ * Names.
  *
- * Takes columns of values under the names that a sweep or a table gives them; gives columns of cases, or
- * complaints in `messages`. A name that the model lacks may be one of another structure of it, where options
- * vary: each structure that the cases need is read, which also says whether it may be.
+ * A varied name is a parameter, an input, an option, a start value or files of samples. Values come in under
+ * the names that a sweep or a table uses; columns of cases go out, or errors in `messages`. Where options
+ * vary, a name that the model lacks may exist in another structure of it. Each structure that the cases need
+ * is therefore read, which also checks whether the model can have it.
  */
 
 struct case_names {
     struct memory *memory;
     struct messages *messages;
-    const struct generation *generation; /* of the model as the command line has it */
+    const struct generation *generation; /* of the model with the settings of the command line */
     const struct options *options;
-    const char *folder; /* of the sweep or the table, "" or with / at its end: files of samples are named from
-                           there */
+    const char *folder; /* of the sweep or the table, "" or with / at its end; paths of sample files are
+                           relative to it */
 };
 
-/* What the name is; a column of texts or numbers of that name may have other values than it needs. False,
- * with a complaint that calls it `path`, when it is of two kinds, or of none while no options vary. Without a
- * target: not known yet. */
+/* Sets *varied to what the name is; a column of texts or numbers may have other values than it needs. Returns
+ * false and reports an error at `path` if the name has two kinds, or none while no options vary.
+ * varied->target stays NULL while the name is not known yet. */
 bool case_names_find(const struct case_names *names, const char *path, const struct case_column *column,
                      bool options_vary, struct varied *varied);
-/* Is that the name of an option? */
+/* Returns whether the model has an option of this name. */
 bool case_names_is_option(const struct case_names *names, const char *name);
-/* Makes the values of the column those that the kind needs; false with a complaint. */
+/* Converts the values of the column to those that its kind needs; returns false and reports the error if it
+ * cannot. */
 bool case_names_convert(const struct case_names *names, const char *path, const struct case_column *column,
                         long count, struct varied *varied);
-/* Reads each structure of the cases, finds the names that are not known yet, and the files of samples. */
+/* Reads each structure of the cases, resolves the names that are not known yet, and checks that the files of
+ * samples can be read. */
 bool case_names_check(const struct case_names *names, const struct case_table *table, struct cases *cases);
 
 /*
- * The cases of a sweep: each point of its grids and lists, and the draws of each.
+ * Cases: each point of the grids and lists, and the draws of each.
  *
- * The first name varies slowest, then the others in the order of their names, then the draws. Random numbers
- * are those of sweeps.h by the seed, the column's name and the number of the case. A quasi-random sequence is
- * the same at each point of the grids, its dimensions are the random columns in the order of their names, and
- * a seed shifts it (modulo 1, Cranley and Patterson).
+ * The first name varies slowest, then the others in the order of their names, then the draws. A random number
+ * depends on the seed, the column's name and the number of the case. A quasi-random sequence is the same at
+ * each point of the grids. Its dimensions are the random columns in the order of their names, and a seed
+ * shifts it (modulo 1, Cranley and Patterson).
  */
 
-/* Lives in `memory`. */
 void sweeps_expand_cases(const struct sweep_file *file, struct memory *memory, struct case_table *cases);
 
-/*
- * What a batch keeps of each motion, as the sweep asks for it: names of columns as in the CSV of `sim`.
- */
+/* Kept values: names of columns as in the CSV of `sim`. */
 
 struct name_list {
     const char **names;
-    const char *const *places; /* (count) "FILE:LINE", where each is asked for */
+    const char *const *places; /* (count) "FILE:LINE", where the sweep names each */
     int count;
 };
 
@@ -160,28 +162,29 @@ struct keep {
     struct name_list extremes; /* smallest and largest value over the outputs, with their times */
     struct name_list norms;    /* root mean square over time */
     struct name_list history;  /* the value at each output */
-    const double *at; /* (at_count) ascending times at which all that `final` keeps is kept, too [s] */
+    const double *at;          /* (at_count) further times at which the state is kept, ascending [s] */
     int at_count;
 };
 
-/* Quasi-random sequences of GSL (gsl_qrng): points that fill a cube more evenly than random ones. */
+/* Quasi-random sequences of GSL (gsl_qrng), which fill a cube more evenly than random points. */
 
-/* Is the program built with GSL? */
+/* Returns whether the program is built with GSL. */
 bool quasi_random_is_there(void);
-/* The first `count` points of a sequence in `width` dimensions: coordinate i of point k at points[k * width +
- * i], in [0, 1). The width is one that the sequence has. */
+/* The first `count` points of a sequence in `width` dimensions. Coordinate i of point k is points[k * width +
+ * i], in [0, 1). The sequence must have that many dimensions. */
 void quasi_random_points(enum sequence sequence, int width, long count, double *points);
 
 /*
- * Random numbers of cases: each a function of the seed, the column's name and the case's number alone, so
- * that neither the order of the work nor another column changes it, and the same to the bit on each machine:
- * nothing but additions, multiplications, divisions and square roots of IEEE numbers, none of libm's
- * functions.
+ * Random numbers.
+ *
+ * Each is a function of the seed, the column's name and the case's number alone: neither the order of work
+ * nor another column changes it. It is also the same to the bit on each machine, since it needs only
+ * additions, multiplications, divisions and square roots of IEEE numbers and no functions of libm.
  */
 
-/* Philox 4x32-10 of a counter and a key, which are as long as its result. */
+/* Philox 4x32-10 of a counter and a key. */
 void random_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t result[4]);
-/* Uniform in (0, 1), without the ends. `stream`: random_stream of a name. */
+/* Uniform in the open interval (0, 1). `stream` is random_stream of a name. */
 double random_uniform(uint64_t seed, uint64_t stream, uint64_t number);
 uint64_t random_stream(const char *name);
 /* The value below which a standard normal variable lies with probability u, 0 < u < 1. */
@@ -191,27 +194,29 @@ double random_log(double x);
 double random_exp(double x);
 
 /*
- * The structures of a batch: its cases sorted by their options, and for each such group the model that is
- * compiled for it, with what varies in places of that model.
+ * Structures.
+ *
+ * Cases with equal options share one structure of the model, which is compiled once. A structure has the
+ * numbers of its cases, and which parts of the compiled model vary.
  */
 
 struct structure {
     struct options options; /* of the command, and the values of the options that vary */
     struct scene scene;
     unsigned needs; /* of the scene */
-    bool is_open;   /* the scene is to be closed */
-    long example;   /* a case of it */
+    bool is_open;   /* scene_close must be called */
+    long example;   /* number of one of its cases */
     long *numbers;  /* (count) of its cases that are computed, ascending */
     long count;
-    struct refdyn_batch_column *columns; /* what varies and the model has */
-    struct refdyn_samples *samples;      /* of the files of inputs */
+    struct refdyn_batch_column *columns; /* the varied values that this model has */
+    struct refdyn_samples *samples;      /* read from the files of inputs */
     int column_count, sample_count;
-    int *held; /* (held_count) coordinates that statics holds */
+    int *held; /* (held_count) coordinates that statics keeps at their start */
     int held_count;
     struct refdyn_statics_options statics;
 };
 
-/* Each is a compiled library with what was read of its model, all open at once. */
+/* All structures of a batch are open at once, each with its compiled library and its model in memory. */
 enum { STRUCTURES_MOST = 512 };
 
 struct structures {
@@ -219,55 +224,43 @@ struct structures {
     int count, room;
 };
 
-/* Sorts all cases, of which [first, end) are computed: what is kept of a case, and where, is the same for all
- * ranges. Complains of too many structures. */
+/* Groups all cases, of which [first, end) are computed. All of them count, so that the layout of the results
+ * is the same for every range. Reports an error if there are too many structures. */
 enum status structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
                             long first, long end, const struct options *options);
-/*
- * Generates, compiles and loads all of them, several at the same time; then finds what varies in each.
- * Complains of what a structure lacks. structures_close in any case.
- */
+/* Generates, compiles and loads all structures, several at the same time; then looks up in each model what
+ * varies. Reports what a structure lacks. Call structures_close in any case. */
 enum status structures_open(struct structures *structures, struct memory *memory, const struct cases *cases,
                             const struct refdyn_options *integration, int threads);
 void structures_close(struct structures *structures);
 
-/*
- * A sweep file in Lua, or a table of cases as CSV: the cases of a batch, and what is to be kept.
- *
- * Takes a path and the model that was read; gives the cases, the options of the motions and what to keep, or
- * complaints as FILE:LINE on stderr.
- */
-
-struct generation;
-struct memory;
+/* Sweeps: a sweep file in Lua or a table of cases as CSV, read for one model. Errors go to stderr as
+ * FILE:LINE. */
 
 struct sweep {
     struct cases cases;
     struct keep keep;
-    const char *text; /* all that the cases come from: the hash of a batch is of it */
+    const char *text; /* everything that the cases come from; the batch is identified by its hash */
 };
 
-/* Lives in `memory`. Options of the motions that the file tells (t_end tol method from every ...) go into
- * *options, whose own values, from the command line, win. */
+/* The sweep lives in `memory`. Options of the motions that the file sets (t_end tol method from every ...) go
+ * into *options, unless the command line sets them. */
 enum status sweep_read(struct sweep *sweep, struct memory *memory, const char *path,
                        const struct generation *generation, struct options *options);
-/* One row a case, a column for each name that varies; final states are kept. */
+/* A table has one row a case and a column for each varied name. Its batch keeps final states. */
 enum status sweep_read_table(struct sweep *sweep, struct memory *memory, const char *path,
                              const struct generation *generation, const struct options *options);
 
-/* Different texts, numbered in the order in which they came. */
-
-struct memory;
-
+/* Text sets: different texts, numbered in the order in which they were added. */
 struct text_set {
-    struct memory *memory; /* of the texts; set by the user, all else 0 */
+    struct memory *memory; /* of the texts; the caller sets it and leaves the other members 0 */
     const char **texts;    /* (count) */
     int count, room;
-    int *places; /* (place_count) a hash table: number of a text plus one, 0: free */
+    int *places; /* (place_count) hash table: number of a text plus one; 0 if free */
     int place_count;
 };
 
-/* The number of the text, of which the set keeps a copy. */
+/* Returns the number of the text; the set keeps a copy of a new one. */
 int text_set_add(struct text_set *set, const char *text);
 
 #endif

@@ -1,4 +1,12 @@
-/* What this folder offers. */
+/*
+ * Equilibria and small motions.
+ *
+ *   spectrum      eigenvalues and shapes of small motions
+ *   choices       coordinates that are held, rows that are satisfied, the way to the equilibrium
+ *   equilibrium   its computation for a command, with messages
+ *
+ * statics.c and modes.c are the commands.
+ */
 #ifndef REFDYN_TOOL_EQUILIBRIA_H
 #define REFDYN_TOOL_EQUILIBRIA_H
 
@@ -6,54 +14,47 @@
 
 #include "runtime/tool/scene/scene.h"
 
-/*
- * Eigenvalues and shapes of small motions (theory, sect. 8.10).
- *
- * Takes the linear equations (scene.h), gives each x = shape e^(eigenvalue t) once: of a conjugate
- * pair the one with a positive imaginary part.
- */
+/* Spectrum of small motions x = shape e^(eigenvalue t), computed from the linear equations of scene.h
+ * (theory, sect. 8.10). Each occurs once: of a conjugate pair, the one with positive imaginary part. */
 
 struct mode {
-    double complex eigenvalue;   /* [1/s]; its parts exactly 0 where they are within rounding */
+    double complex eigenvalue;   /* [1/s]; parts within rounding are exactly 0 */
     const double complex *shape; /* (n) the largest entry is 1 */
 };
 
 struct spectrum {
     struct mode *modes; /* by |eigenvalue|, ascending; a growing one before a decaying one */
     int count;
-    const int *redundant; /* (redundant_count) rows that say what others say, or nothing at rest */
+    const int *redundant; /* (redundant_count) rows that depend on others, or have no effect at rest */
     int redundant_count;
 };
 
 /* Returns a status of the runtime. */
 int equilibria_find_spectrum(struct spectrum *spectrum, const struct linear *linear);
 
-/* Equilibria as the options of a command ask for them. */
-
-/* Marks in held (n) the coordinates of --hold, or the model's. Complains about names that there are not. */
+/* Choices. Marks in held (n) the coordinates of --hold, or those of the model by default. Reports unknown
+ * names. */
 enum status equilibria_choose_held(struct scene *scene, const struct options *options, int *held);
 
 /*
- * How equilibria of the scene are looked for: its position rows hold, but those of --release and those of a
- * programme that begins where the motion does (struct row, starts) while what it reads there is not given.
- * is_given (parameters of the model in C): besides those of scene->given; NULL: none. Complains about words
- * and rows that there are not.
+ * Sets how equilibria of the scene are computed. All position rows must be satisfied, except for two kinds:
+ * rows of --release, and rows of a programme that begins where the motion does (struct row, starts) while a
+ * parameter that they read there has no value. is_given (parameters of the model in C): further parameters
+ * with a value, besides those of scene->given; may be NULL. Reports unknown words and rows.
  */
 enum status equilibria_choose_options(const struct scene *scene, const struct options *options,
                                       const int *is_given, struct refdyn_statics_options *statics);
-/* What --way may be, by enum refdyn_statics_way; NULL ends the list. */
 /* The options of equilibria. */
 extern const struct option_rule statics_rules[];
 extern const struct command statics_command, modes_command;
-/* Complains of options of statics where the command looks for no equilibrium; `place` is "--from statics". */
+/* Reports options of statics that are given without an equilibrium to compute; `place` is the option they
+ * need, such as "--from statics". */
 enum status equilibria_refuse_options(const struct options *options, const char *place);
 
-/*
- * Equilibrium from the scene's q, with the coordinates of --hold (or the model's); q becomes the equilibrium.
- * It lives as long as the scene. Complains on stderr when it fails, and warns when it is unstable.
- */
+/* Equilibrium, computed from the scene's q with the coordinates of --hold or the model's; q becomes the
+ * equilibrium. It lives as long as the scene. Reports failure on stderr, and warns if it is unstable. */
 struct equilibrium {
-    int *held;          /* (n) non-zero: held */
+    int *held;          /* (n) non-zero for held coordinates */
     double *hold_force; /* (n) */
     struct refdyn_statics_options options;
     struct refdyn_statics_result result;
@@ -61,13 +62,12 @@ struct equilibrium {
 
 enum status equilibria_find(struct scene *scene, const struct options *options,
                             struct equilibrium *equilibrium);
-/* Says which rows do not hold without being released, and why. */
+/* Prints which rows have no part in statics although they are not released, and why. */
 void equilibria_print_rows_without_part(const struct scene *scene,
                                         const struct refdyn_statics_options *statics);
 /* "stable", "neutral in 1 direction", "unstable in 2 directions". */
 const char *equilibria_stability_text(const struct refdyn_statics_result *result);
-/* How stability was judged: a word for each value of the enum; for forces without a potential, a line on
- * stderr. */
+/* How stability was determined: a word by enum, and a line on stderr if the forces have no potential. */
 extern const char *const equilibria_criterion_words[];
 void equilibria_print_criterion(const struct refdyn_statics_result *result);
 

@@ -1,4 +1,5 @@
-/* `refdyn modes`: frequencies, damping ratios and shapes of small motions about a state at rest. */
+/* `refdyn modes`: computes frequencies, damping ratios and shapes of small motions about a state at rest;
+ * prints JSON and a table. */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
@@ -8,10 +9,9 @@
 #include <string.h>
 
 static const double pi = 3.14159265358979323846;
-/* [rad, m] as far from an equilibrium as goes without a word */
+/* Largest residual phi of a state on the programme [rad, m]; larger ones are reported. */
 static const double programme_tol = 1e-6;
 
-/* What is printed. */
 struct analysis {
     struct scene *scene;
     const char *at;
@@ -27,32 +27,31 @@ static const char *place_of(const struct options *options) {
     return options_text(options, "at") ? options_text(options, "at") : "statics";
 }
 
-/* Small motions of such a row would need derivatives of v. */
+/* Such a row would need derivatives of its right side v. */
 static bool is_in_accelerations(const struct row *row) {
     return row->level == ROW_ACCELERATION;
 }
 
 static enum status check(struct scene *scene) {
     if (!scene->model->tangent) {
-        fprintf(stderr, "refdyn: %s: modes takes the corrected form only\n", scene->model->name);
+        fprintf(stderr, "refdyn: %s: modes needs the corrected form\n", scene->model->name);
         return STATUS_FAULT;
     }
     return scene_refuse_row(scene, is_in_accelerations,
-                            "is a row in accelerations, modes takes rows of positions and velocities only");
+                            "is a row in accelerations; modes needs rows of positions or velocities");
 }
 
-/* What a state says of its rates is passed over. */
 static void warn_of_rates(const struct scene *scene, const char *path) {
     for (int i = 0; scene->state.qd && i < scene->model->n; i++) {
         if (scene->state.qd[i] == 0)
             continue;
-        fprintf(stderr, "%s: warning: qd: modes are those of small motions from rest, rates are taken as 0\n",
+        fprintf(stderr, "%s: warning: qd: modes are small motions about rest; all rates are set to 0\n",
                 path);
         return;
     }
 }
 
-/* q of --at, qd = 0, parameters as in a motion that starts there. */
+/* Sets q from --at, qd = 0, and the parameters of a motion that starts there. */
 static enum status place(struct analysis *analysis, const struct options *options) {
     struct scene *scene = analysis->scene;
     enum status status = STATUS_DONE;
@@ -79,14 +78,14 @@ static void print_warnings(const struct analysis *analysis) {
     scene_print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
                               analysis->spectrum.redundant_count);
     if (off >= 0)
-        fprintf(stderr, "refdyn: warning: this is no equilibrium: %s is out of balance by %.4g\n",
+        fprintf(stderr, "refdyn: warning: this state is no equilibrium: %s is out of balance by %.4g\n",
                 analysis->scene->model->coordinates[linear->place[off]].name, fabs(linear->force[off]));
     if (analysis->phi > programme_tol)
         fprintf(stderr, "refdyn: warning: the state is off the programme: largest |phi| %.4g\n",
                 analysis->phi);
 }
 
-/* -1 for a growth without oscillation, 0 where nothing brings the motion back. */
+/* Damping ratio; -1 for growth without oscillation, 0 for an eigenvalue 0. */
 static double damping_of(const struct mode *mode) {
     const double omega = cabs(mode->eigenvalue);
     return omega > 0 ? 0 - creal(mode->eigenvalue) / omega : 0; /* no -0 */

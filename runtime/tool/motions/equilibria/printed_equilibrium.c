@@ -1,5 +1,5 @@
-/* The equilibrium of a scene, for the commands that start from it or look at it: what holds there, and how
- * stable it is. */
+/* Computes the equilibrium of a scene for a command: reads its options, and reports failure and stability on
+ * stderr. */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- What holds ---- */
+/* ---- Options ---- */
 
 static const char *const way_words[] = {
     [REFDYN_ALONG_LOAD] = "load", [REFDYN_ALONG_PATH] = "path", [REFDYN_DOWNHILL] = "downhill", NULL};
@@ -27,7 +27,7 @@ static enum status unknown_name(const struct options *options, const char *optio
                                 const char *name, const char *const *names, int count) {
     const char *near = message_nearest_name(name, names, count);
     if (near)
-        return option_error(options, option, ": the model has no %s '%s', the nearest is %s", what, name,
+        return option_error(options, option, ": the model has no %s '%s'; the nearest is %s", what, name,
                             near);
     return option_error(options, option, ": the model has no %s '%s'", what, name);
 }
@@ -63,7 +63,7 @@ enum status equilibria_choose_held(struct scene *scene, const struct options *op
     return STATUS_DONE;
 }
 
-/* Is an anchored parameter given? */
+/* Returns whether an anchored parameter has a given value. Other parameters always have one. */
 static bool is_given(const struct scene *scene, const int *given_beside, const char *name) {
     const struct refdyn_model *model = scene->model;
     for (int i = 0; i < model->anchored_count; i++)
@@ -72,7 +72,7 @@ static bool is_given(const struct scene *scene, const int *given_beside, const c
     return true;
 }
 
-/* Where a programme begins where the motion does, statics finds its begin. */
+/* Returns whether the row begins where the motion does, so that its start follows from the equilibrium. */
 static bool waits_for_start(const struct scene *scene, const int *given_beside, const struct row *row) {
     for (int i = 0; i < row->start_count; i++)
         if (!is_given(scene, given_beside, row->starts[i]))
@@ -89,8 +89,8 @@ static enum status choose_released(const struct scene *scene, const struct optio
         if (row < 0)
             return unknown_row(scene, options, *name);
         if (scene->model->rows[row].level != REFDYN_POSITION)
-            return option_error(options, "release", ": %s is no row of positions, it has no part in statics",
-                                *name);
+            return option_error(options, "release",
+                                ": %s is not a row of positions and has no part in statics; omit it", *name);
         released[row] = true;
     }
     return STATUS_DONE;
@@ -103,14 +103,14 @@ static enum status choose_way(const struct options *options, struct refdyn_stati
     return status;
 }
 
-/* The printed form has no tangent. */
+/* Rows that must be satisfied need a tangent, which the printed form lacks. */
 static enum status check_tangent(const struct scene *scene, const struct refdyn_statics_options *statics) {
     if (statics->row_count == 0 || refdyn_has_tangent(scene->model))
         return STATUS_DONE;
-    fprintf(
-        stderr,
-        "refdyn: %s: statics with rows that hold takes the corrected form only, --release %s lets them go\n",
-        scene->model->name, scene->model->rows[statics->rows[0]].name);
+    fprintf(stderr,
+            "refdyn: %s: statics with constraint rows needs the corrected form; release the rows with "
+            "--release %s\n",
+            scene->model->name, scene->model->rows[statics->rows[0]].name);
     return STATUS_FAULT;
 }
 
@@ -138,10 +138,10 @@ enum status equilibria_refuse_options(const struct options *options, const char 
     const char *given = options_text(options, "release") ? "release"
                         : options_text(options, "way")   ? "way"
                                                          : NULL;
-    return given ? option_error(options, given, " goes with %s", place) : STATUS_DONE;
+    return given ? option_error(options, given, " needs %s", place) : STATUS_DONE;
 }
 
-/* ---- What is said of it ---- */
+/* ---- Messages ---- */
 
 const char *equilibria_stability_text(const struct refdyn_statics_result *result) {
     const int count = result->unstable ? result->unstable : result->neutral;
@@ -156,10 +156,11 @@ const char *const equilibria_criterion_words[] = {[REFDYN_BY_POTENTIAL] = "poten
                                                   [REFDYN_BY_SYMMETRIC_PART] = "symmetric part"};
 
 static const char *const criterion_notes[] = {
-    [REFDYN_BY_LINEAR_MOTION] = "its forces have no potential, and the modes that grow were counted; refdyn "
+    [REFDYN_BY_LINEAR_MOTION] = "its forces have no potential, so the growing modes were counted; refdyn "
                                 "modes shows them",
-    [REFDYN_BY_SYMMETRIC_PART] = "its forces have no potential, and the symmetric part of the stiffness is "
-                                 "judged, since there is no finite tangent of the motion"};
+    [REFDYN_BY_SYMMETRIC_PART] =
+        "its forces have no potential and the motion no finite tangent, so the symmetric part of the "
+        "stiffness was used"};
 
 void equilibria_print_criterion(const struct refdyn_statics_result *result) {
     if (!result->has_potential)
@@ -167,7 +168,6 @@ void equilibria_print_criterion(const struct refdyn_statics_result *result) {
                 criterion_notes[result->criterion]);
 }
 
-/* An unstable one, with what to do about it. */
 static void warn_of_instability(const struct scene *scene, const struct equilibrium *equilibrium) {
     const struct refdyn_statics_result *result = &equilibrium->result;
     fprintf(stderr, "refdyn: warning: this equilibrium is %s", equilibria_stability_text(result));
@@ -176,14 +176,14 @@ static void warn_of_instability(const struct scene *scene, const struct equilibr
     if (!result->has_potential)
         fprintf(stderr, "; %s", criterion_notes[result->criterion]);
     else if (equilibrium->options.way != REFDYN_DOWNHILL)
-        fputs("; --way downhill leads to a stable one", stderr);
+        fputs("; --way downhill finds a stable one", stderr);
     fputc('\n', stderr);
 }
 
 static void warn(const struct scene *scene, const struct equilibrium *equilibrium) {
     if (!equilibrium->result.is_followed)
-        fputs("refdyn: warning: this equilibrium is not the one that the growing load leads to: "
-              "there is a limit point before\n",
+        fputs("refdyn: warning: this equilibrium is beyond a limit point; the growing load does not lead to "
+              "it\n",
               stderr);
     if (equilibrium->result.unstable)
         warn_of_instability(scene, equilibrium);
@@ -193,7 +193,7 @@ static const char *unit_of_force(const struct refdyn_model *model, int coordinat
     return strcmp(model->coordinates[coordinate].unit, "rad") == 0 ? "N m" : "N";
 }
 
-/* The largest force that neither the coordinate's spring nor a row nor a hold bears. */
+/* Prints the largest force that no spring, row or hold balances. */
 static void print_imbalance(struct scene *scene, const struct equilibrium *equilibrium) {
     const struct refdyn_model *model = scene->model;
     const double *force = equilibrium->result.force;
@@ -203,7 +203,7 @@ static void print_imbalance(struct scene *scene, const struct equilibrium *equil
         if (!equilibrium->held[i] && (largest < 0 || fabs(force[i]) > fabs(force[largest])))
             largest = i;
     if (largest >= 0)
-        fprintf(stderr, "refdyn: there %s is farthest from balance, by %s %s\n",
+        fprintf(stderr, "refdyn: the largest imbalance there is at %s: %s %s\n",
                 model->coordinates[largest].name, exact_text(force[largest], text),
                 unit_of_force(model, largest));
 }
@@ -217,14 +217,14 @@ void equilibria_print_rows_without_part(const struct scene *scene,
         if (next < statics->row_count && statics->rows[next] == i)
             next++;
         else if (row->level != ROW_POSITION)
-            fprintf(stderr, "refdyn: the row %s is not one of positions, it has no part in statics\n",
+            fprintf(stderr, "refdyn: the row %s is not a row of positions and has no part in statics\n",
                     row->name);
         else if (row->start_count > 0)
-            fprintf(stderr,
-                    "refdyn: the row %s begins where the motion does, it has no part in statics; with --set "
-                    "%s=VALUE "
-                    "it holds, too\n",
-                    row->name, row->starts[0]);
+            fprintf(
+                stderr,
+                "refdyn: the row %s begins where the motion does and has no part in statics; --set %s=VALUE "
+                "includes it\n",
+                row->name, row->starts[0]);
     }
 }
 
@@ -238,21 +238,20 @@ static enum status print_failure(struct scene *scene, const struct equilibrium *
     if (answer != REFDYN_NOT_FINITE)
         print_imbalance(scene, equilibrium);
     if (equilibrium->options.way == REFDYN_DOWNHILL)
-        fputs("refdyn: the forces lead on to no equilibrium\n", stderr);
+        fputs("refdyn: the forces lead to no equilibrium\n", stderr);
     else
-        fprintf(stderr, "refdyn: equilibrium reached under %.3g of the load only\n", result->load);
+        fprintf(stderr, "refdyn: equilibrium reached only up to %.3g of the load\n", result->load);
     if (answer == REFDYN_TANGENT_SINGULAR) {
-        fputs("refdyn: --hold keeps coordinates at their start\n", stderr);
+        fputs("refdyn: --hold keeps free coordinates at their start\n", stderr);
         equilibria_print_rows_without_part(scene, &equilibrium->options);
     }
     if (equilibrium->options.way == REFDYN_ALONG_LOAD)
-        fputs("refdyn: --way path goes on past limit points of the load, --way downhill to where the forces "
-              "lead\n",
+        fputs("refdyn: --way path passes limit points of the load; --way downhill follows the forces\n",
               stderr);
     return status;
 }
 
-/* ---- Looking for it ---- */
+/* ---- Computation ---- */
 
 static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     const size_t n = (size_t)scene->model->n, size = refdyn_statics_size(scene->model);

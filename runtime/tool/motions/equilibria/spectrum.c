@@ -1,15 +1,15 @@
 /*
- * Eigenvalues and shapes of small motions: see equilibria.h.
+ * Eigenvalues and shapes of small motions, from the linear equations of a scene at rest.
  *
  * Coordinates are measured in 1/sqrt(M_jj). With x = Z y for the position rows, x' = N w + G x for all rows
  * (scene.h), the equations are the pencil
  *     y' = (N w + G Z y)_independent
  *     N^T M N w' = -N^T ((K + (D + M G) G) Z y + (D + M G) N w)
- * or E z' = A z, in a time unit 1/s that lies between those of stiff and soft coordinates. The eigenvalues
- * tau of (A - E)^-1 E, with balancing (LAPACK dgeev), give mu = 1 + 1/tau: both ends of a wide spectrum keep
- * digits that those of E^-1 A lose at its low end. Each is then improved by the generalized Rayleigh quotient
- * of its left and right vectors (Ostrowski, Arch. Rational Mech. Anal. 3:325-340, 1959), whose error is the
- * product of theirs.
+ * or E z' = A z, with a time unit 1/s between those of stiff and soft coordinates. The eigenvalues
+ * tau of (A - E)^-1 E, with balancing (LAPACK dgeev), give mu = 1 + 1/tau. So both ends of a wide spectrum
+ * keep their digits, while E^-1 A loses those of the low end. Each is then improved by the generalized
+ * Rayleigh quotient of its left and right vectors (Ostrowski, Arch. Rational Mech. Anal. 3:325-340, 1959),
+ * whose error is the product of theirs.
  */
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/scene/scene.h"
@@ -19,24 +19,27 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* In units of the scale s: two equal eigenvalues 0 of one vector are apart by sqrt(DBL_EPSILON). */
+/* Smaller eigenvalues are 0, in units of the scale s. A double eigenvalue 0 with one vector splits by
+ * sqrt(DBL_EPSILON). */
 static const double zero_tol = 1e-6;
-/* Damping ratios below it are rounding. */
+/* Smaller damping ratios are rounding. */
 static const double axis_tol = 1e-10;
-/* Pairs nearer to each other, of their size, are two that are equal: a critically damped one splits by
+/* Pairs with a smaller relative distance are double: a critically damped eigenvalue splits by
  * sqrt(DBL_EPSILON). */
 static const double pair_tol = 1e-7;
-/* Shapes of equal eigenvalues that differ by less are one. */
+/* Shapes of equal eigenvalues that differ by less are the same shape. */
 static const double same_tol = 1e-4;
 /* Sizes of eigenvalues, or of entries of a shape, that differ by less are equal. */
 static const double equal_tol = 1e-9;
-/* Part of an eigenvalue; its left and right vectors are nearly at right angles where more is asked for. */
+/* Largest relative improvement of an eigenvalue; larger ones mean that its left and right vectors are nearly
+ * orthogonal. */
 static const double improvement_limit = 1e-3;
-/* Of the largest entry of a shape: smaller parts are rounding. */
+/* Smaller parts of the largest entry of a shape are rounding. */
 static const double part_tol = 1e-12;
-/* Softer coordinates than this part of the stiffest one do not move the scale. */
+/* Rates below this part of the highest one do not affect the scale. */
 static const double low_share = 1e-6;
-/* Of the scale: a shift that closed forms do not meet. */
+/* Shift as a part of the scale; an irrational number (the golden ratio less 1) meets no eigenvalue of a
+ * closed form. */
 static const double shift_share = 0.6180339887498949;
 
 struct pencil {
@@ -46,7 +49,7 @@ struct pencil {
     double *M, *D, *K;           /* (n x n) scaled */
     struct freedom position, velocity;
     double scale;           /* s [1/s] */
-    double *A, *E, *factor; /* (size x size) factor: of A - E */
+    double *A, *E, *factor; /* (size x size) factor: LU factors of A - E */
     int *pivots;
     double *tau_re, *tau_im, *left, *right; /* (size), (size x size): as dgeev gives them */
 };
@@ -88,7 +91,8 @@ static double *scaled(const struct pencil *pencil, const double *matrix, int row
     return out;
 }
 
-/* Between the largest and the smallest sqrt(K_jj / M_jj), or D_jj / M_jj where nothing is stiff. */
+/* The geometric mean of the largest and the smallest sqrt(K_jj / M_jj), or of D_jj / M_jj if nothing is
+ * stiff, times the shift. */
 static void choose_scale(struct pencil *pencil) {
     double low = INFINITY, high = 0;
     for (int order = 0; order < 2 && high == 0; order++)
@@ -117,7 +121,6 @@ static void find_freedoms(struct pencil *pencil) {
     pencil->size = pencil->position_count + n - pencil->velocity.rank;
 }
 
-/* Puts a block into a matrix of the pencil's size. */
 static void put_block(const struct pencil *pencil, double *matrix, int row, int column, const double *block,
                       int rows, int columns, double factor) {
     for (int i = 0; i < rows; i++)
@@ -136,7 +139,7 @@ static void put_rates(struct pencil *pencil, const double *drift, int rates) {
     }
 }
 
-/* MASS_NOT_POSITIVE unless the mass of what is free has a factor. */
+/* Returns REFDYN_MASS_NOT_POSITIVE if the mass of the free motion has no Cholesky factor. */
 static int put_motion(struct pencil *pencil, const double *drift, int rates) {
     const int n = pencil->n, positions = pencil->position_count;
     const double *N = pencil->velocity.basis, s = pencil->scale;
@@ -227,7 +230,7 @@ static double complex improved(const struct pencil *pencil, double complex mu, i
     return cabs(correction) <= improvement_limit * cabs(mu) ? mu - correction : mu;
 }
 
-/* What is rounding becomes 0. */
+/* Sets a real part that is rounding to 0. */
 static double complex rounded(double complex mu) {
     const double size = cabs(mu);
     return fabs(creal(mu)) <= axis_tol * size ? I * cimag(mu) : mu;
@@ -235,7 +238,7 @@ static double complex rounded(double complex mu) {
 
 /* ---- Shapes ---- */
 
-/* Entry of x that is largest; the first of those that are equal to rounding. */
+/* Index of the largest entry of x; of entries equal within rounding, the first. */
 static int largest_entry(const double complex *x, int n) {
     double largest = 0;
     for (int j = 0; j < n; j++)
@@ -277,8 +280,8 @@ static void add_mode(struct spectrum *spectrum, double complex eigenvalue, const
 
 /* ---- Eigenvalues 0 ---- */
 
-/* Real and imaginary parts of vectors whose eigenvalue is 0, one a row. A motion at constant speed and the
- * rest that it leaves have the same positions but for rounding, so that elimination leaves one of both. */
+/* Real and imaginary parts of vectors with eigenvalue 0, one a row. A motion at constant speed and the rest
+ * at its start have the same positions within rounding, so elimination keeps one of both. */
 struct resting {
     double *vectors; /* (count x n) */
     int count;
@@ -290,8 +293,8 @@ static void add_resting(struct resting *resting, const double complex *x, int n,
             resting->vectors[resting->count * n + j] = part ? cimag(x[j]) : creal(x[j]);
 }
 
-/* Size, row and column of the largest entry from row `from` on; the first of those that are equal to
- * rounding. */
+/* Size, row and column of the largest entry from row `from` on; of entries equal within rounding, the first.
+ */
 static double find_largest(const struct resting *resting, int n, int from, int *row, int *column) {
     double largest = 0;
     for (int i = from; i < resting->count; i++)
@@ -325,7 +328,7 @@ static void clear_column(struct resting *resting, int n, int row, int column) {
     }
 }
 
-/* One mode for each coordinate that the vectors leave free, in the order of the coordinates. */
+/* Adds one mode for each pivot coordinate of the vectors, in the order of the coordinates. */
 static void add_resting_modes(struct spectrum *spectrum, struct resting *resting, int n) {
     int *row_of = allocate((size_t)n, sizeof *row_of), count = 0, row, column;
     while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
@@ -363,7 +366,8 @@ static void sort_modes(struct spectrum *spectrum) {
         }
 }
 
-/* A pair that is real but for rounding: two modes, whose shapes are apart unless the system is defective. */
+/* Adds a pair that is real within rounding as two modes. Their shapes differ unless the system is defective.
+ */
 static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const double complex *x, int n) {
     double complex *parts = allocate(2 * (size_t)n, sizeof *parts);
     double apart = 0;
@@ -378,7 +382,7 @@ static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const do
     add_mode(spectrum, eigenvalue, apart > same_tol ? parts + n : parts);
 }
 
-/* dgeev names the tau with the positive imaginary part first; mu = 1 + 1/tau has the negative one. */
+/* dgeev lists the tau with positive imaginary part first; its mu = 1 + 1/tau has a negative one. */
 static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, struct resting *resting,
                        int k) {
     const int n = pencil->n;

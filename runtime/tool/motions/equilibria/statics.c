@@ -1,11 +1,11 @@
-/* `refdyn statics`: the equilibrium of a model under its loads, with coordinates and rows that hold. */
+/* `refdyn statics`: computes the equilibrium of a model under its loads and prints it as JSON. */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 
 #include <string.h>
 
-/* Beside warnings, what the numbers of the result may need explained. */
+/* Prints explanations of the result that are no warnings. */
 static void print_notes(const struct scene *scene, const struct equilibrium *equilibrium) {
     const struct refdyn_statics_result *result = &equilibrium->result;
     if (result->limit_points)
@@ -14,12 +14,11 @@ static void print_notes(const struct scene *scene, const struct equilibrium *equ
     if (!result->unstable)
         equilibria_print_criterion(result);
     if (result->is_indeterminate)
-        fputs("refdyn: the forces of the contacts are not unique, the least ones are reported\n", stderr);
+        fputs("refdyn: the forces of the contacts are not unique; the smallest ones are printed\n", stderr);
     equilibria_print_rows_without_part(scene, &equilibrium->options);
 }
 
-/* Contacts that take part, which begin at row `from` of the options: their gaps, and the forces of those that
- * carry. */
+/* Writes gaps and forces of the contacts, which begin at row `from` of the options. */
 static void put_contacts(struct document *document, const struct scene *scene,
                          const struct equilibrium *equilibrium, int from) {
     const struct refdyn_statics_options *options = &equilibrium->options;
@@ -79,7 +78,7 @@ static void warn_of_rates(const struct scene *scene, const char *path) {
     for (int i = 0; scene->state.qd && i < scene->model->n; i++) {
         if (scene->state.qd[i] == 0)
             continue;
-        fprintf(stderr, "%s: warning: qd: statics takes rates as 0\n", path);
+        fprintf(stderr, "%s: warning: qd: statics sets all rates to 0\n", path);
         return;
     }
 }

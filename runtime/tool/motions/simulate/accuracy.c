@@ -1,28 +1,31 @@
 /*
- * The tolerance of a motion from its error: see simulate.h.
+ * Finds the tolerance at which a motion has the requested accuracy.
  *
- * Each run is compared with the one before it. Errors fall with the tolerance, so that two runs tell the next
- * one; each is to cost half as much again as the one before, else what they cost together has no bound.
+ * Each run is compared with the one before it. Errors fall with the tolerance, so two runs predict the
+ * tolerance of the next one. Each run costs about half as much again as the one before, so that the total
+ * cost is bounded.
  */
 #include "runtime/tool/motions/simulate/simulate.h"
 
 #include <math.h>
 #include <stdlib.h>
 
-static const double first_tol = 10;      /* of the error asked for: a motion's error often is a part of it, */
-static const double first_most = 1e-4;   /* but a motion must be resolved */
-static const double tol_least = 1e-14;   /* rounding is larger */
-static const double fall_least = 0.1;    /* of the tolerance from run to run, */
-static const double fall_most = 1e-4;    /* lest an extrapolation goes astray */
-static const double fall_unknown = 0.01; /* where the runs do not tell */
-/* From run to run: geometric, so that all cost at most three times the last. */
+static const double first_tol =
+    10; /* first tolerance over the requested error, of which a motion's error is often a part; */
+static const double first_most = 1e-4;   /* its upper bound, so that the motion is resolved */
+static const double tol_least = 1e-14;   /* below it rounding is larger */
+static const double fall_least = 0.1;    /* largest factor of the tolerance from run to run */
+static const double fall_most = 1e-4;    /* smallest factor, since an extrapolation may be wrong */
+static const double fall_unknown = 0.01; /* factor if the runs predict nothing */
+/* Growth of the cost from run to run. The series is geometric, so all runs cost at most three times the last.
+ */
 static const double cost_growth = 1.5;
-static const double allowed_part = 0.8; /* of the error asked for: what is estimated may be larger */
+static const double allowed_part = 0.8; /* of the requested error: the estimate may be too small */
 static const double aimed_part = 0.2;   /* of it: the next run shall do */
 
-/* Of the fall of errors with the tolerance, which by its making is about 1. */
+/* Bounds of the exponent by which errors fall with the tolerance; about 1 by construction. */
 static const double exponent_most = 0.75, exponent_least = 0.2;
-static const double worth = 2.7; /* steps of all runs over those of the one that is taken */
+static const double worth = 2.7; /* largest ratio of the steps of all runs to those of the chosen run */
 
 enum { FAILURES_MOST = 3 };
 
@@ -48,7 +51,7 @@ static bool is_good(const struct candidate *candidate, double allowed) {
     return candidate->estimate.is_trusted && error_of(candidate) <= allowed;
 }
 
-/* The tolerance falls by this factor to the next run. */
+/* The factor of the tolerance for the next run. */
 static double find_fall(const struct candidate *now, double accuracy, int order) {
     const double cheap = fmin(fall_least, pow(cost_growth, -order));
     if (now->trial.result != REFDYN_OK || (now->has_estimate && !now->estimate.is_trusted))
@@ -68,7 +71,8 @@ static long tries_of(const struct candidate *candidate) {
     return statistics->steps + statistics->rejected;
 }
 
-/* How errors fall with the tolerance: as the last two differences of runs did, but no faster than is safe. */
+/* The exponent by which errors fall with the tolerance, from the last two differences of runs, within safe
+ * bounds. */
 static double find_exponent(const struct search *search, double difference) {
     if (search->difference_before == 0 || difference == 0)
         return exponent_most;
@@ -76,8 +80,8 @@ static double find_exponent(const struct search *search, double difference) {
     return fmax(exponent_least, fmin(seen, exponent_most));
 }
 
-/* Compares the last two runs and takes the coarser one where that is good enough and worth what all runs
- * cost, else the finer one; false: neither is. */
+/* Compares the last two runs. Chooses the coarser one if it is accurate enough and the total cost is
+ * acceptable for it, otherwise the finer one. Returns whether one of them is accurate enough. */
 static bool judge(struct search *search, struct candidate *before, struct candidate *now, double accuracy) {
     const double fall = tolerance_of(now) / tolerance_of(before);
     estimate(before, now, pow(fall, exponent_most));
@@ -108,8 +112,8 @@ static void run(struct search *search, struct candidate *candidate, const struct
     search->tries += tries_of(candidate);
 }
 
-/* The next run: at a tolerance `fall` times the last one, and with steps that are shorter in that proportion
- * even where not the tolerance rules them. False: it is at its end. */
+/* Sets the next run: `fall` times the tolerance, and a bound on the step that shrinks with it, in case
+ * something else limits the steps. Returns false at the smallest tolerance. */
 static bool tighten(struct refdyn_options *integration, const struct candidate *now, double fall, int order) {
     const double tol = fmax(integration->tol * fall, tol_least);
     if (!(tol < integration->tol * fall_least * 2))
@@ -129,12 +133,13 @@ enum status search_run(struct search *search, const struct task *task,
     const int order = refdyn_method_order(options.method);
     int failures = 0, place = 0;
     *search = (struct search){.taken = NULL};
-    const double smallest_unit = fmin(1, task->scene->model->length); /* [rad, m] of what has the tolerance */
+    const double smallest_unit = fmin(
+        1, task->scene->model->length); /* the tolerance applies to 1 rad and to the model's length [m] */
     options.tol = fmax(fmin(first_tol * accuracy / smallest_unit, first_most), tol_least / fall_least);
     for (struct candidate *before = NULL;;) {
         struct candidate *now = &search->candidates[place];
         run(search, now, &each, &options);
-        each.on_start = NULL; /* all start alike */
+        each.on_start = NULL; /* reported once for all runs */
         if (!now->rows || now->trial.usage != STATUS_DONE)
             return now->rows ? now->trial.usage : STATUS_FAULT;
         search->last = now;

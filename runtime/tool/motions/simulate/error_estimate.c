@@ -1,12 +1,12 @@
-/* The error of a whole motion: see simulate.h. */
+/* Estimates the error of a whole motion from the positions of two runs (Richardson's extrapolation). */
 #include "runtime/tool/motions/simulate/simulate.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Runs further apart than this, as a part of the way of the motion, are not yet near it: errors then do not
- * stand as the orders say, or grow like those of a chaotic motion. */
+/* Part of the way of the motion. Runs that differ by more are not near the solution: their errors do not
+ * follow the orders, or grow as in a chaotic motion. */
 static const double near_part = 0.05;
 
 void track_start(struct track *track, const struct refdyn_model *model, long room) {
@@ -54,7 +54,7 @@ static void raise_peak(struct peak *peak, double error, double t) {
         *peak = (struct peak){error, t};
 }
 
-/* NaN when one of them is. */
+/* NaN if one of them is. */
 static double larger(double a, double b) {
     return isnan(a) || a > b ? a : b;
 }
@@ -116,8 +116,9 @@ void estimate_print(const struct estimate *estimate) {
         fprintf(stderr, "  %-10s %.2g %s at t = %.6g s\n", model->coordinates[j].name,
                 estimate->coordinates[j].error, model->coordinates[j].unit, estimate->coordinates[j].t);
     if (!estimate->is_trusted)
-        fputs("refdyn: warning: the estimated error is not to be trusted: a finer motion goes another way (a "
-              "coarse --tol or --step, or chaos)\n",
+        fputs("refdyn: warning: the estimated error is not reliable: a finer run takes another path (--tol "
+              "or --step "
+              "too large, or chaos)\n",
               stderr);
 }
 

@@ -1,10 +1,10 @@
-/* The events of a motion: see simulate.h. */
+/* Records the events of a motion, and writes them into summaries and messages. */
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "gen/base/base.h"
 
 #include <stdlib.h>
 
-enum { LISTED_MOST = 8 }; /* in the text of a summary */
+enum { LISTED_MOST = 8 }; /* events listed in the text of a summary */
 
 static const char *const kind_names[] = {"", "impact", "rests", "leaves"};
 
@@ -16,12 +16,12 @@ static void add(struct event_record *record, struct event_mark mark) {
     record->count++;
 }
 
-/* The contact of an event; -1: the event is no contact. */
+/* The contact of an event, negative if the event is of no contact. */
 static int contact_of(const struct refdyn_model *model, int event) {
     return model->events[event].contact - 1 - refdyn_programme_rows(model);
 }
 
-/* Modes change at the begin of a call, where the last one has stopped. */
+/* Modes change at the beginning of a call, at the time at which the last call stopped. */
 static void take_modes(struct event_record *record, const struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
     if (!record->modes)
@@ -41,7 +41,8 @@ static void take_modes(struct event_record *record, const struct refdyn_integrat
     }
 }
 
-/* A contact that is not free changes its mode, which take_modes finds. */
+/* Records an event that is due. If its contact is closed, its mode changes instead, which take_modes records.
+ */
 static void take_due(struct event_record *record, const struct refdyn_integrator *integrator, int event) {
     const struct refdyn_model *model = integrator->work->model;
     const int k = contact_of(model, event);
@@ -88,7 +89,7 @@ void events_print(const struct event_record *record, const struct refdyn_model *
     }
     fputs(record->count > LISTED_MOST ? ", ...\n" : "\n", stderr);
     if (record->lacks_forces)
-        fputs("contacts     more are closed than bodies can move: other forces would hold them as well\n",
+        fputs("contacts     more are closed than bodies can move, so that their forces are not unique\n",
               stderr);
     if (record->has_ended)
         fprintf(stderr, "ended        by %s at t = %s s\n", model->events[record->end.event].name,

@@ -1,11 +1,12 @@
-/* Motions by methods of GSL: see simulate.h. */
+/* Motions by methods of GSL: their names and stabilisation, and the calls of refdyn_gsl.h in a build with
+ * GSL. */
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-/* msbdf goes on from earlier states, so that a projection would make it start again. */
+/* msbdf continues from earlier states, so a projection would force it to start again. */
 static const struct {
     const char *name;
     enum refdyn_stabilise stabilise;

@@ -1,14 +1,14 @@
-/* Where a motion left the limits of its joints: see simulate.h. */
+/* Records where a motion exceeds the limits of its joints. */
 #include "runtime/tool/motions/simulate/simulate.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* By no more than this part of a limit, or of the range between two, a motion leaves it by rounding alone. */
+/* Smaller excesses, as a part of a limit or of the range between two, are rounding. */
 static const double slack = 1e-9;
 
-/* What is watched of a joint. */
+/* The limits of a joint. */
 enum { POSITION, RATE, FORCE, KINDS };
 
 static const struct {
@@ -46,7 +46,7 @@ void limits_start(struct limit_record *record, const struct scene *scene) {
     record->force = allocate_large((size_t)tree->count, sizeof *record->force);
 }
 
-/* How large numbers about this limit are. */
+/* The scale of values near this limit. */
 static double size_of(const struct watched_limit *limit) {
     if (isfinite(limit->least) && isfinite(limit->most))
         return limit->most - limit->least;
@@ -79,12 +79,13 @@ void limits_print(const struct limit_record *record) {
     for (int i = 0; i < record->count; i++) {
         const struct watched_limit *limit = &record->list[i];
         if (limit->beyond > 0)
-            fprintf(
-                stderr, "refdyn: warning: %s leaves its limits: %s %.6g %s at t = %s s, %s %.6g is allowed\n",
-                limit->coordinate, strcmp(limit->what, kinds[FORCE].what) ? limit->what : "programme force",
-                limit->value, limit->unit, near_text(limit->t, text),
-                limit->value > limit->most ? "at most" : "at least",
-                limit->value > limit->most ? limit->most : limit->least);
+            fprintf(stderr,
+                    "refdyn: warning: %s exceeds its limits: %s %.6g %s at t = %s s; allowed is %s %.6g\n",
+                    limit->coordinate,
+                    strcmp(limit->what, kinds[FORCE].what) ? limit->what : "programme force", limit->value,
+                    limit->unit, near_text(limit->t, text),
+                    limit->value > limit->most ? "at most" : "at least",
+                    limit->value > limit->most ? limit->most : limit->least);
     }
 }
 

@@ -1,4 +1,4 @@
-/* What `sim` tells of a motion: see simulate.h. */
+/* Summary of a motion that `sim` prints on stderr and writes as JSON. */
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
@@ -14,7 +14,7 @@ static const char *row_name(const struct refdyn_model *model, int row) {
     return row < 0 ? "none" : model->rows[row].name;
 }
 
-/* What the automatic choice took, and why. */
+/* Prints which methods `auto` has chosen, and why. */
 static void print_choice(const struct refdyn_integrator *integrator) {
     const struct refdyn_choice *choice = &integrator->choice;
     const char *before = "";
@@ -52,19 +52,20 @@ static void print_method(const struct motion *motion) {
         print_choice(integrator);
 }
 
-/* A row with a larger residual than this [m, rad, and these a second] does not hold. */
+/* A row with a larger residual is not satisfied [m, rad, m/s, rad/s]. */
 static const double off_most = 0.01;
 
-/* The start has its own warning, and a projection holds all rows. */
+/* The start has its own warning, and with a projection all rows are satisfied. */
 static void warn_of_rows(const struct refdyn_integrator *integrator) {
     const struct refdyn_statistics *s = &integrator->statistics;
     const int by_rate = !(s->phi_max > off_most), row = by_rate ? s->psi_row : s->phi_row;
     if (integrator->options.stabilise == REFDYN_PROJECT || integrator->start_is_off || row < 0 ||
         !((by_rate ? s->psi_max : s->phi_max) > off_most))
         return;
-    fprintf(stderr, "refdyn: warning: %s does not hold: its %s is up to %.3g; --stabilise project holds it\n",
-            row_name(integrator->work->model, row), by_rate ? "psi" : "phi",
-            by_rate ? s->psi_max : s->phi_max);
+    fprintf(
+        stderr,
+        "refdyn: warning: %s is not satisfied: its %s is up to %.3g; --stabilise project keeps it small\n",
+        row_name(integrator->work->model, row), by_rate ? "psi" : "phi", by_rate ? s->psi_max : s->phi_max);
 }
 
 static void print_rows(const struct refdyn_model *model, const struct refdyn_statistics *s) {
@@ -76,7 +77,7 @@ static void print_rows(const struct refdyn_model *model, const struct refdyn_sta
         s->pivot_min, s->condition_max, s->partition_changes);
 }
 
-/* States where the rows lose rank, with the step that led through each. */
+/* Prints the singular positions that were crossed, with the step across each. */
 static void print_passages(const struct refdyn_statistics *s) {
     const int kept = s->crossings < REFDYN_CROSSINGS_KEPT ? s->crossings : REFDYN_CROSSINGS_KEPT;
     if (s->crossings == 0)
@@ -89,21 +90,21 @@ static void print_passages(const struct refdyn_statistics *s) {
     fputs(s->crossings > kept ? ", ...\n" : "\n", stderr);
 }
 
-/* Errors of energy below these parts are not reported: balance_part of the largest change or kinetic energy,
- * energy_part of all energy. Nor are errors that position errors within the tolerance explain; with fixed
- * steps tol_fixed takes its place. */
+/* Smaller errors of energy are not reported: balance_part of the largest change or kinetic energy,
+ * energy_part of all energy. The same holds for errors that position errors within the tolerance explain;
+ * fixed steps use tol_fixed instead. */
 static const double balance_part = 0.02, energy_part = 1e-4, tol_fixed = 1e-6;
-/* A change is the error itself when it is no more than so many times larger. */
+/* A change up to this multiple of the balance error is taken for the error itself. */
 static const double energy_alike = 1.5;
 
-/* The work of a projection onto the programme is in no balance. */
+/* Returns whether the motion began with a projection onto the programme, whose work is not counted. */
 static bool has_jumped(const struct refdyn_integrator *integrator) {
     return integrator->start_is_off && integrator->options.stabilise == REFDYN_PROJECT &&
            !integrator->options.project_start;
 }
 
-/* A motion that is stable, but not resolved, shows in its energy. Where energies do not change, as for a
- * rolling coin or a body at rest, their change alone is no measure. */
+/* The energy shows whether a stable motion is resolved. The change of energy alone is no measure if it is
+ * zero, as for a rolling coin or a body at rest. */
 static bool is_resolved(const struct motion *motion) {
     const struct refdyn_energy *energy = &motion->energy;
     const double asked = motion->integrator.options.tol, tol = asked > 0 ? asked : tol_fixed;
@@ -115,25 +116,25 @@ static bool is_resolved(const struct motion *motion) {
 static void warn_of_balance(const struct motion *motion) {
     if (is_resolved(motion))
         return;
-    fputs(
-        has_jumped(&motion->integrator)
-            ? "refdyn: warning: energy and work do not balance: the start is off the programme, and the jump "
-              "onto it does work that is not counted; --start project begins on it\n"
-            : "refdyn: warning: energy and work do not balance: the motion is not resolved, try a smaller "
-              "--tol or --step\n",
-        stderr);
+    fputs(has_jumped(&motion->integrator)
+              ? "refdyn: warning: energy and work do not balance: the start is off the programme, and the "
+                "work of the "
+                "jump onto it is not counted; begin on it with --start project\n"
+              : "refdyn: warning: energy and work do not balance: the motion is not resolved; try a smaller "
+                "--tol or --step\n",
+          stderr);
 }
 
-/* Where no energy changes but by errors, their ratio tells nothing. What a motion that has failed had at its
- * end is not known. */
+/* If energy changes only by errors, the ratio of both means nothing. The end of a failed motion is unknown.
+ */
 static void print_energy(const struct motion *motion, bool has_failed) {
     const struct refdyn_energy *energy = &motion->energy;
     const bool changes = refdyn_energy_changes(energy);
     if (!changes && has_failed)
         return;
     if (!changes)
-        fprintf(stderr, "energy       does not change, but for rounding: by %.2g J of %.3g J\n",
-                energy->largest_change, energy->largest + energy->unit);
+        fprintf(stderr, "energy       changes only by rounding, %.2g J of %.3g J\n", energy->largest_change,
+                energy->largest + energy->unit);
     else if (energy->largest_change <= energy_alike * energy->largest_error)
         fprintf(stderr, "energy       changes by no more than its balance error, %.3g J of %.3g J\n",
                 energy->largest_error, energy->largest);
@@ -227,7 +228,7 @@ static void put_stop(struct document *document, const struct motion *motion) {
     put_close(document, '}');
 }
 
-/* What a projection of a start far from the programme has added to each coordinate. */
+/* How far the projection has moved each coordinate of a start far from the programme. */
 static void put_moves(struct document *document, const struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
     put_open(document, "start_moved", '{');

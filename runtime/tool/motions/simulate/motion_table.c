@@ -1,4 +1,5 @@
-/* The columns of a motion, and the motion as CSV: see simulate.h. */
+/* The columns of a motion: their names and units, their values at the integrator's state, and their output as
+ * CSV. */
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -14,22 +15,22 @@ static const char *const point_units[] = {"m", "m/s", "m/s^2"};
 
 const char table_acceleration_lead[] = "acceleration_", table_acceleration_ending[] = "_dd";
 
-/* The columns so far; a unit is NULL where the model does not say. */
+/* A growing list of columns; a unit is NULL where the model has none. */
 struct columns {
     const char **names, **units;
     int count;
     struct motion_part *parts;
     int part_count, part_room;
-    const struct refdyn_spatial *spatial; /* NULL: no point asks for angular velocities */
+    const struct refdyn_spatial *spatial; /* NULL if no point has angular columns */
 };
 
-/* Columns that are computed together. */
+/* A group of columns that are computed together. */
 struct block {
     void (*name)(const struct refdyn_model *model, struct columns *columns);
     void (*put)(struct table *table);
 };
 
-/* The columns from now on lie in that dataset; axis NULL: it has one axis, and this one column. */
+/* Begins a dataset for the next columns; with axis NULL it has only the axis of time, and one column. */
 static void begin_part(struct columns *columns, const char *path, const char *axis,
                        const char *const *names) {
     columns->parts = memory_room(&program_memory, columns->parts, columns->part_count, &columns->part_room,
@@ -38,7 +39,7 @@ static void begin_part(struct columns *columns, const char *path, const char *ax
         (struct motion_part){.path = path, .axis = axis, .axis_names = names, .first = columns->count};
 }
 
-/* All of them are there: each part ends where the next one begins. Empty ones go. */
+/* Sets the number of columns of each part, which ends where the next begins, and drops empty parts. */
 static void end_parts(struct columns *columns) {
     int kept = 0;
     for (int i = 0; i < columns->part_count; i++) {
@@ -51,7 +52,7 @@ static void end_parts(struct columns *columns) {
     columns->part_count = kept;
 }
 
-/* Columns from `first` on get their kind before their names, all of them, until no column before has one. */
+/* Prefixes all columns from `first` on with their kind until none of their names occurs before. */
 static void settle(struct columns *columns, int first, const char *lead) {
     for (int i = first; i < columns->count;) {
         if (text_index(columns->names[i++], columns->names, first) < 0)
@@ -67,7 +68,7 @@ static void add_name(struct columns *columns, const char *name, const char *unit
     columns->names[columns->count++] = name;
 }
 
-/* One column, with its kind before its name where that is taken. */
+/* Adds one column, prefixed with its kind if its name is already used. */
 static void add_settled(struct columns *columns, const char *lead, const char *name, const char *unit) {
     add_name(columns, name, unit);
     settle(columns, columns->count - 1, lead);
@@ -144,7 +145,7 @@ static void name_courses(const struct refdyn_model *model, struct columns *colum
     }
 }
 
-/* Behind all others, where they were not when the first files were written. */
+/* These columns come after the others, because files of earlier versions do not have them. */
 static void name_accelerations(const struct refdyn_model *model, struct columns *columns) {
     const int first = columns->count;
     begin_part(columns, "/qdd", "/coordinate", columns->names + 1);
@@ -289,7 +290,7 @@ static void put_inputs(struct table *table) {
     put_values(table, work->x, work->model->input_count);
 }
 
-/* The force, and the time since which the contact rests; both are 0 while it is free. */
+/* The force, and the time since which the contact rests; both are 0 for a free contact. */
 static void put_contacts(struct table *table) {
     struct refdyn_integrator *integrator = table->integrator;
     if (integrator->contact_count == 0)
@@ -305,7 +306,7 @@ static void put_contacts(struct table *table) {
 /* ---- Blocks ---- */
 
 static const struct block blocks[TABLE_BLOCKS] = {
-    {name_state, put_state_cells},         {name_points, put_points},
+    {name_state, put_state_cells},   {name_points, put_points},
     {name_residuals, put_residuals}, {name_energy, put_energy},
     {name_forces, put_forces},       {name_inputs, put_inputs},
     {name_courses, put_courses},     {name_accelerations, put_accelerations},

@@ -1,26 +1,30 @@
-/* One motion: see motion.h. */
+/* One motion of a scene: its options, its start, the conditions that end it, and its steps from output to
+ * output. */
+#include "gen/base/base.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* A multiple of --every this near to the end (as a part of --every) is the end. */
+/* A multiple of --every that is this near to the end is the end, as a part of --every. */
 static const double end_slack = 1e-9;
 
-/* alpha h = beta h of --stabilise baumgarte-auto: larger ones let the stages of a step disturb each other. */
+/* alpha h = beta h of --stabilise baumgarte-auto. With larger gains the stages of a step disturb each other.
+ */
 static const double automatic_share = 0.05;
 
-static const double steps_max = 1e10; /* some hours of the smallest model */
+static const double steps_max = 1e10; /* some hours with the smallest model */
 
 enum {
     DEFAULT_OUTPUTS = 200,
     OUTPUTS_MAX = 10000000,
-    STEPS_PER_LOOK = 64 /* between looks at signals and the clock */
+    STEPS_PER_LOOK = 64 /* between checks for signals and of the clock */
 };
 
 /* ---- Options ---- */
@@ -64,14 +68,14 @@ const struct option_rule motion_rules[] = {
      start_words, NULL},
     {.name = NULL}};
 
-/* GSL's methods work in the room of an implicit method. */
+/* GSL's methods use the memory of an implicit method. */
 static enum status choose_gsl(const struct options *options, struct refdyn_options *integration) {
     const char *method = options_text(options, "method");
     const double tol = options_number(options, "tol");
     if (!HAS_METHODS_OF_GSL)
-        return option_error(options, "method", ": '%s' needs a refdyn that is built with GSL", method);
+        return option_error(options, "method", ": '%s' needs GSL; build refdyn with it", method);
     if (options_number(options, "step") > 0)
-        return option_error(options, "step", ": %s finds its steps, it takes --tol", method);
+        return option_error(options, "step", ": %s chooses its steps; use --tol", method);
     *integration = refdyn_options_default(REFDYN_RODAS5P);
     integration->stabilise = by_gsl_stabilise(method);
     if (tol > 0)
@@ -89,15 +93,16 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     if (name)
         method = refdyn_method_find(name);
     if (method < 0)
-        return option_error(options, "method", ": '%s' is none of %s", name, motion_methods(false));
+        return option_error(options, "method", ": '%s' is not one of %s", name, motion_methods(false));
     if (tol > 0 && step > 0)
-        return usage_error(options->command, "--step is for fixed steps, --tol for steps that are found");
+        return usage_error(options->command,
+                           "--step sets fixed steps and --tol adaptive ones; omit one of them");
     if (step_max > 0 && step > 0)
         return usage_error(options->command,
-                           "--step is for fixed steps, --step-max for steps that are found");
+                           "--step sets fixed steps and --step-max bounds adaptive ones; omit one of them");
     *integration = refdyn_options_default((enum refdyn_method)method);
     if ((tol > 0 || step_max > 0) && integration->tol == 0)
-        return option_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps, it takes --step",
+        return option_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps; use --step",
                             refdyn_method_name(method));
     integration->step_max = step_max;
     if (step > 0) {
@@ -112,7 +117,7 @@ static enum status choose_method(const struct options *options, struct refdyn_op
 const char *const stabilise_names[STABILISE_COUNT] = {
     [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
 
-/* --stabilise; baumgarte-auto is baumgarte with gains from the step. */
+/* baumgarte-auto is baumgarte with gains computed from the step. */
 static enum status choose_stabilisation(const struct options *options, struct refdyn_options *integration) {
     const char *method = options_text(options, "method");
     static const enum refdyn_stabilise stabilise[] = {REFDYN_NONE, REFDYN_BAUMGARTE, REFDYN_BAUMGARTE,
@@ -126,7 +131,8 @@ static enum status choose_stabilisation(const struct options *options, struct re
         integration->gain_share = automatic_share;
     if (integration->stabilise == REFDYN_PROJECT && by_gsl_has(method) &&
         by_gsl_stabilise(method) != REFDYN_PROJECT)
-        return option_error(options, "stabilise", ": a projection would make %s start again after each step",
+        return option_error(options, "stabilise",
+                            ": project would make %s start again after each step; use baumgarte or none",
                             method);
     return STATUS_DONE;
 }
@@ -161,19 +167,19 @@ enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *integration) {
     const char *method = options_text(options, "method");
     if (by_gsl_has(method) && scene->model->event_count > 0) {
-        fprintf(stderr, "refdyn: %s: --method %s finds no events of the state, without it go %s\n",
+        fprintf(stderr, "refdyn: %s: --method %s does not detect state events; use one of %s\n",
                 scene->model->name, method, motion_methods(false));
         return STATUS_FAULT;
     }
     if (refdyn_can_run(scene->model, integration->method))
         return STATUS_DONE;
     fprintf(stderr,
-            "refdyn: %s: --method %s needs the exact tangent, which the printed form does not have; without "
-            "it go "
-            "%s\n",
+            "refdyn: %s: --method %s needs the exact tangent, which the printed form lacks; use one of %s\n",
             scene->model->name, method, motion_methods(true));
     return STATUS_FAULT;
 }
+
+/* ---- The start, and the times of outputs ---- */
 
 static bool is_from_statics(const struct options *options) {
     return options_is(options, "from", "statics");
@@ -190,7 +196,7 @@ enum status motion_place(struct scene *scene, const struct options *options) {
         status = equilibria_find(scene, options, equilibrium);
         scene->equilibrium = &equilibrium->result;
     } else if (options_text(options, "hold"))
-        return option_error(options, "hold", " goes with --from statics");
+        return option_error(options, "hold", " needs --from statics");
     else
         status = equilibria_refuse_options(options, "--from statics");
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
@@ -202,12 +208,13 @@ enum status motion_check_times(const struct scene *scene, const struct options *
                  step = options_number(options, "step");
     const double from = scene->state.t, span = until - from;
     if (span <= 0)
-        return option_error(options, "until", " %g: the motion starts at t = %g", until, from);
+        return option_error(options, "until", " %g: must be after the start of the motion at t = %g", until,
+                            from);
     if (every > 0 && span / every > OUTPUTS_MAX)
-        return option_error(options, "every", " %g: %.3g outputs, at most %d are taken", every, span / every,
+        return option_error(options, "every", " %g: %.3g outputs; must be at most %d", every, span / every,
                             OUTPUTS_MAX);
     if (step > 0 && span / step > steps_max)
-        return option_error(options, "step", " %g: %.3g steps, at most %.3g are taken", step, span / step,
+        return option_error(options, "step", " %g: %.3g steps; must be at most %.3g", step, span / step,
                             steps_max);
     return STATUS_DONE;
 }
@@ -220,12 +227,81 @@ long motion_count_outputs(double span, double every) {
     return (long)ceil(span / every - end_slack) + 1;
 }
 
-/* When the inputs change next, INFINITY: never. */
+/* ---- Conditions that end a motion ---- */
+
+static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
+    const char *near = message_nearest_name(name, stops->table.names, stops->table.count);
+    return usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
+                       near ? ", the nearest is " : "", near ? near : "");
+}
+
+static enum status read_stop(struct stops *stops, const struct options *options, const char *text) {
+    const size_t length = strcspn(text, "<>");
+    const char *number = text + length + (text[length] != '\0');
+    struct stop stop = {.text = text, .is_below = text[length] == '<'};
+    if (length == 0 || !text_to_number(number, &stop.value))
+        return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
+                           text);
+    const char *name = text_format("%.*s", (int)length, text);
+    stop.column = text_index(name, stops->table.names, stops->table.count);
+    stops->list[stops->count++] = stop;
+    return stop.column < 0 ? wrong_column(stops, options, name) : STATUS_DONE;
+}
+
+enum status stops_read(struct stops *stops, const struct options *options,
+                       struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
+    enum status status = STATUS_DONE;
+    *stops = (struct stops){.integrator = integrator};
+    stops->list = allocate((size_t)options->value_count, sizeof *stops->list);
+    table_start(&stops->table, integrator, spatial);
+    const char *text;
+    for (int i = 0; status == STATUS_DONE && (text = options_repeated(options, "stop", i)); i++)
+        status = read_stop(stops, options, text);
+    return status;
+}
+
+bool stops_hold(struct stops *stops) {
+    table_fill(&stops->table);
+    for (int i = 0; i < stops->count; i++) {
+        const struct stop *stop = &stops->list[i];
+        const double value = stops->table.values[stop->column];
+        if (stop->is_below ? value < stop->value : value > stop->value) {
+            stops->reached = stop;
+            stops->t = stops->integrator->t;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Bisects down to neighbouring times, also across a jump, where the later side counts. */
+int stops_meet(struct stops *stops, double t_before) {
+    double before = t_before, after = stops->integrator->t;
+    if (!stops_hold(stops))
+        return REFDYN_OK;
+    while (after - before > DBL_EPSILON * fmax(fabs(before), fabs(after))) {
+        const double middle = before + (after - before) / 2;
+        if (!(middle > before && middle < after))
+            break;
+        const int status = refdyn_integrator_look(stops->integrator, middle);
+        if (status != REFDYN_OK)
+            return status;
+        *(stops_hold(stops) ? &after : &before) = middle;
+    }
+    const int status = refdyn_integrator_look(stops->integrator, after);
+    if (status == REFDYN_OK)
+        stops_hold(stops);
+    return status;
+}
+
+/* ---- A motion ---- */
+
+/* The time of the next sample of inputs, INFINITY if there is none. */
 static double next_sample(const struct motion *motion) {
     return motion->scene->inputs ? motion->scene->inputs->next : INFINITY;
 }
 
-/* Of the scene: how many parameters and inputs. */
+/* The number of parameters, derived ones included, and inputs; *parameters without inputs. */
 static size_t count_values(const struct refdyn_model *model, size_t *parameters) {
     *parameters = (size_t)model->parameter_count + (size_t)model->derived_count;
     return *parameters + (size_t)model->input_count;
@@ -243,7 +319,7 @@ static void keep_values(struct motion *motion) {
 }
 
 void motion_restore(const struct motion *motion) {
-    if (!motion->values) /* nothing that an event sets */
+    if (!motion->values) /* no event sets a value */
         return;
     struct refdyn_workspace *work = &motion->scene->work;
     size_t parameters;
@@ -290,7 +366,8 @@ double motion_fraction(const struct motion *motion) {
     return (motion->integrator.t - motion->from) / (motion->until - motion->from);
 }
 
-/* Beyond its limit, or on the way there: at a tenth of it, twice as fast would still be too slow. */
+/* Returns whether the motion exceeds its CPU limit, or will: after a tenth of it, even twice the speed would
+ * be too slow. */
 static bool is_too_slow(const struct motion *motion, double cpu_s) {
     const double limit = motion->cpu_limit;
     return limit > 0 && motion->integrator.t < motion->until &&
@@ -301,7 +378,7 @@ bool motion_is_stopped(const struct motion *motion) {
     return motion->events.has_ended || (motion->stops && motion->stops->reached);
 }
 
-/* The inputs of the sample at the integration's time, from which the state is met anew. */
+/* Sets the inputs of the sample at the integrator's time and evaluates the state again. */
 static int take_sample(struct motion *motion) {
     struct refdyn_integrator *integrator = &motion->integrator;
     scene_inputs_set(motion->scene->inputs, integrator->t, integrator->work->x);
@@ -312,13 +389,12 @@ static int take_sample(struct motion *motion) {
     return status;
 }
 
-/* The events at which steps have stopped, which are about to happen. */
 static int take_events(struct motion *motion, int status) {
     return events_take(&motion->events, &motion->integrator, status);
 }
 
-/* Behind steps that led to the integration's time: whether one of the stops was reached since `before`, and
- * else at which events they have stopped. */
+/* After steps from `before`: looks for a stop that was reached on the way, and otherwise records the events
+ * at which they have stopped. */
 static int look_back(struct motion *motion, double before, int status) {
     const struct refdyn_integrator *integrator = &motion->integrator;
     const double t = integrator->t;
@@ -328,7 +404,7 @@ static int look_back(struct motion *motion, double before, int status) {
     return stopped != REFDYN_OK || integrator->t < t ? stopped : take_events(motion, status);
 }
 
-/* Some steps towards `goal`; with stops to watch, to the next end of a step and no further. */
+/* Takes some steps towards `goal`; with stops, only to the end of the next step. */
 static int go_on(struct motion *motion, double goal) {
     struct refdyn_integrator *integrator = &motion->integrator;
     const double before = integrator->t, sample = next_sample(motion);

@@ -1,5 +1,5 @@
-/* `refdyn sim`: one motion, written as it goes, with a summary; its error, or the tolerance that an error
- * needs. */
+/* `refdyn sim`: computes one motion and writes its rows and a summary; optionally estimates its error
+ * (--verify) or finds its tolerance (--accuracy). */
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
@@ -9,29 +9,29 @@
 #include <math.h>
 #include <string.h>
 
-/* Of the tolerance, in the run that tells the error of the other one. Errors scatter about the tolerance by a
- * factor of ten, above all those of collocation: a tenth of it would now and then have the same error. */
+/* Factor of the tolerance in the second run of --verify. Errors scatter about the tolerance by a factor of
+ * ten, mostly those of collocation, so a tenth of it would sometimes have the same error. */
 static const double verify_part = 0.01;
-/* Below it rounding is larger than what steps add; a tenth of the tolerance then has to do. */
+/* Below verify_least rounding exceeds the error of the steps; the factor is then at most verify_most. */
 static const double verify_least = 1e-14, verify_most = 0.1;
 
 enum { MOVES_SHOWN = 8 };
 
 static void print_remedies(const struct options *options, const struct refdyn_options *chosen) {
     static const char *const what[] = {
-        [REFDYN_NONE] = "with --stabilise none it stays off, --stabilise baumgarte would pull it in",
+        [REFDYN_NONE] = "with --stabilise none it stays off; --stabilise baumgarte would pull it in",
         [REFDYN_BAUMGARTE] = "the stabilisation (baumgarte) pulls it in",
-        [REFDYN_PROJECT] = "with projections the motion goes on from the nearest state on the programme, and "
-                           "only its first row is off; baumgarte would pull it in"};
-    fprintf(
-        stderr,
-        "  Two remedies: solve for a consistent start with --start project,\n"
-        "  or start off the programme: %s.\n  This motion runs from the start as it is%s.\n",
-        chosen->gain_share > 0 && chosen->tol > 0
-            ? "gains from the step (baumgarte-auto) let no step begin there whose error is judged; those of "
-              "the rows (baumgarte), or --step, pull it in"
-            : what[chosen->stabilise],
-        options_text(options, "start") ? ", as asked" : "");
+        [REFDYN_PROJECT] =
+            "with projections the motion continues from the nearest state on the programme, and "
+            "only its first row is off; baumgarte would pull it in"};
+    fprintf(stderr,
+            "  Two remedies: solve for a consistent start with --start project,\n"
+            "  or start off the programme: %s.\n  This motion runs from the start as it is%s.\n",
+            chosen->gain_share > 0 && chosen->tol > 0
+                ? "gains from the step (baumgarte-auto) allow no step with a local error there; gains of "
+                  "the rows (baumgarte), or --step, pull it in"
+                : what[chosen->stabilise],
+            options_text(options, "start") ? ", as requested" : "");
 }
 
 static double farthest_move(const double *moved, int n, int *most) {
@@ -40,24 +40,23 @@ static double farthest_move(const double *moved, int n, int *most) {
     return fabs(moved[*most]);
 }
 
-/* Coordinates by how far a projection has moved them, the farthest first. */
+/* Prints the coordinates that a projection has moved most, the farthest first. */
 static void print_moves(const struct refdyn_integrator *integrator, const double *q) {
     const struct refdyn_model *model = integrator->work->model;
     double *left = allocate((size_t)model->n, sizeof *left);
     int most = 0;
     memcpy(left, integrator->start_moved, (size_t)model->n * sizeof *left);
-    fprintf(stderr,
-            "refdyn: warning: the start is far from the programme. The nearest state that was found moves");
+    fprintf(stderr, "refdyn: warning: the start is far from the programme. The projection moves");
     for (int i = 0; i < MOVES_SHOWN && farthest_move(left, model->n, &most) > 0; i++) {
         fprintf(stderr, "%s %s by %.4g %s to %.6g", i ? "," : "", model->coordinates[most].name,
                 integrator->start_moved[most], model->coordinates[most].unit,
                 q[most] + integrator->start_moved[most]);
         left[most] = 0;
     }
-    fputs("; give a nearer start where another assembly is meant\n", stderr);
+    fputs("; choose a nearer start if another assembly is meant\n", stderr);
 }
 
-/* A start off the programme: the residual of each row, and what can be done. */
+/* Reports a start off the programme: the residual of each row, and the remedies. */
 static void print_start(const struct options *options, const struct motion *motion) {
     const struct refdyn_integrator *integrator = &motion->integrator;
     static const char *const levels[] = {"position", "velocity", "acceleration"};
@@ -87,7 +86,8 @@ static void print_start(const struct options *options, const struct motion *moti
     print_remedies(options, &integrator->options);
 }
 
-/* Impacts whose value lies beyond zero at the start: what has passed its stop already does not meet it. */
+/* Warns of impacts whose value is beyond zero at the start: a body that has already passed its stop does not
+ * hit it. */
 static void print_beyond(const struct motion *motion) {
     const struct refdyn_integrator *integrator = &motion->integrator;
     const struct refdyn_workspace *work = integrator->work;
@@ -99,14 +99,14 @@ static void print_beyond(const struct motion *motion) {
     model->event(work->p, work->x, integrator->t, integrator->q, integrator->qd, values);
     for (int i = 0; i < model->event_count; i++)
         if (model->events[i].is_impact && model->events[i].direction * values[i] > 0)
-            fprintf(
-                stderr,
-                "refdyn: warning: the start lies beyond the event %s, its value is %s: an impact is where "
-                "the value comes to zero from the other side\n",
-                model->events[i].name, exact_text(values[i], text));
+            fprintf(stderr,
+                    "refdyn: warning: the start is beyond the event %s, whose value is %s; an impact occurs "
+                    "only when "
+                    "the value reaches zero from the other side\n",
+                    model->events[i].name, exact_text(values[i], text));
 }
 
-/* Warns of contacts that were given as resting: the motion itself finds which contacts rest. */
+/* Warns of contacts whose state says that they rest although they do not. */
 static void print_free_contacts(const struct motion *motion) {
     const struct refdyn_integrator *integrator = &motion->integrator;
     const struct refdyn_model *model = integrator->work->model;
@@ -130,7 +130,7 @@ static void on_start(const struct task *task, const struct motion *motion) {
     scene_print_redundant_rows(&task->scene->work);
 }
 
-/* The partial file stays, under its own name, if there are rows in it. */
+/* Keeps the partial file under its name if it has rows. */
 static bool keep_part(struct target *target, bool has_rows, bool has_last) {
     if (!has_rows) {
         target_drop_part(target);
@@ -140,23 +140,23 @@ static bool keep_part(struct target *target, bool has_rows, bool has_last) {
         return false;
     if (target->part)
         fprintf(stderr, "refdyn: what was computed until then is in %s%s\n", target->part,
-                has_last ? "; its last row is the whole last state" : "");
+                has_last ? "; its last row is the complete last state" : "");
     return true;
 }
 
-/* That a way through a state where the rows lose rank was looked for, and what came of it. */
+/* Reports attempts to cross a singular position, where the rows lose rank. */
 static void print_refused(const struct refdyn_refused_crossing *refused) {
     char text[NUMBER_LENGTH];
     if (refused->tries == 0)
         return;
-    fprintf(stderr, "refdyn: passing was tried %d time%s, last through t = %s s", refused->tries,
-            refused->tries > 1 ? "s" : "", exact_text(refused->t, text));
+    fprintf(stderr, "refdyn: crossing the singular position was attempted %d time%s, last through t = %s s",
+            refused->tries, refused->tries > 1 ? "s" : "", exact_text(refused->t, text));
     if (isfinite(refused->stretch))
         fprintf(stderr, " by a step of %.3g s", refused->stretch);
     fprintf(stderr, ": %s\n", refdyn_refusal_text(refused->why));
 }
 
-/* How far the start is from the programme, and how near its projection came. */
+/* Prints the residuals at the start, and where its projection has ended. */
 static void print_start_residuals(const struct trial *trial) {
     const struct scene *scene = trial->motion.scene;
     const struct refdyn_integrator *integrator = &trial->motion.integrator;
@@ -168,7 +168,7 @@ static void print_start_residuals(const struct trial *trial) {
                               "where the projection ended");
 }
 
-/* Do rates drive forces to their limits? */
+/* Returns whether a force of the model saturates with a rate. */
 static bool has_friction(const struct refdyn_integrator *integrator) {
     return integrator->work->model->saturates;
 }
@@ -179,7 +179,7 @@ static void print_failure(const struct trial *trial) {
     const struct scene *scene = motion->scene;
     char text[NUMBER_LENGTH], refused[REFUSED_LENGTH];
     if (trial->unfit)
-        fprintf(stderr, "refdyn: column %s is infinite or no number\n", trial->unfit);
+        fprintf(stderr, "refdyn: column %s is infinite or not a number\n", trial->unfit);
     if (!trial->is_started) {
         scene_numbers_failed(scene, trial->result, scene->state.t, scene->q, scene->qd);
         print_start_residuals(trial);
@@ -197,18 +197,17 @@ static void print_failure(const struct trial *trial) {
         events_print_failed(integrator);
         if (scene_print_condition(integrator->work, integrator->t, integrator->q, integrator->qd) &&
             integrator->options.singular == REFDYN_STOP)
-            fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
+            fputs("refdyn: --singular pass crosses it if a branch can be followed\n", stderr);
         print_refused(&integrator->refused);
         if (trial->result == REFDYN_SLIDES ||
             (trial->result == REFDYN_STEP_TOO_SMALL && has_friction(integrator)))
-            fputs("refdyn: a force jumps, or reaches a limit, as a rate passes a value: friction needs a "
-                  "width, as that of rd.friction(level, rate, width), of 1e-10 or more\n",
+            fputs("refdyn: a force jumps, or reaches a limit, as a rate passes a value; give friction a "
+                  "width of 1e-10 or more, as in rd.friction(level, rate, width)\n",
                   stderr);
         if (trial->result == REFDYN_EVENTS_ACCUMULATE)
-            fputs("refdyn: impacts of rd.event do not come to rest; those of rd.contact do\n", stderr);
+            fputs("refdyn: impacts of rd.event never come to rest; use rd.contact\n", stderr);
         if (trial->result == REFDYN_SLIDES)
-            fputs("refdyn: a switch, as of a relay, needs two levels: two events that set an input\n",
-                  stderr);
+            fputs("refdyn: a relay needs two levels: write two events that set an input\n", stderr);
         if (trial->result > REFDYN_OK && !trial->unfit)
             fputs("refdyn: a smaller --step or --tol may help\n", stderr);
     }
@@ -236,8 +235,9 @@ static enum status finish(const struct summary *summary, const struct scene *sce
 
 /* ---- --verify ---- */
 
-/* A hundredth of the tolerance, or half the step; where not the tolerance rules the steps they are shorter,
- * too, and where it does not rule iterations, a hundredth of what does. share: of the error, that remains. */
+/* Options of the finer run: a hundredth of the tolerance, or half the step. The largest step shrinks as well,
+ * since something else may limit the steps. If iterations use another tolerance, the factor applies to that
+ * one. *share is the expected ratio of the errors. */
 static struct refdyn_options finer(const struct refdyn_integrator *integrator, double *share) {
     struct refdyn_options options = integrator->options;
     const int order = refdyn_method_order(integrator->method);
@@ -249,7 +249,7 @@ static struct refdyn_options finer(const struct refdyn_integrator *integrator, d
         options.tol *= *share;
         options.step_max = integrator->statistics.step_largest * pow(*share, 1.0 / order);
         if (has_friction(integrator) && refdyn_has_tangent(integrator->work->model))
-            options.method = REFDYN_RADAU9; /* another one may leave out the same events twice */
+            options.method = REFDYN_RADAU9; /* another method may miss the same events in both runs */
     } else {
         options.step /= 2;
         *share = pow(0.5, order);
@@ -257,7 +257,7 @@ static struct refdyn_options finer(const struct refdyn_integrator *integrator, d
     return options;
 }
 
-/* The same motion once more, to the same end, and the error of the first one. */
+/* Repeats the motion to the same end with finer steps, and estimates the error of the first run. */
 static enum status verify(const struct trial *trial, const struct task *task, struct summary *summary,
                           struct estimate *estimate) {
     const struct refdyn_integrator *integrator = &trial->motion.integrator;
@@ -309,11 +309,12 @@ static enum status simulate(const struct task *task, const struct refdyn_options
 
 /* ---- --accuracy ---- */
 
-/* False: they are not all in the temporary file or in the result, as is told. */
+/* Copies the rows of a temporary file to the result. Returns false and reports the error if not all could be
+ * written. */
 static bool copy_rows(struct candidate *from, struct row_sink *to, struct target *target) {
     struct table table;
-    if (fflush(from->rows) != 0 || ferror(from->rows)) { /* then errno is that of the write which failed */
-        fprintf(stderr, "refdyn: a temporary file: not all could be written: %s\n", strerror(errno));
+    if (fflush(from->rows) != 0 || ferror(from->rows)) { /* errno is then from the failed write */
+        fprintf(stderr, "refdyn: a temporary file could not be written: %s\n", strerror(errno));
         keep_part(target, false, false);
         return false;
     }
@@ -323,10 +324,10 @@ static bool copy_rows(struct candidate *from, struct row_sink *to, struct target
     const bool is_copied = row_sink_copy(from->rows, to, &table);
     if (to->is_lost)
         keep_part(target, false, false);
-    return is_copied || !to->is_lost; /* the end of a file of text tells itself */
+    return is_copied || !to->is_lost; /* the end of a text file reports its own error */
 }
 
-/* What came of the search, once the rows of its best run are in the target. */
+/* Reports the result of the search, whose best run is in the target. */
 static enum status conclude(const struct search *search, const struct candidate *best,
                             const struct task *task, struct row_sink *rows) {
     struct target *target = task->scene->result;
@@ -341,7 +342,7 @@ static enum status conclude(const struct search *search, const struct candidate 
     summary_print(&summary);
     fprintf(stderr, "refdyn: --accuracy %g cannot be reached", summary.accuracy);
     if (best->has_estimate)
-        fprintf(stderr, ", the best estimated error is %.2g", best->estimate.largest.error);
+        fprintf(stderr, "; the best estimated error is %.2g", best->estimate.largest.error);
     fputs("\n", stderr);
     return keep_part(target, true, false) ? STATUS_NUMBERS : STATUS_FAULT;
 }
@@ -362,7 +363,7 @@ static enum status search(const struct task *task, const struct refdyn_options *
 
 /* ---- The command ---- */
 
-/* Has a row gains, as the model was told, or places for those that the runtime may set from the step? */
+/* Returns whether a row has gains, or could have gains that the runtime computes from the step. */
 static bool has_gains(const struct scene *scene, bool are_set_by_step) {
     const struct refdyn_model *model = scene->model;
     for (int i = 0; model->gains && i < 2 * model->m; i++)
@@ -374,8 +375,8 @@ static bool has_gains(const struct scene *scene, bool are_set_by_step) {
 static void print_gains(const struct scene *scene, const struct refdyn_options *integration) {
     if (integration->stabilise == REFDYN_BAUMGARTE && scene->model->m > 0 &&
         !has_gains(scene, integration->gain_share > 0))
-        fputs("refdyn: warning: no row has gains (alpha, beta), so that baumgarte leaves the residuals to "
-              "drift; --stabilise project holds them\n",
+        fputs("refdyn: warning: no row has gains (alpha, beta), so that residuals drift under baumgarte; "
+              "--stabilise project keeps them small\n",
               stderr);
 }
 
@@ -384,7 +385,7 @@ static bool wants_hdf5(const struct options *options) {
     return output && text_names_hdf5(output);
 }
 
-/* A signal ends the motion and leaves its rows in order. */
+/* After a signal the rows of the motion stay readable. */
 static enum status run_task(const struct task *task, const struct refdyn_options *integration) {
     const struct options *options = task->options;
     const struct target *target = task->scene->result;
@@ -399,12 +400,11 @@ static enum status run_task(const struct task *task, const struct refdyn_options
                                                    : simulate(task, integration, &rows);
 }
 
-/* Which options of the error go together. */
 static enum status check_error_options(const struct options *options,
                                        const struct refdyn_options *integration) {
     const double tol = options_number(options, "tol");
     if (options_number(options, "accuracy") > 0 && (tol > 0 || integration->tol == 0))
-        return usage_error(options->command, "--accuracy finds the tolerance: %s does not go with it",
+        return usage_error(options->command, "--accuracy chooses the tolerance itself; it excludes %s",
                            tol > 0                               ? "--tol"
                            : options_number(options, "step") > 0 ? "--step"
                                                                  : "a method with fixed steps");
@@ -443,7 +443,7 @@ static enum status check_hdf5(const struct scene *scene) {
     const struct model *model = &scene->generation.model;
     enum status status = STATUS_DONE;
     if (!scene->result->part) {
-        complain_line(scene->result->name, 0, "output: HDF5 needs a file, which this is not");
+        complain_line(scene->result->name, 0, "output: not a regular file; HDF5 needs one");
         return STATUS_FAULT;
     }
     for (int i = 0; i < model->course_count; i++) {
@@ -463,8 +463,7 @@ enum status run_sim(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
     if (wants_hdf5(options) && !HAS_HDF5)
-        return usage_error(options->command,
-                           "-o %s: this refdyn is built without HDF5, CSV is what it writes",
+        return usage_error(options->command, "-o %s: this refdyn is built without HDF5; write a CSV",
                            options_text(options, "output"));
     enum status status = motion_options(options, &integration);
     if (status == STATUS_DONE)

@@ -1,4 +1,18 @@
-/* What this folder offers. */
+/*
+ * Simulation: one motion of a scene, from its options to its file and its summary.
+ *
+ *   error       the error of a whole motion, estimated from two runs
+ *   limits      where a motion exceeds the limits of its joints
+ *   events      what happened during a motion, for summaries
+ *   GSL         motions by methods of GSL
+ *   columns     the values of a motion by name, and as CSV
+ *   stops       conditions that end a motion
+ *   motion      from start to end, output by output
+ *   rows        where the rows of a motion are written
+ *   trial       one run of a motion for `sim`
+ *   accuracy    the tolerance that a motion needs
+ *   summary     what `sim` reports at the end
+ */
 #ifndef REFDYN_TOOL_SIMULATE_H
 #define REFDYN_TOOL_SIMULATE_H
 
@@ -14,12 +28,12 @@
 #include "runtime/tool/support/system/system.h"
 
 /*
- * The error of a whole motion, from two runs of it at different tolerances or steps.
+ * Error of a whole motion, from two runs of it at different tolerances or steps.
  *
- * Where the error of the other run is a part s of that of the judged one, their difference is |1 - s| of the
- * latter (Richardson; Hairer, Norsett and Wanner, Solving ODEs I, II.4). Fixed steps: s = (h_other/h)^p, p
- * the order of the method. Steps that are found: errors go with the tolerance, also where stability rules the
- * steps.
+ * If the error of the other run is a fraction s of the error of the judged run, the runs differ by |1 - s| of
+ * the latter (Richardson; Hairer, Norsett and Wanner, Solving ODEs I, II.4). With fixed steps s =
+ * (h_other/h)^p, p the order of the method. With adaptive steps errors are proportional to the tolerance,
+ * also where stability limits the steps.
  */
 
 /* Positions at the outputs of one run. */
@@ -32,12 +46,12 @@ struct track {
 };
 
 void track_start(struct track *track, const struct refdyn_model *model, long room);
-/* The integration's state is the next output. */
+/* Adds the integrator's state as the next output. */
 void track_add(struct track *track, const struct refdyn_integrator *integrator);
-/* How far the points of output i of one are from those of output j of the other, the largest; of a model
- * without points the coordinates. NaN when any is. */
+/* The largest distance between the points of output i of one run and output j of the other; without points,
+ * between their coordinates. NaN if any of them is. */
 double track_distance(const struct track *a, long i, const struct track *b, long j);
-/* How far the motion gets from its start in the first `count` outputs. */
+/* The largest distance from the start in the first `count` outputs. */
 double track_way(const struct track *track, long count);
 void track_release(struct track *track);
 
@@ -48,37 +62,35 @@ struct peak {
 
 struct estimate {
     const struct refdyn_model *model;
-    long count;               /* outputs that both runs have */
-    const double *t;          /* (count) [s], of the judged one */
+    long count;               /* outputs that both runs share */
+    const double *t;          /* (count) times of the judged run [s] */
     double *distances;        /* (point_count x count) estimated error of each point [m] */
     struct peak *points;      /* (point_count) */
     struct peak *coordinates; /* (n) */
-    struct peak largest; /* over all points; over the coordinates of a model without points [m, or the units
-                            of the coordinates] */
-    double difference;   /* of the two runs, from which it comes */
+    struct peak largest;      /* over all points [m]; without points, over the coordinates [their units] */
+    double difference;        /* between the two runs, before scaling */
     bool is_trusted;
 };
 
-/* Error of `judged` from its difference to `other`; share: error of `other` over that of `judged`, not 1.
- * Trusted are differences that are small beside the way of the motion. estimate_release in any case. */
+/* Estimates the error of `judged` from its difference to `other`; share: error of `other` divided by that of
+ * `judged`, not 1. An estimate is trusted if the difference is small compared with the way of the motion.
+ * Call estimate_release in any case. */
 void estimate_make(struct estimate *estimate, const struct track *judged, const struct track *other,
                    double share);
 void estimate_print(const struct estimate *estimate);
 void estimate_put(const struct estimate *estimate, struct document *document);
 void estimate_release(struct estimate *estimate);
 
-/*
- * Where a motion left the limits of its joints: the farthest beyond those of position, rate and force, over
- * the outputs. Limits change nothing in the motion.
- */
+/* Limits: the largest excess over each joint limit of position, rate and force, over the outputs. Limits do
+ * not change the motion. */
 
 /* One limit: of a coordinate, its rate or its programme force. */
 struct watched_limit {
     const char *coordinate, *what, *unit;
     int place; /* of the coordinate */
     double least, most;
-    double value, t; /* the farthest beyond [m, rad ...; s] */
-    double beyond;   /* by so much; 0: never */
+    double value, t; /* the value farthest beyond the limit and its time [m, rad ...; s] */
+    double beyond;   /* how far it is beyond; 0 if never */
 };
 
 struct limit_record {
@@ -89,113 +101,112 @@ struct limit_record {
 };
 
 void limits_start(struct limit_record *record, const struct scene *scene);
-/* At one more output. */
+/* Adds the values of one output. */
 void limits_add(struct limit_record *record, struct refdyn_integrator *integrator);
-/* A warning for each limit that was left. */
+/* Prints a warning for each limit that was exceeded. */
 void limits_print(const struct limit_record *record);
-/* The same as list "limits", where the model has limits. */
+/* Writes the same as list "limits" if the model has limits. */
 void limits_put(const struct limit_record *record, struct document *document);
 void limits_release(struct limit_record *record);
 
-/* The events of a motion, in order, for summaries. Events of contacts are impacts, coming to rest, and
- * leaving. */
+/* Events of a motion in order, for summaries. Those of contacts are impact, rest and release. */
 
 enum event_kind { EVENT_PLAIN, EVENT_IMPACT, EVENT_RESTS, EVENT_LEAVES };
 
 struct event_mark {
     int event; /* of the model */
     enum event_kind kind;
-    double t; /* of a rest: the end of all rebounds [s] */
+    double t; /* time; for a rest, the end of all rebounds [s] */
 };
 
-enum { EVENTS_KEPT = 500 }; /* the first ones; the rest is counted */
+enum { EVENTS_KEPT = 500 }; /* the first events; further ones are only counted */
 
 struct event_record {
-    struct event_mark *list; /* (EVENTS_KEPT) NULL before the first event */
+    struct event_mark *list; /* (EVENTS_KEPT), NULL before the first event */
     long count;              /* of all events */
     bool has_ended;          /* by the event `end` */
     struct event_mark end;
-    int *modes;        /* (contact_count) of the contacts at the last look, NULL: none yet */
-    double t_last;     /* of the last look [s] */
-    bool lacks_forces; /* at times the forces of contacts were not unique */
+    int *modes;        /* (contact_count) modes of the contacts at the last call, NULL before the first */
+    double t_last;     /* time of the last call [s] */
+    bool lacks_forces; /* the forces of contacts were not unique at some time */
 };
 
-/* What a call of refdyn_integrator_step has stopped at; the status of that call, 0 in place of EVENT_ENDS. */
+/* Records the events at which refdyn_integrator_step has stopped. `status` is what it returned; returns the
+ * same, but REFDYN_OK instead of REFDYN_EVENT_ENDS. */
 int events_take(struct event_record *record, const struct refdyn_integrator *integrator, int status);
 void events_release(struct event_record *record);
-/* Lines and members of a summary; none where the model has no events. */
+/* Write lines and members of a summary, nothing if the model has no events. */
 void events_print(const struct event_record *record, const struct refdyn_model *model);
 void events_put(const struct event_record *record, const struct refdyn_model *model,
                 struct document *document);
-/* On stderr: the events at which a motion stands, and the value among those they set that the model refuses.
- */
+/* Prints at which events the motion is, and the value set by them that the model refuses. */
 void events_print_refused(const struct refdyn_integrator *integrator, const char *fact);
-/* Where a motion has failed at events: which. */
+/* Prints the events at which a motion has failed, if any. */
 void events_print_failed(const struct refdyn_integrator *integrator);
 
-/* Motions by methods of GSL, in a program that is built with it; in another one none can be opened. */
+/* GSL. In a program built without it, by_gsl_open reports REFDYN_BAD_OPTION. */
 
 struct refdyn_gsl;
 
-/* Is it one of GSL's methods? NULL is none. */
+/* Returns whether it is one of GSL's methods; false for NULL. */
 bool by_gsl_has(const char *method);
-/* How such a method stays on the programme unless it is told otherwise. */
+/* The stabilisation of such a method by default. */
 enum refdyn_stabilise by_gsl_stabilise(const char *method);
 
-/* From now on GSL takes the integration's steps. Returns a status of the runtime; by_gsl_close in any case.
+/* Lets GSL take the steps of the integrator. Returns a status of the runtime; call by_gsl_close in any case.
  */
 int by_gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method);
-/* As refdyn_integrator_step. */
+/* Like refdyn_integrator_step. */
 int by_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps);
 void by_gsl_close(struct refdyn_gsl *gsl);
 
 /*
- * The columns of a motion, by name, and the motion as CSV: one header line, one line an output. Columns as
- * the README of this folder tells. A name that a column before has gets the kind of its column before it:
- * point_, input_, course_ ...
+ * Columns of a motion by name, and the motion as CSV: a header line, then a line an output. The README of
+ * runtime/tool lists the columns. If an earlier column already has a name, the later one is prefixed with its
+ * kind: point_, input_, course_ ...
  */
 
-enum { TABLE_BLOCKS = 10 }; /* of columns that are computed together: the state, points, residuals ... */
+enum {
+    TABLE_BLOCKS = 10
+}; /* groups of columns that are computed together: the state, points, residuals ... */
 
 struct table {
     struct refdyn_integrator *integrator;
-    const struct refdyn_spatial *spatial; /* NULL: no point has angular columns */
+    const struct refdyn_spatial *spatial; /* NULL if no point has angular columns */
     const char **names;                   /* (count) */
-    const char **units;                   /* (count) NULL: the model does not say */
+    const char **units;                   /* (count) NULL where the model has no unit */
     int ends[TABLE_BLOCKS];
     bool is_wanted[TABLE_BLOCKS];
-    struct motion_part *parts; /* what belongs together, as a file of HDF5 has it */
+    struct motion_part *parts; /* columns of one dataset in an HDF5 file */
     int part_count;
     double *values; /* (count) of the last table_fill */
     int count, filled;
-    double *room; /* for points, their columns and the programme force */
+    double *room; /* scratch for points, their columns and the programme force */
 };
 
-/* Before the names of accelerations where one of them is taken, and behind them. */
+/* Prefix of accelerations if one of their names is already used, and their suffix. */
 extern const char table_acceleration_lead[], table_acceleration_ending[];
 
-/* spatial: of points whose angular velocities and accelerations have columns; NULL: of none. */
+/* spatial: the points whose angular velocities and accelerations have columns; NULL for none. */
 void table_start(struct table *table, struct refdyn_integrator *integrator,
                  const struct refdyn_spatial *spatial);
-/* From now on only the blocks with a wanted column are filled: wanted (count). */
+/* Limits table_fill to the blocks with a wanted column; wanted (count). */
 void table_want(struct table *table, const bool *wanted);
-/* The values of the integrator's state. */
+/* Computes the values at the integrator's state. */
 void table_fill(struct table *table);
 void table_header(const struct table *table, FILE *out);
-/* The first column that is infinite or NaN after table_fill, NULL: none. */
+/* The first column that is infinite or NaN after table_fill, NULL if all are finite. */
 const char *table_not_finite(const struct table *table);
-/* The units of the columns, as object "units"; those that the model does not say are not there. */
+/* Writes the known units of the columns as object "units". */
 void table_put_units(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
                      struct document *document);
-/* A line of the values. */
+/* Writes the values as a line. */
 void table_row(const struct table *table, FILE *out);
 
 /*
- * Conditions that end a motion, NAME<VALUE or NAME>VALUE with NAME a column of the CSV: the time at which the
- * first of them holds.
- *
- * Takes the texts of --stop and an integrator; moves the integrator to that time. What holds between two
- * accepted states, but at neither of them nor at an output between, is not seen.
+ * Stops: conditions NAME<VALUE or NAME>VALUE that end a motion at the first time at which one of them holds.
+ * NAME is a column of the CSV. A condition is checked at accepted states and at outputs; one that holds only
+ * between them is not detected.
  */
 
 struct stop {
@@ -208,27 +219,25 @@ struct stop {
 struct stops {
     struct stop *list;
     int count;
-    struct table table; /* of the integrator that is watched */
+    struct table table; /* of the observed integrator */
     struct refdyn_integrator *integrator;
-    const struct stop *reached; /* NULL: none yet */
-    double t;                   /* when it was [s] */
+    const struct stop *reached; /* NULL while no condition has held */
+    double t;                   /* the time at which it held [s] */
 };
 
-/* Complains as usage errors are. */
+/* Reads --stop; reports errors as wrong usage. */
 enum status stops_read(struct stops *stops, const struct options *options,
                        struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial);
-/* Does one of them hold at the integration's state? Then it is the one that was reached. */
+/* Returns whether a condition holds at the integrator's state, and notes the first one that does. */
 bool stops_hold(struct stops *stops);
-/* None held at t_before, inside the last step or at its begin: when one holds now, moves the integrator back
- * to the first time at which one does. Returns a status of the runtime. */
+/* If a condition holds now, moves the integrator back to the first time at which one does. No condition held
+ * at t_before, which is within the last step or at its beginning. Returns a status of the runtime. */
 int stops_meet(struct stops *stops, double t_before);
 
-/*
- * One motion of a scene, from its start to its end, output by output: what `sim` and `report` share.
- */
+/* Motion of a scene from start to end, output by output, for `sim` and `report`. */
 
 enum {
-    MOTION_INTERRUPTED = 1000 /* beside the runtime's statuses */,
+    MOTION_INTERRUPTED = 1000 /* further statuses, beyond the runtime's */,
     MOTION_TOO_SLOW,
     MOTION_NOT_WRITTEN,
     STABILISE_COUNT = 3
@@ -237,7 +246,6 @@ enum {
 /* By enum refdyn_stabilise. */
 extern const char *const stabilise_names[STABILISE_COUNT];
 
-/* What --stabilise, --start and --singular may be; NULL ends each list. */
 /* The options of motions. */
 extern const struct option_rule motion_rules[];
 /* "rk4, rk54, ...": all methods, or those that need no tangent. */
@@ -250,63 +258,62 @@ struct motion {
     struct scene *scene;
     struct refdyn_integrator integrator;
     const char *method;
-    struct refdyn_gsl *gsl; /* takes the steps, NULL: the integration does */
+    struct refdyn_gsl *gsl; /* takes the steps; NULL if the integrator does */
     void *memory;
     struct refdyn_energy energy;
     struct event_record events;
-    double *values;            /* p, then x of the scene at the start, where events change them; NULL */
-    struct stops *stops;       /* conditions that end it, the caller's; NULL, as after motion_start: none */
+    double *values;            /* p, then x of the scene at the start, if events change them; else NULL */
+    struct stops *stops;       /* conditions that end it; the caller may set them after motion_start */
     double from, until, every; /* [s] */
-    long outputs;              /* the first one is the start */
-    double cpu_s, wall_s;      /* of integration alone; since the start */
-    double cpu_limit;          /* MOTION_TOO_SLOW beyond; 0, as at the start: none [s] */
+    long outputs;              /* their number; the first output is the start */
+    double cpu_s, wall_s;      /* CPU time of integration alone; wall time since the start */
+    double cpu_limit; /* motion_to returns MOTION_TOO_SLOW beyond it; 0, the default, for no limit [s] */
     double started;
 };
 
-/* Runtime options from --method --step --tol --step-max --stabilise --singular --start; complains when they
- * do not go together. */
+/* Runtime options from --method --step --tol --step-max --stabilise --singular --start; reports combinations
+ * that exclude each other. */
 enum status motion_options(const struct options *options, struct refdyn_options *integration);
-/* A model in the printed form has no tangent: complains when the method that was asked for needs it. */
+/* Reports an error if the chosen method needs the exact tangent, which a model in the printed form lacks. */
 enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *integration);
-/* Between outputs [s]: `every`, or where it is 0 a 200th of the motion's length `span`. */
+/* Time between outputs [s]: `every`, or if it is 0 a 200th of the length `span` of the motion. */
 double motion_distance(double span, double every);
-/* Outputs at the multiples of `every` before the end, and at the end; the first is the start. */
+/* The number of outputs: multiples of `every` from the start, and the end. */
 long motion_count_outputs(double span, double every);
-/* What a scene needs for a motion from where --from tells. */
+/* What a scene needs for a motion with the start of --from. */
 unsigned motion_needs(const struct options *options);
-/* Sets the scene's q, qd and t to the start of the motion that --from tells, and the anchored parameters from
+/* Sets the scene's q, qd and t to the start that --from selects, and computes the anchored parameters from
  * it. */
 enum status motion_place(struct scene *scene, const struct options *options);
-/* Complains when the motion from the scene's t to --until has no length, or too many outputs. */
-enum status motion_check_times(const struct scene *scene, const struct options *options);
-/* Starts at the scene's state. Returns a status of the runtime; motion_release in any case, which restores.
+/* Reports an error if the motion from the scene's t to --until has no length, or too many outputs or steps.
  */
+enum status motion_check_times(const struct scene *scene, const struct options *options);
+/* Starts at the scene's state. Returns a status of the runtime; call motion_release in any case, which also
+ * calls motion_restore. */
 int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
                  double until, double every);
-/* After motion_start: the steps by a method of GSL. Returns a status of the runtime. */
+/* Lets a method of GSL take the steps. Call it after motion_start. Returns a status of the runtime. */
 int motion_by_gsl(struct motion *motion, const char *method);
-/* How much of the way from the start to the end is done. */
+/* The completed fraction of the motion, 0 to 1. */
 double motion_fraction(const struct motion *motion);
-/* Goes on to output i, or to where one of the stops is reached or an event ends it; progress may be NULL.
- * Returns a status of the runtime, MOTION_INTERRUPTED or MOTION_TOO_SLOW. */
+/* Continues to output i, or until a stop holds or an event ends the motion; progress may be NULL. Returns a
+ * status of the runtime, MOTION_INTERRUPTED or MOTION_TOO_SLOW. */
 int motion_to(struct motion *motion, long i, struct progress *progress);
 bool motion_is_stopped(const struct motion *motion);
-/* The scene's parameters and inputs are those of the start again, whatever events have set. */
+/* Restores the scene's parameters and inputs to their values at the start, which events may have changed. */
 void motion_restore(const struct motion *motion);
 void motion_release(struct motion *motion);
 
-/*
- * Where the rows of a motion go: a CSV, a file of HDF5, or a temporary file of numbers, whose rows go on into
- * one of the others when the motion is the one that was looked for.
- */
+/* Rows: written as CSV, as HDF5, or as numbers in a temporary file. Such numbers are copied to one of the
+ * other forms once their motion has been chosen. */
 
 struct motion_writer;
 struct row_sink;
 struct task;
 
-/* What a form does with a motion. False: it cannot be written, which the form or the end of its file tells.
- */
+/* The functions of a form. They return false if they cannot write; the form or the end of its file reports
+ * the error. */
 struct row_form {
     bool (*begin)(struct row_sink *sink, const struct table *table);
     bool (*put)(struct row_sink *sink, const struct table *table);
@@ -315,102 +322,97 @@ struct row_form {
 
 struct row_sink {
     const struct row_form *form;
-    FILE *file;              /* of CSV and numbers */
-    const char *path;        /* of HDF5 */
-    const struct task *task; /* what a file of HDF5 tells of the motion */
+    FILE *file;              /* for CSV and numbers */
+    const char *path;        /* for HDF5 */
+    const struct task *task; /* described in the HDF5 file */
     struct motion_writer *writer;
-    bool is_lost; /* what was written until it failed cannot be read */
+    bool is_lost; /* writing failed, and what was written cannot be read */
 };
 
 struct row_sink row_sink_csv(FILE *file);
 struct row_sink row_sink_numbers(FILE *file);
-/* In motion_hdf5.c. */
 struct row_sink row_sink_hdf5(const char *path, const struct task *task);
 
-/* Before the first row; the table's integrator is at the start of the motion. */
+/* Call it before the first row, with the table's integrator at the start of the motion. */
 bool row_sink_begin(struct row_sink *sink, const struct table *table);
-/* The values of the table. */
+/* Writes the values of the table. */
 bool row_sink_put(struct row_sink *sink, const struct table *table);
-/* Behind the last row, whether all could be written or not. */
+/* Call it after the last row, also after an error. */
 bool row_sink_end(struct row_sink *sink);
-/* All rows of a file of numbers into another sink, from its begin to its end; `table` has their columns. */
+/* Copies all rows of a file of numbers into another sink, including begin and end; `table` has their columns.
+ */
 bool row_sink_copy(FILE *numbers, struct row_sink *to, struct table *table);
 
-/*
- * One run of a motion for `sim`: its rows, its positions at the outputs.
- */
+/* Trial: one run of a motion for `sim`, with its rows and its positions at the outputs. */
 
 struct trial {
     struct motion motion;
     struct stops stops;
     struct track track;
-    struct limit_record limits; /* of the rows that are written */
-    enum status usage;          /* not STATUS_DONE: the stops are wrong, and nothing ran */
+    struct limit_record limits; /* over the rows that are written */
+    enum status usage;          /* STATUS_DONE unless --stop was wrong and nothing ran */
     int result;                 /* status of the runtime, or MOTION_INTERRUPTED */
     bool is_started;            /* the start could be evaluated */
-    const char *unfit;          /* the column that is infinite or NaN, which ended it; NULL: none */
+    const char *unfit;          /* the infinite or NaN column that ended it, or NULL */
 };
 
-/* What the motion is, whatever its tolerance. */
+/* A motion regardless of its tolerance. */
 struct task {
     struct scene *scene;
     const struct options *options;
-    double until; /* where it ends unless it is stopped [s] */
+    double until; /* end of the motion unless a stop ends it [s] */
     bool has_stops;
     void (*on_start)(const struct task *task, const struct motion *motion); /* may be NULL */
 };
 
-/* rows: where they go, which ends here; NULL: nowhere. trial_release in any case. */
+/* Runs the motion and completes `rows`, which may be NULL. Call trial_release in any case. */
 void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *integration,
                struct row_sink *rows);
 void trial_release(struct trial *trial);
 
 /*
- * The tolerance of a motion from the error that the whole of it may have.
+ * Accuracy: finds the tolerance at which the whole motion has at most a given error.
  *
- * Takes a task and the options of its method; gives the run whose estimated error is small enough, or the
- * best one where rounding is reached before. All runs together cost at most about three times the one that is
- * taken.
+ * The result is the run whose estimated error is small enough, or the best run if rounding is reached before.
+ * All runs together cost at most about three times the chosen one.
  */
 
-/* A run with its rows in a file of its own. */
+/* A run with its rows in a separate file. */
 struct candidate {
     struct trial trial;
     FILE *rows;               /* as row_sink_numbers writes them */
-    struct estimate estimate; /* of its error */
+    struct estimate estimate; /* estimated error of the run */
     bool has_estimate;
 };
 
 struct search {
-    struct candidate *taken; /* NULL: nothing ran to its end */
+    struct candidate *taken; /* the chosen run; NULL if no run reached its end */
     bool is_reached;
-    bool is_exhausted;      /* rounding: runs no longer come nearer to each other as the tolerance falls */
-    struct candidate *last; /* the run that failed or was interrupted, when nothing was taken */
+    bool is_exhausted;      /* rounding: runs no longer approach each other as the tolerance falls */
+    struct candidate *last; /* the last run, which failed or was interrupted if `taken` is NULL */
     double cpu_total_s;
     long tries; /* steps of all runs */
     double difference_before,
-        fall_before;                /* of the last two runs but one and their tolerances; 0: none yet */
+        fall_before; /* of the two runs before, and of their tolerances; 0 if there were none */
     struct candidate candidates[2]; /* the last two runs */
 };
 
-/* search_release in any case. */
+/* Call search_release in any case. */
 enum status search_run(struct search *search, const struct task *task,
                        const struct refdyn_options *integration);
 void search_release(struct search *search);
 
-/*
- * What `sim` tells of a motion at its end: as text on stderr, as JSON in a file.
- */
+/* Summary of a motion: text on stderr, JSON in a file. */
 
 struct summary {
     const struct trial *trial;
-    const struct estimate *estimate; /* NULL: none */
-    double accuracy;                 /* that was asked for, 0: none */
-    double cpu_total_s;              /* of all runs that were needed */
+    const struct estimate *estimate; /* may be NULL */
+    double accuracy;                 /* requested by --accuracy, else 0 */
+    double cpu_total_s;              /* of all runs together */
 };
 
 void summary_print(const struct summary *summary);
-/* Into the target, which is finished. Complains when not all could be written, or a number is not finite. */
+/* Writes and completes the target; reports an error if it cannot, or if a number is not finite. */
 enum status summary_write(const struct summary *summary, struct target *target);
 
 #endif

@@ -1,8 +1,8 @@
-/* One run of a motion: see simulate.h. */
+/* Runs a motion once: writes its rows, and records positions and joint limits at the outputs. */
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/format/format.h"
 
-/* A row is written when all of it is finite; else the motion ends there. */
+/* Writes a row if all its values are finite; otherwise the motion ends there. */
 static void add_output(struct trial *trial, struct table *table, struct row_sink *rows) {
     struct refdyn_integrator *integrator = &trial->motion.integrator;
     if (rows) {
@@ -21,7 +21,8 @@ static void add_output(struct trial *trial, struct table *table, struct row_sink
     track_add(&trial->track, integrator);
 }
 
-/* The state in which the motion ended before its time, as one more row. What is told of the failure stays. */
+/* Adds the last state of a motion that ended early as one more row. Restores the description of the failure.
+ */
 static void add_last(struct trial *trial, struct table *table, struct row_sink *rows) {
     struct refdyn_integrator *integrator = &trial->motion.integrator;
     const struct refdyn_fault fault = integrator->work->fault;
@@ -41,7 +42,6 @@ static void add_last(struct trial *trial, struct table *table, struct row_sink *
     integrator->failed_t = failed_t;
 }
 
-/* From the start to the end, output by output. */
 static void go(struct trial *trial, struct table *table, struct row_sink *rows) {
     struct motion *motion = &trial->motion;
     struct progress progress;

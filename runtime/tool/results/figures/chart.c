@@ -1,7 +1,8 @@
-/* Figures as SVG: see figures.h. */
+/* Draws figures as SVG: charts with axes, curves, bands, cells and keys. */
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -12,11 +13,10 @@ enum {
     SAMPLE = 24,
     KEY_HEIGHT = 16,
     KEY_LEAST = 12,
-    LETTER = 6,
-    HEAD_LETTER = 7 /* widths, about */
+    LETTER = 6 /* approximate width */
 };
-enum { X_TICK = 52, Y_TICK = 34 /* least distances */ };
-enum { TEXT_MOST = 100, NAME_MOST = 28 /* letters that are shown */ };
+enum { X_TICK = 52, Y_TICK = 34 /* smallest distances of ticks */ };
+enum { TEXT_MOST = 100, NAME_MOST = 28 /* longest texts, in letters */ };
 
 static const char ink[] = "#222222", frame[] = "#555555", grid[] = "#e4e4e4";
 
@@ -60,7 +60,7 @@ static int letters_of(const char *text) {
     return count;
 }
 
-/* `how`: further attributes. At most so many letters. */
+/* how: further attributes; most: letters after which the text is cut. */
 static void put_label(FILE *out, double x, double y, const char *how, const char *text, int most) {
     const char *end = text;
     if (!*text)
@@ -84,7 +84,6 @@ static void put_stroke(FILE *out, const struct stroke *stroke, double width) {
     fputs("/>\n", out);
 }
 
-/* Begins the path of marks in that colour. */
 static void open_marks(FILE *out, const struct stroke *stroke) {
     fprintf(out, "<path fill=\"#%06x\" d=\"", stroke->colour);
 }
@@ -98,9 +97,119 @@ static void put_sample(FILE *out, double x, double y, const struct stroke *strok
     fprintf(out, "M%.1f %.1f%s\"/>\n", x + 0.5 * SAMPLE, y, stroke->mark);
 }
 
+/* ---- Scales */
+
+/*
+ * An axis of a chart: the range that it shows, its ticks, and their numbers.
+ *
+ * Numbers at ticks are short: a power of ten or a value that all have in common is printed once, as a note at
+ * the end of the axis.
+ */
+
+struct scale {
+    bool is_logarithmic;
+    double low, high;   /* ends; on a logarithmic axis the decimal logarithm, like all members below */
+    double first, step; /* ticks */
+    int count;
+    double base;  /* the numbers are (value - base)/10^exponent */
+    int exponent; /* multiple of 3 */
+    int decimals;
+};
+
+enum { SCALE_TEXT = 48 };
+
+static const double slack = 1e-9; /* rounding, as a part of a step */
+
+static void scale_widen(double *low, double *high, double part) {
+    const double noise = 1e-9,
+                 side = 0.05; /* parts of the value: smaller changes are rounding; margin of a constant */
+    const double size = fmin(fmax(fabs(*low), fabs(*high)), DBL_MAX / 8), span = *high - *low;
+    const bool is_constant = span <= fmax(noise * size, DBL_MIN / DBL_EPSILON);
+    const double more =
+        is_constant ? (size > DBL_MIN / DBL_EPSILON ? side * size : 1) : part * fmin(span, DBL_MAX / 8);
+    *low = fmax(*low, -DBL_MAX / 8) - more;
+    *high = fmin(*high, DBL_MAX / 8) + more;
+}
+
+/* The smallest of 1, 2 and 5 times a power of ten that is at least `least`. */
+static double round_step(double least) {
+    const double power = pow(10, floor(log10(least))), part = least / power;
+    return power * (part <= 1 + slack ? 1 : part <= 2 + slack ? 2 : part <= 5 + slack ? 5 : 10);
+}
+
+static void place_ticks(struct scale *scale) {
+    scale->first = ceil(scale->low / scale->step - slack) * scale->step;
+    scale->count = (int)floor((scale->high - scale->first) / scale->step + slack) + 1;
+}
+
+static struct scale scale_linear(double low, double high, int most) {
+    const double long_part = 1e4, large = 1e4, small = 1e-2; /* beyond these, numbers would be long */
+    struct scale scale = {.low = low, .high = high, .step = round_step((high - low) / most)};
+    place_ticks(&scale);
+    double size = fmax(fabs(low), fabs(high));
+    if (size > long_part * (high - low)) {
+        scale.base = scale.first;
+        size = high - low;
+    }
+    if (size >= large || size < small)
+        scale.exponent = 3 * (int)floor(log10(size) / 3);
+    scale.decimals = (int)fmax(0, scale.exponent - floor(log10(scale.step) + slack));
+    return scale;
+}
+
+static struct scale scale_logarithmic(double low, double high, int most) {
+    struct scale scale = {
+        .is_logarithmic = true, .low = floor(log10(low) + slack), .high = ceil(log10(high) - slack)};
+    if (scale.high <= scale.low)
+        scale.high = scale.low + 1;
+    scale.step = ceil((scale.high - scale.low) / most);
+    place_ticks(&scale);
+    return scale;
+}
+
+static double scale_place(const struct scale *scale, double value) {
+    const double at = scale->is_logarithmic ? log10(value) : value;
+    return (at - scale->low) / (scale->high - scale->low);
+}
+
+static double scale_tick(const struct scale *scale, int tick) {
+    return (scale->first + tick * scale->step - scale->low) / (scale->high - scale->low);
+}
+
+/* Writes 10 with the exponent as superscript digits. */
+static void put_power(int exponent, char text[static SCALE_TEXT]) {
+    static const char *const raised[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+    char digits[SCALE_TEXT / 4];
+    snprintf(digits, sizeof digits, "%d", exponent);
+    strcpy(text, "10");
+    for (const char *at = digits; *at; at++)
+        strcat(text, *at == '-' ? "⁻" : raised[*at - '0']);
+}
+
+static void scale_label(const struct scale *scale, int tick, char text[static SCALE_TEXT]) {
+    const double value = scale->first + tick * scale->step;
+    if (scale->is_logarithmic) {
+        put_power((int)lround(value), text);
+        return;
+    }
+    const double shown = (value - scale->base) / pow(10, scale->exponent);
+    const bool is_zero = fabs(shown) < slack * scale->step / pow(10, scale->exponent);
+    snprintf(text, SCALE_TEXT, "%.*f", scale->decimals, is_zero ? 0 : shown);
+}
+
+static void scale_note(const struct scale *scale, char text[static SCALE_TEXT]) {
+    char power[SCALE_TEXT] = "";
+    *text = '\0';
+    if (scale->exponent)
+        put_power(scale->exponent, power);
+    if (scale->exponent || scale->base != 0)
+        snprintf(text, SCALE_TEXT, scale->base != 0 ? "%s%s %+.12g" : "%s%s", scale->exponent ? "× " : "",
+                 power, scale->base);
+}
+
 /* ---- Axes */
 
-/* What a chart is drawn with: the box of its axes in pixels, and its scales. */
+/* The box of a chart's axes in pixels, and its scales. */
 struct box {
     double left, top, width, height;
     struct scale x, y;
@@ -146,7 +255,7 @@ static struct range find_range(const struct chart *chart, bool is_x) {
     return range.low <= range.high ? range : (struct range){chart->floor, chart->floor};
 }
 
-/* The narrower direction shows more than it needs. */
+/* Gives both directions the same scale; one of them then has margins. */
 static void make_equal(const struct box *box, struct range *x, struct range *y) {
     const double pixel = fmax((x->high - x->low) / box->width, (y->high - y->low) / box->height);
     const double x_more = pixel * box->width - (x->high - x->low),
@@ -160,7 +269,7 @@ static struct scale make_scale(bool is_logarithmic, struct range range, double l
 }
 
 static void make_scales(struct box *box, const struct chart *chart) {
-    const double room = 0.04; /* of the width, free at an end */
+    const double room = 0.04; /* margin at each end, as a part of the width */
     struct range x = find_range(chart, true), y = find_range(chart, false);
     if (!chart->is_x_logarithmic)
         scale_widen(&x.low, &x.high, chart->is_path ? room : 0);
@@ -176,7 +285,7 @@ static double pixel_x(const struct box *box, double place) {
     return box->left + place * box->width;
 }
 
-/* What lies below the axis is drawn on it. */
+/* Values below the axis are drawn on it. */
 static double pixel_y(const struct box *box, double place) {
     return box->top + (1 - fmax(place, 0)) * box->height;
 }
@@ -226,8 +335,8 @@ static void put_axes(FILE *out, const struct box *box, const struct chart *chart
 
 /* ---- Curves */
 
-/* Each point as the way from the one before, in whole tenths of a pixel, so that rounding does not add up; a
- * point at the place of the one before is not there. */
+/* Writes each point relative to the one before, in whole tenths of a pixel, so that rounding does not add up.
+ * Repeated points are omitted. */
 static void put_way(FILE *out, const struct box *box, const struct chart *chart, const struct curve *curve) {
     const double unit = 10;
     double x = 0, y = 0;
@@ -266,7 +375,7 @@ static void put_cell(FILE *out, const struct box *box, const struct cell *cell) 
             cell->colour, left, top, right, bottom, left);
 }
 
-/* There along the low side and back along the high one. */
+/* Along the low side, and back along the high one. */
 static void put_band(FILE *out, const struct box *box, const struct band *band) {
     fprintf(out, "<path fill=\"#%06x\" d=\"", band->colour);
     for (long i = 0; i < 2 * band->count; i++) {
@@ -281,8 +390,8 @@ static void put_band(FILE *out, const struct box *box, const struct band *band) 
 
 /* ---- The key */
 
-/* Samples touch, as a scale of their colours, where there is no room for each; then not all have a name
- * beside them, but the first and the last one do. */
+/* If the samples do not all fit, they touch and form a scale of colours. Then only some have a name, always
+ * the first and the last. */
 static void put_key(FILE *out, const struct box *box, const struct chart *chart) {
     const int count = chart->key_count;
     const double left = box->left + box->width + KEY_GAP;
@@ -302,7 +411,7 @@ static void put_key(FILE *out, const struct box *box, const struct chart *chart)
     }
 }
 
-/* Of the widest key of all charts, so that their boxes are equal; 0: there is none. */
+/* Width of the widest key of all charts, so that their boxes are equal; 0 without keys. */
 static double key_width(const struct figure *figure) {
     int letters = 0;
     for (int i = 0; i < figure->count; i++)
@@ -329,13 +438,13 @@ static void put_chart(FILE *out, const struct figure *figure, int place, int top
     for (int i = 0; i < chart->band_count; i++)
         put_band(out, &box, &chart->bands[i]);
     if (chart->cell_count > 0)
-        put_frame(out, &box); /* once more, over what hides it */
+        put_frame(out, &box); /* again, since the cells hide it */
     for (int i = 0; i < chart->curve_count; i++)
         put_curve(out, &box, chart, &chart->curves[i]);
     put_key(out, &box, chart);
 }
 
-/* Number `line` of those along the top. */
+/* Draws line number `line` at the top. */
 static void put_head(FILE *out, const struct key *head, int line) {
     const int y = (line + 1) * HEAD_HEIGHT, left = head->stroke.width > 0 ? SAMPLE + 6 : 0;
     if (left > 0)

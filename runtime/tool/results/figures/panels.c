@@ -1,4 +1,4 @@
-/* The panels of a figure: see figures.h. */
+/* The panels of a figure of motions: which columns each shows, with titles, units and keys. */
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/support/format/format.h"
@@ -6,30 +6,30 @@
 #include <string.h>
 
 enum {
-    LARGEST_FORCES = 4, /* of a run, the others would drown them */
+    LARGEST_FORCES = 4, /* of a run; more curves would hide these */
     MOST_INPUTS = 6     /* panels of inputs and courses */
 };
 
-/* Columns below this part of the panel's largest value are noise of the solution, and are not drawn. */
+/* Columns below this part of the panel's largest value are numerical noise and are not drawn. */
 static const double noise_part = 1e-9;
 
-/* Residuals below are rounding: terms of a size near 1 cancel. */
+/* Smaller residuals are rounding of terms near 1 that cancel. */
 static const double rounding = 1e-16;
 
-/* One panel, or one for each input. */
+/* A panel, or one panel for each input. */
 struct view {
     const char *name, *title, *quantity;
-    const char *unit; /* NULL: not known by the kind of column */
+    const char *unit; /* NULL if the kind of column does not determine it */
     bool (*shows)(const struct view *view, const struct run *run, int column);
-    int which;    /* a group of coordinates or forces; of points the column, counted from their x */
-    bool is_path; /* over the x of the point, not over time */
+    int which;    /* the group of coordinates or forces; for points the column, counted from their x */
+    bool is_path; /* drawn over the x of the point instead of time */
 };
 
 /* ---- Kinds of coordinates: slides, turns, and the turns of elements */
 
 enum group { SLIDES, TURNS, ELEMENT_PSI, ELEMENT_THETA, ELEMENT_PHI, OTHERS };
 
-/* From the name, LINK_AXIS or LINK_AXIS_ELEMENT. */
+/* The group by the name LINK_AXIS or LINK_AXIS_ELEMENT. */
 static enum group group_of(const char *name) {
     static const char *const turns[] = {"psi", "theta", "phi"};
     const char *end = name + strlen(name);
@@ -54,7 +54,7 @@ static bool is_turn(enum group group) {
 
 /* ---- Which columns a panel shows */
 
-/* Elements that do not bend are left out: a planar motion has many. */
+/* Elements that do not bend are omitted, since a planar motion has many. */
 static bool shows_coordinate(const struct view *view, const struct run *run, int column) {
     const bool is_of_elements = is_turn(view->which) && view->which != TURNS;
     return column >= run->coordinates && column < run->coordinates + run->coordinate_count &&
@@ -69,8 +69,7 @@ static bool shows_point(const struct view *view, const struct run *run, int colu
     return false;
 }
 
-/* Of a kind the forces that are no noise and have fewer than LARGEST_FORCES larger ones in the run, the
- * earlier first among equals. */
+/* Shows the LARGEST_FORCES largest forces of the kind in the run, without noise; of equal ones, the first. */
 static bool shows_force(const struct view *view, const struct run *run, int column) {
     const bool wants_turns = view->which == TURNS;
     int rank = 0;
@@ -93,12 +92,11 @@ static bool shows_energy(const struct view *view, const struct run *run, int col
     return column == run->energy;
 }
 
-/* The column of that name, whatever it is. */
 static bool shows_name(const struct view *view, const struct run *run, int column) {
     return strcmp(run->columns[column], view->name) == 0;
 }
 
-/* The columns whose names begin with that of the view. */
+/* Shows the columns whose names begin with the name of the view. */
 static bool shows_residual(const struct view *view, const struct run *run, int column) {
     const size_t length = strlen(view->name);
     const char *name = run->columns[column];
@@ -107,7 +105,7 @@ static bool shows_residual(const struct view *view, const struct run *run, int c
 
 /* ---- One chart */
 
-/* The key's name of a column: of a point or a force its own, of a single column none. */
+/* Finds the key of a column: named after the point or the force, empty for a single column. */
 static int find_key(struct chart *chart, const struct view *view, const char *column) {
     const size_t prefix = view->shows == shows_force ? strlen("force_") : 0;
     size_t length = strlen(column) - prefix;
@@ -129,7 +127,7 @@ static void add_lines(struct chart *chart, const struct view *view, const struct
                                                   .run = r});
 }
 
-/* "angle [rad]": the unit of the first curve, which all have. */
+/* "angle [rad]", with the unit of the first curve, which all curves share. */
 static const char *y_label(const struct panels *panels, const struct chart *chart, const struct view *view) {
     const struct run *run = &panels->runs[chart->curves[0].run];
     const json_t *given = json_object_get(panels->units, run->columns[chart->curves[0].y - run->kept]);
@@ -137,13 +135,13 @@ static const char *y_label(const struct panels *panels, const struct chart *char
     return unit ? text_format("%s [%s]", view->quantity, unit) : view->quantity;
 }
 
-/* The chart of a view, unless nothing is in it. */
+/* Adds the chart of a view if it has a curve. */
 static void add_chart(struct panels *panels, const struct view *view) {
     const bool is_residual = view->shows == shows_residual;
     struct chart chart = {.title = view->title,
                           .x_label = view->is_path ? "x [m]" : "t [s]",
                           .is_path = view->is_path,
-                          .is_equal = view->is_path && view->which == 1, /* in the horizontal plane */
+                          .is_equal = view->is_path && view->which == 1, /* the horizontal plane */
                           .is_y_logarithmic = is_residual,
                           .floor = is_residual ? rounding : 0};
     for (int r = 0; r < panels->run_count; r++)
@@ -160,7 +158,7 @@ static void add_chart(struct panels *panels, const struct view *view) {
     panels->charts[panels->count++] = chart;
 }
 
-/* One chart for each input or course of the first run that has any: their units differ. */
+/* Adds a separate chart for each input or course of the first run that has any, since their units differ. */
 static void add_inputs(struct panels *panels, const struct view *view) {
     const struct run *first = panels->runs;
     for (int r = 0; r < panels->run_count && first->input_count == 0; r++)
@@ -199,7 +197,7 @@ static const struct view views[] = {
 
 enum { VIEW_COUNT = sizeof views / sizeof views[0] };
 
-_Static_assert(VIEW_COUNT - 1 + MOST_INPUTS <= PANELS_MAX, "room for all panels");
+_Static_assert(VIEW_COUNT - 1 + MOST_INPUTS <= PANELS_MAX, "PANELS_MAX is too small");
 
 static int find_view(const char *name) {
     int view = 0;

@@ -1,4 +1,4 @@
-/* A figure as SVG, PNG or PDF: see figures.h. */
+/* Writes a figure as SVG, PNG or PDF. */
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
@@ -8,11 +8,11 @@
 
 struct picture_format {
     const char *suffix;
-    const char *const *argv; /* what makes it from SVG; NULL: nothing */
+    const char *const *argv; /* the command that converts SVG; NULL if none is needed */
 };
 
 static const char converter[] = "rsvg-convert";
-/* Two pixels for one; a PDF says when it was made, which would make each another one. */
+/* PNG has two pixels for one. A fixed date makes equal PDF files equal bytes. */
 static const char *const make_png[] = {converter, "--format=png", "--zoom=2", NULL};
 static const char *const make_pdf[] = {"env", "SOURCE_DATE_EPOCH=0", converter, "--format=pdf", NULL};
 
@@ -29,14 +29,15 @@ const struct picture_format *picture_format_of(const char *path) {
 bool picture_can_write(const struct picture_format *format) {
     const bool is_good = !format->argv || process_find(converter);
     if (!is_good)
-        fprintf(stderr, "refdyn: %s makes %s files and is not installed (Debian: apt install librsvg2-bin)\n",
+        fprintf(stderr,
+                "refdyn: %s is not installed, which writes %s files (Debian: apt install librsvg2-bin)\n",
                 converter, format->suffix);
     return is_good;
 }
 
 static bool run(const struct picture_format *format, const struct scratch *scratch, const char *svg,
                 const char *made) {
-    enum { BY_SIGNAL = 128 /* and its number, as the result of a process: see system.h */ };
+    enum { BY_SIGNAL = 128 /* plus the signal's number is the result of a process that a signal ended */ };
     const char *log = scratch_file(scratch, "log");
     struct process process;
     const int error = process_start(&process, scratch, format->argv, svg, made, log);
@@ -71,7 +72,7 @@ static bool convert(const struct picture_format *format, const struct scratch *s
 bool picture_write(const struct picture_format *format, const char *svg, FILE *out) {
     struct scratch scratch;
     if (!format->argv) {
-        fputs(svg, out); /* whether all was written is asked where the file is closed */
+        fputs(svg, out); /* write errors are checked when the file is closed */
         return true;
     }
     if (!scratch_open(&scratch, scratch_parent(), "refdyn-plot-"))

@@ -1,4 +1,4 @@
-/* `refdyn plot`: the figures of some motions over each other, in one file. */
+/* `refdyn plot`: draws motions over each other, or a file of runs, into one file. */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/results/figures/figures.h"
@@ -7,14 +7,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* One call. */
 struct drawing {
     const struct options *options;
     const struct picture_format *format;
     struct panels panels;
     struct targets targets;
     struct target *target;
-    bool is_of_runs; /* the operand is a file of runs, which is drawn alone */
+    bool is_of_runs; /* the only operand is a file of runs */
 };
 
 static bool is_file_of_runs(const char *path) {
@@ -26,10 +25,11 @@ static enum status check_runs(struct drawing *drawing) {
     for (int i = 0; i < options->operand_count; i++) {
         drawing->is_of_runs = is_file_of_runs(options->operands[i]);
         if (drawing->is_of_runs && options->operand_count > 1)
-            return usage_error(options->command, "%s: a file of runs is drawn alone", options->operands[i]);
+            return usage_error(options->command, "%s: a file of runs must be the only operand",
+                               options->operands[i]);
     }
     if (drawing->is_of_runs && options_text(options, "units"))
-        return usage_error(options->command, "--units: a file of runs has its own");
+        return usage_error(options->command, "--units: a file of runs has its own units; omit it");
     return STATUS_DONE;
 }
 
@@ -41,13 +41,13 @@ static enum status check_usage(struct drawing *drawing) {
         drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options_text(options, "panel"));
     drawing->format = picture_format_of(output);
     if (status == STATUS_DONE && unknown)
-        return usage_error(options->command, "--panel: '%s' is none of %s", unknown, panels_names());
+        return usage_error(options->command, "--panel: '%s' is not one of %s", unknown, panels_names());
     if (status == STATUS_DONE && !drawing->format)
-        return usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", output);
+        return usage_error(options->command, "-o: '%s' must end in .svg, .png or .pdf", output);
     return status;
 }
 
-/* The object "units" of a summary. */
+/* Reads the object "units" of a summary. */
 static bool read_units(struct panels *panels, const char *path) {
     char *text = read_text(path, "units");
     json_error_t error;
@@ -55,14 +55,14 @@ static bool read_units(struct panels *panels, const char *path) {
     panels->units = json_incref(json_object_get(root, "units"));
     const bool is_good = json_is_object(panels->units);
     if (text && !is_good)
-        complain_line(path, root ? 1 : error.line,
-                      text_format("units: %s, a summary of refdyn sim is needed",
-                                  root ? "no object 'units'" : error.text));
+        complain_line(
+            path, root ? 1 : error.line,
+            text_format("units: %s; give a summary of refdyn sim", root ? "no object 'units'" : error.text));
     json_decref(root);
     return is_good;
 }
 
-/* Heads are the names of the runs. */
+/* The heads are the names of the runs. */
 static void draw(const struct panels *panels, FILE *out) {
     enum { WIDTH = 480, HEIGHT = 300, COLUMNS_MAX = 3 };
     const int count = panels->count;
@@ -93,14 +93,13 @@ static bool write_drawing(struct drawing *drawing) {
     bool is_good = drawing->panels.count > 0;
     if (!is_good)
         complain_line(drawing->options->operands[0], 1,
-                      "run: no column that these panels draw, a CSV file of refdyn sim is needed");
+                      "run: no column for these panels; give a file of refdyn sim");
     is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
               target_finish(drawing->target);
     free(svg);
     return is_good;
 }
 
-/* The same of a file of runs. */
 static bool write_runs(struct drawing *drawing) {
     const struct options *options = drawing->options;
     char *svg;

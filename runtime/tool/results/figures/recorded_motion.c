@@ -1,4 +1,4 @@
-/* A finished motion's columns: see figures.h. */
+/* Reads a finished motion from a CSV or HDF5 file: what its columns are, and rows at equal distances. */
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/format/format.h"
@@ -16,7 +16,7 @@ static bool is_named(const struct run *run, int column, const char *stem, size_t
            strcmp(name + length, ending) == 0;
 }
 
-/* Coordinates stand behind t, as many as there are columns before the first one's rate. */
+/* Coordinates follow t; the rate of the first one marks their end. */
 static void find_coordinates(struct run *run) {
     run->coordinates = 1;
     for (int i = 2; i < run->column_count && run->coordinate_count == 0; i++)
@@ -24,7 +24,7 @@ static void find_coordinates(struct run *run) {
             run->coordinate_count = i - 1;
 }
 
-/* A point is NAME_x with NAME_xd three columns on and NAME_xdd six. */
+/* A point is NAME_x, with NAME_xd three columns later and NAME_xdd six columns later. */
 static void find_points(struct run *run) {
     run->points = allocate((size_t)run->column_count / POINT_COLUMNS + 1, sizeof *run->points);
     for (int i = 1 + 2 * run->coordinate_count; i + POINT_COLUMNS <= run->column_count; i += POINT_COLUMNS) {
@@ -37,7 +37,7 @@ static void find_points(struct run *run) {
     }
 }
 
-/* Are the columns from `first` on the accelerations of all coordinates? */
+/* Returns whether the columns from `first` on are the accelerations of all coordinates. */
 static bool begin_accelerations(const struct run *run, int first) {
     const size_t lead = strlen(table_acceleration_lead);
     for (int i = 0; i < run->coordinate_count; i++) {
@@ -49,7 +49,7 @@ static bool begin_accelerations(const struct run *run, int first) {
     return run->coordinate_count > 0;
 }
 
-/* Accelerations, and what is behind them, are no inputs; files of before have none of these. */
+/* Inputs end where accelerations begin; files of earlier versions have no accelerations. */
 static int count_inputs(const struct run *run) {
     for (int i = run->inputs; i + run->coordinate_count <= run->column_count; i++)
         if (begin_accelerations(run, i))
@@ -71,7 +71,7 @@ static void find_columns(struct run *run) {
 
 /* ---- Rows ---- */
 
-/* Every second of the rows that are kept goes. */
+/* Drops every second row that is kept. */
 static void thin_out(struct run *run) {
     const size_t width = (size_t)run->column_count;
     for (long i = 1; 2 * i < run->kept_count; i++)
@@ -80,7 +80,7 @@ static void thin_out(struct run *run) {
     run->stride *= 2;
 }
 
-/* The row stands behind those that are kept; it counts when it is one of the equally spaced ones. */
+/* Keeps the row, which follows the kept ones in memory, if it is one of the equally spaced ones. */
 static void take_row(struct run *run, const double *row) {
     for (int i = 0; i < run->column_count; i++)
         run->largest[i] = fmax(run->largest[i], fabs(row[i]));
@@ -90,11 +90,11 @@ static void take_row(struct run *run, const double *row) {
 
 /* The last line of an interrupted run may be cut short in the middle of a number. */
 static bool warn_of_cut(const struct csv *csv) {
-    complain_line(csv->path, csv->line, "warning: run: the last line has no end, it is left out");
+    complain_line(csv->path, csv->line, "warning: run: the last line is incomplete and ignored");
     return true;
 }
 
-/* As motion_next. */
+/* Like motion_next. */
 static int next_line(struct run *run, double *row) {
     struct csv *csv = &run->csv;
     const int answer = csv_next(csv);
@@ -136,8 +136,8 @@ static bool open_csv(struct run *run, const char *path) {
     if (!csv_open(&run->csv, path, "run"))
         return false;
     if (strcmp(run->csv.names[0], "t") != 0 || run->csv.count < 2)
-        return csv_complain(
-            &run->csv, "the header does not begin with t and a name, a CSV file of refdyn sim is needed");
+        return csv_complain(&run->csv,
+                            "the header does not begin with t and a name; give a CSV file of refdyn sim");
     run->columns = run->csv.names;
     run->column_count = run->csv.count;
     return true;
@@ -172,7 +172,7 @@ static bool read_run(struct run *run, const char *path) {
     if (!read_rows(run))
         return false;
     run->csv.line += run->csv.line == 1;
-    return run->rows > 0 || csv_complain(&run->csv, "there are no rows, a CSV file of refdyn sim is needed");
+    return run->rows > 0 || csv_complain(&run->csv, "there are no rows; give a CSV file of refdyn sim");
 }
 
 bool figures_run_read(struct run *run, const char *path) {

@@ -1,4 +1,5 @@
-/* How a number of each case depends on what varied, as a curve or a map: see figures.h. */
+/* Charts of how a number of each case depends on what varied: a curve over one quantity, or a map over two.
+ */
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -7,16 +8,16 @@
 #include <string.h>
 
 enum {
-    STEPS_MOST = 60, /* of a grid; what has more different values is parted into fields of equal width */
+    STEPS_MOST = 60, /* of a grid; more different values are grouped into fields of equal width */
     FIELDS_LEAST = 4,
     CASES_A_FIELD = 3,
-    COLOURS = 64 /* of the key */
+    COLOURS = 64 /* in the key */
 };
 
-/* A quantity along an axis: its value in each case, and the fields that the axis is parted into. */
+/* A quantity along an axis: its value in each case, and the fields of the axis. */
 struct sweep {
-    const double *values; /* by row */
-    double correlation;   /* with the drawn values: the part of their variance that follows this quantity */
+    const double *values; /* by row of the file */
+    double correlation;   /* part of the variance of the drawn values that this quantity explains */
     char *label;
     double *steps; /* different values, ascending */
     long step_count;
@@ -32,7 +33,8 @@ static int compare(const void *a, const void *b) {
 
 /* ---- What varied ---- */
 
-/* Of texts their numbers, where all of them are some; else their places, which the label tells. */
+/* The label of a varied quantity. Texts that are no numbers are drawn at their indices, which the label
+ * explains. */
 static char *label_of(const struct varied *varied) {
     struct text label = {.memory = &program_memory};
     if (!varied->texts)
@@ -72,7 +74,7 @@ static void find_steps(struct runs_charts *figure, struct sweep *sweep, long cas
             sweep->steps[sweep->step_count++] = sweep->steps[i];
 }
 
-/* Middles between steps, or equal fields. */
+/* Edges midway between steps, or of equal fields. */
 static void find_edges(struct runs_charts *figure, struct sweep *sweep, int fields) {
     const double *s = sweep->steps;
     const long last = sweep->step_count - 1;
@@ -192,7 +194,7 @@ static int find_sweeps(struct runs_charts *figure, const double *values, struct 
 
 /* ---- A curve ---- */
 
-/* Over what varied, NULL: over the numbers of the cases. */
+/* Draws over what varied, or over the numbers of the cases if sweep is NULL. */
 static void add_curve(struct runs_charts *figure, struct chart *chart, const struct sweep *sweep,
                       const double *values) {
     const long cases = hdf5_runs_count(figure->reader);
@@ -213,7 +215,7 @@ static void add_curve(struct runs_charts *figure, struct chart *chart, const str
 
 /* ---- A map ---- */
 
-/* What the cases of a field have: the sum of their numbers, how many have one, and how many there are. */
+/* The cases of a field: the sum of their numbers, how many have a number, and how many there are. */
 struct field {
     double sum;
     long count, cases;
@@ -276,17 +278,17 @@ static void add_cells(struct chart *chart, const struct sweep *x, const struct s
     }
 }
 
-/* What grey is. */
+/* Explains grey cells in the title. */
 static void note_failures(struct chart *chart, const struct field *fields, int count) {
     int i = 0;
     while (i < count && (fields[i].cases == 0 || fields[i].count > 0))
         i++;
     if (i == count)
         return;
-    chart->title = text_format("%s (grey: no case has it)", chart->title);
+    chart->title = text_format("%s (grey: no value)", chart->title);
 }
 
-/* Grids get a field for each pair of steps, other cases as many that several are in each. */
+/* A grid has a field for each pair of steps; otherwise fields are so large that several cases are in each. */
 static void part_axes(struct runs_charts *figure, struct sweep sweeps[static 2]) {
     const double cases = (double)hdf5_runs_count(figure->reader);
     const int fields = (int)fmin(fmax(sqrt(cases / CASES_A_FIELD), FIELDS_LEAST), STEPS_MOST);

@@ -1,4 +1,5 @@
-/* The charts of a file of runs: see figures.h. */
+/* Parts of the figure of a file of runs: reads its numbers, draws percentiles over time, and describes the
+ * worst cases. */
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -7,7 +8,8 @@
 #include <stdlib.h>
 #include <ctype.h>
 
-void runs_charts_add_head(struct runs_charts *figure, char *text) {
+/* Adds a head; `text` is in heap memory and belongs to the figure. */
+static void add_head(struct runs_charts *figure, char *text) {
     figure->heads = memory_room(&figure->memory, figure->heads, figure->head_count, &figure->head_room,
                                 sizeof *figure->heads);
     figure->heads[figure->head_count++] = (struct key){.name = text};
@@ -37,7 +39,12 @@ double *runs_charts_read(struct runs_charts *figure, const struct kept_item *ite
 
 /* ---- Percentiles over time ---- */
 
-enum { PERCENTILES = 5, MEDIAN = 2, BANDS = 2, NUMBERS_MOST = 1 << 22 /* of all cases, held at a time */ };
+enum {
+    PERCENTILES = 5,
+    MEDIAN = 2,
+    BANDS = 2,
+    NUMBERS_MOST = 1 << 22 /* of all cases, in memory at a time */
+};
 
 static const double parts[PERCENTILES] = {0.05, 0.25, 0.5, 0.75, 0.95};
 static const char *const names[BANDS] = {"5 to 95 %", "25 to 75 %"};
@@ -47,7 +54,7 @@ static int compare(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* Between neighbours in order, as numpy's default; NaN of none. */
+/* Interpolates between neighbours, like numpy's default; NaN without values. */
 static double percentile(const double *sorted, long count, double part) {
     const double at = part * (double)(count - 1);
     const long below = (long)at;
@@ -58,7 +65,7 @@ static double percentile(const double *sorted, long count, double part) {
     return sorted[below] + (at - (double)below) * (sorted[below + 1] - sorted[below]);
 }
 
-/* Of one time: value `k` of `stride` of each case. Those that are no numbers take no part. */
+/* Percentiles at one time: value `k` of `stride` of each case. Values that cannot be drawn do not count. */
 static void find_percentiles(const double *values, long cases, int stride, int k, double *sorted,
                              double found[static PERCENTILES]) {
     long count = 0;
@@ -70,7 +77,7 @@ static void find_percentiles(const double *values, long cases, int stride, int k
         found[i] = percentile(sorted, count, parts[i]);
 }
 
-/* Courses (PERCENTILES x size), by as many times at once as there is room for. */
+/* Fills courses (PERCENTILES x size), for as many times at once as NUMBERS_MOST allows. */
 static bool fill(struct runs_charts *figure, const struct kept_item *item, double *courses) {
     const long cases = hdf5_runs_count(figure->reader);
     const int most = cases > 0 && NUMBERS_MOST / cases > 1 ? (int)(NUMBERS_MOST / cases) : 1;
@@ -99,7 +106,7 @@ static const struct kept_axis *find_axis(const struct runs_layout *layout, const
     return NULL;
 }
 
-/* Times at which there is a value, moved to the front, with their values; returns how many. */
+/* Moves the times with a value, and these values, to the front; returns how many there are. */
 static long keep_finite(double *x, double *courses, int size) {
     long kept = 0;
     for (int i = 0; i < size; i++) {
@@ -114,7 +121,7 @@ static long keep_finite(double *x, double *courses, int size) {
 }
 
 static void add_key(struct chart *chart, const char *name, struct stroke stroke) {
-    const int key = chart_key(chart, name, strlen(name)); /* the list of keys may move */
+    const int key = chart_key(chart, name, strlen(name)); /* this call may move the list of keys */
     chart->keys[key].stroke = stroke;
 }
 
@@ -174,7 +181,7 @@ struct reasons {
 struct worst {
     const struct kept_item *item;
     double value, t;
-    long row; /* -1: none */
+    long row; /* -1 if there is none */
 };
 
 static bool begins_number(const char *text) {
@@ -208,7 +215,7 @@ static void add_reason(struct reasons *reasons, const char *reason) {
         reasons->counts[i]++;
 }
 
-/* Smallest and largest value, each with its time behind it. */
+/* Extremes are the smallest value, its time, the largest value, its time. */
 static void look(struct worst *worst, const struct case_record *record, long row) {
     for (int k = 0; k <= LARGEST; k += LARGEST) {
         const double value = record->values[worst->item->offset + k];
@@ -220,7 +227,7 @@ static void look(struct worst *worst, const struct case_record *record, long row
     }
 }
 
-/* Those of which smallest and largest are kept. */
+/* Lists the items with smallest and largest values; returns how many there are. */
 static int find_items(const struct runs_layout *layout, struct worst *worst) {
     int count = 0;
     for (int i = 0; i < layout->item_count && count < EXTREMES_MOST; i++)
@@ -231,7 +238,7 @@ static int find_items(const struct runs_layout *layout, struct worst *worst) {
 
 /* ---- In words ---- */
 
-/* The most frequent one, which is taken off the list; -1: none is left. */
+/* The most frequent remaining reason, -1 if none is left. */
 static int next_reason(const struct reasons *reasons) {
     int next = -1;
     for (int i = 0; i < reasons->count; i++)
@@ -242,12 +249,12 @@ static int next_reason(const struct reasons *reasons) {
 
 static void tell_reasons(struct runs_charts *figure, struct reasons *reasons) {
     const long cases = hdf5_runs_count(figure->reader);
-    runs_charts_add_head(figure, text_format("%s: %ld case%s, %ld failed", figure->path, cases,
-                                             cases == 1 ? "" : "s", reasons->failed));
+    add_head(figure, text_format("%s: %ld case%s, %ld failed", figure->path, cases, cases == 1 ? "" : "s",
+                                 reasons->failed));
     for (int i = 0, which; i < REASONS_MOST && (which = next_reason(reasons)) >= 0; i++) {
         const char *text = reasons->texts[which];
-        runs_charts_add_head(figure, text_format("%ld failed: %s", reasons->counts[which],
-                                                 *text ? text : "no reason is told"));
+        add_head(figure,
+                 text_format("%ld failed: %s", reasons->counts[which], *text ? text : "no reason recorded"));
         reasons->counts[which] = 0;
     }
     for (int i = 0; i < reasons->count; i++)
@@ -282,7 +289,7 @@ static void tell_worst(struct runs_charts *figure, const struct worst *worst) {
             unit && *unit ? " " : "", unit ? unit : "", worst->t);
     print_case(out, figure, worst->row);
     fclose(out);
-    runs_charts_add_head(figure, text_format("%s", text));
+    add_head(figure, text_format("%s", text));
     free(text);
 }
 

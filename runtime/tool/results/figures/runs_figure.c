@@ -1,4 +1,4 @@
-/* The figure of a file of runs: see figures.h. */
+/* Chooses and draws the charts of a file of runs. */
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/support/format/format.h"
@@ -16,7 +16,7 @@ static bool is_in(const struct kept_item *item, const char *group) {
     return strcmp(item->group, group) == 0;
 }
 
-/* Of smallest, its time, largest, its time: the largest. */
+/* Extremes are smallest, its time, largest, its time; the largest is drawn. */
 enum { PLACE_OF_LARGEST = 2, EXTREMES = 4 };
 
 static bool add_item(struct runs_charts *figure, const struct kept_item *item) {
@@ -26,7 +26,7 @@ static bool add_item(struct runs_charts *figure, const struct kept_item *item) {
                                 is_in(item, extremes_group) && item->size == EXTREMES ? PLACE_OF_LARGEST : 0);
 }
 
-/* The first ones of a group. */
+/* Adds at most `most` items of a group. */
 static bool add_group(struct runs_charts *figure, const char *group, int most, int *count) {
     const struct runs_layout *layout = hdf5_runs_layout(figure->reader);
     *count = 0;
@@ -39,7 +39,7 @@ static bool add_group(struct runs_charts *figure, const char *group, int most, i
     return true;
 }
 
-/* Extremes, or where none are kept final values, and histories. */
+/* Adds extremes, or final values if there are no extremes, and histories. */
 static bool add_default(struct runs_charts *figure) {
     int count;
     if (!add_group(figure, extremes_group, RESPONSES_MOST, &count))
@@ -73,9 +73,9 @@ static bool add_named(struct runs_charts *figure, const char *panels) {
         const char *name = names[i];
         const struct kept_item *item = find_item(hdf5_runs_layout(figure->reader), name);
         if (!item)
-            is_good = refuse_panel(figure, name, "is nothing that the file has, as history/E_x would be");
+            is_good = refuse_panel(figure, name, "is not in the file; name a kept value as in history/E_x");
         else if (figure->chart_count == RUNS_CHARTS_MOST)
-            is_good = refuse_panel(figure, name, "is too much, a figure has room for 12");
+            is_good = refuse_panel(figure, name, "is one too many; a figure has at most 12 panels");
         else
             is_good = add_item(figure, item);
     }
@@ -111,7 +111,7 @@ static bool make(struct runs_charts *figure, const char *panels) {
         return false;
     if (figure->chart_count > 0)
         return true;
-    complain_line(figure->path, 0, "no case has a number that could be drawn");
+    complain_line(figure->path, 0, "no case has a number to draw");
     return false;
 }
 

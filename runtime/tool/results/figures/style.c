@@ -1,15 +1,15 @@
-/* The style of all figures: see figures.h. */
+/* The colours, lines and marks of all figures. */
 #include "runtime/tool/results/figures/figures.h"
 
 #include <stddef.h>
 
 enum { COLOURS = 10, DASHES = 5, MARKS = 10, MAP_STOPS = 6 };
 
-/* After Okabe and Ito (jfly.uni-koeln.de/color, 2008), some of them darker; by turns dark and light. */
+/* After Okabe and Ito (jfly.uni-koeln.de/color, 2008), some of them darker; dark and light alternate. */
 static const unsigned colours[COLOURS] = {0x0072b2, 0xe69f00, 0x00604a, 0xcc79a7, 0x333333,
                                           0x56b4e9, 0xa84400, 0xb5b52f, 0x6a3d9a, 0xf08f80};
-/* Of many: from dark to light at equal steps, as viridis (van der Walt and Smith, matplotlib 1.5, 2015),
- * which ends here before its yellow grows too pale for a line. */
+/* For many curves: from dark to light in equal steps, like viridis (van der Walt and Smith, matplotlib 1.5,
+ * 2015). It ends before the yellow that is too pale for a line. */
 static const unsigned map[MAP_STOPS] = {0x440154, 0x414487, 0x2a788e, 0x22a884, 0x7ad151, 0xb8be14};
 static const char *const dashes[DASHES] = {"", "6 3", "2 2", "8 2 2 2", "12 4"};
 static const char *const marks[MARKS] = {
@@ -26,7 +26,7 @@ static const char *const marks[MARKS] = {
 
 static const double plain_width = 1.5, thin_width = 1, band_width = 3.6;
 
-/* `part` of b and the rest of a. */
+/* (1 - part) a + part b, for each colour. */
 static unsigned mix(unsigned a, unsigned b, double part) {
     unsigned mixed = 0;
     for (int shift = 0; shift <= 16; shift += 8) {
@@ -49,7 +49,8 @@ static struct stroke band(struct stroke stroke) {
     return stroke;
 }
 
-/* Of several runs every second one is a pale band, on which the next one is seen where both are the same. */
+/* With several runs, every second one is a pale band. The next one remains visible on it where both coincide.
+ */
 static struct stroke in_run(struct stroke stroke, int run, int runs) {
     if (runs == 1)
         return stroke;

@@ -1,4 +1,5 @@
-/* What the runs of a study say: see report.h. */
+/* Findings of a study: its reference in sentences; order, stability and CPU time of each method as cells of a
+ * table. */
 #include "runtime/tool/results/report/report.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -8,13 +9,13 @@
 /* Errors at which methods are compared. */
 static const double levels[LEVEL_COUNT] = {1e-3, 1e-6, 1e-9};
 
-enum { SLOPE_RUNS = 3 };                /* two points lie on a line whatever they are */
-static const double clear_of_floor = 3; /* errors so many floors large are the method's own, */
+enum { SLOPE_RUNS = 3 };                /* any two points are on a line */
+static const double clear_of_floor = 3; /* errors above this multiple of the floor belong to the method, */
 static const double clear_of_rounding =
-    30; /* and so many times the least error of one that has come to rounding */
+    30; /* as do errors above this multiple of the least error of a series that has reached rounding */
 static const double gain_least =
-    0.7; /* error beside that of the setting before: a half at order 1 and half the step */
-static const double plateau_slope = 0.05; /* log steps over log 1/tol: below half of 1/8, that of order 8 */
+    0.7; /* ratio to the error at the setting before; it is 0.5 for order 1 and half the step */
+static const double plateau_slope = 0.05; /* log steps over log 1/tol: below half of the 1/8 of order 8 */
 
 const char *report_study_unit(const struct study *study) {
     return study->has_points ? "m" : "m or rad";
@@ -37,8 +38,8 @@ const char *report_trial_outcome(const struct method_run *trial) {
     if (report_is_done(trial))
         return "done";
     if (trial->result == MOTION_TOO_SLOW)
-        return text_format("stopped: too slow, some %.2g s were expected and %.2g s were left for it",
-                           trial->cpu_s, trial->cpu_limit_s);
+        return text_format("stopped: too slow, about %.2g s expected but only %.2g s left", trial->cpu_s,
+                           trial->cpu_limit_s);
     const bool has_cause = trial->cause > 0 && trial->cause != trial->result;
     return text_format("stopped at t = %.6g s: %s%s%s", trial->stopped_t, refdyn_status_text(trial->result),
                        has_cause ? ", after: " : "", has_cause ? refdyn_status_text(trial->cause) : "");
@@ -62,19 +63,20 @@ const char *report_findings_reference(const struct study *study) {
     const bool is_found = report_has_reference(study);
     struct text text = {.memory = &program_memory};
     text_add(&text, "%s %s at tolerance %g and %s at tolerance %g ",
-             is_found ? "Reference:" : "There is no reference:", refdyn_method_name((int)a->method), a->tol,
+             is_found ? "Reference:" : "No reference:", refdyn_method_name((int)a->method), a->tol,
              refdyn_method_name((int)b->method), b->tol);
     if (is_found)
         text_add(&text, "agree to %.2g %s at %ld times; ", study->floor, unit, study->outputs);
     else
-        text_add(&text, "are %.2g %s apart, on a way of %.2g; ", study->floor, unit, study->way);
-    text_add(&text, "errors are distances from the first, and none below %.2g %s is claimed.\n", study->floor,
-             unit);
+        text_add(&text, "differ by %.2g %s on a way of %.2g; ", study->floor, unit, study->way);
+    text_add(&text, "errors are distances from the first, and errors below %.2g %s are not claimed.\n",
+             study->floor, unit);
     if (strcmp(kind, kind_of(b->method)) == 0)
-        text_add(&text,
-                 "Both methods of the reference are %s methods, which makes it weaker: none of another kind "
-                 "came to the end.\n",
-                 kind);
+        text_add(
+            &text,
+            "Both methods of the reference are %s methods, which makes it weaker: no method of another kind "
+            "completed the motion.\n",
+            kind);
     return text.data;
 }
 
@@ -88,8 +90,9 @@ static double least_error(const struct study *study, const struct series *series
     return least;
 }
 
-/* Errors above it are those of the formula: clear of what the reference can tell, and of the rounding that
- * the series has come to when near its least error a smaller step or tolerance gained nothing. */
+/* Errors above this floor are errors of the formula: larger than what the reference can resolve, and than
+ * rounding. A series has reached rounding if a smaller step or tolerance gained nothing near its least error.
+ */
 static double floor_of(const struct study *study, const struct series *series) {
     const double rounding = clear_of_rounding * least_error(study, series);
     double before = INFINITY;
@@ -131,7 +134,7 @@ static const char *tell_least_error(const struct study *study, const struct seri
 
 /* ---- What rules the step */
 
-/* The first run near the motion whose larger step failed or left it; 0: none. */
+/* The first run near the motion after a larger step that failed or left it; 0 if there is none. */
 static int edge_of_steps(const struct study *study, const struct series *series) {
     for (int i = 1; i < series->count; i++)
         if (report_is_settled(study, &series->trials[i]) && !report_is_settled(study, &series->trials[i - 1]))
@@ -139,8 +142,8 @@ static int edge_of_steps(const struct study *study, const struct series *series)
     return 0;
 }
 
-/* As long as a tighter tolerance makes hardly more steps, stability rules them and not the error: the last
- * such run; 0: none. */
+/* While a tighter tolerance hardly needs more steps, stability limits them instead of the error. Returns the
+ * last such run, 0 if there is none. */
 static int end_of_plateau(const struct series *series) {
     int last = 0;
     for (int i = 1; i < series->count && last == i - 1; i++) {
@@ -157,8 +160,8 @@ static double mean_step(const struct study *study, const struct method_run *tria
     return (study->references[0].stopped_t - study->from) / (double)trial->steps;
 }
 
-/* With steps the largest stable one; with tolerances those at which stability rules the steps, which the
- * automatic choice and implicit methods do not have. */
+/* For fixed steps the largest stable one. For tolerances those at which stability limits the steps, which
+ * does not happen with the automatic choice and implicit methods. */
 static const char *tell_stability(const struct study *study, const struct series *series) {
     const int edge = series->is_fixed ? edge_of_steps(study, series) : 0;
     if (edge > 0)
@@ -175,8 +178,8 @@ static const char *tell_stability(const struct study *study, const struct series
 
 /* ---- What ended early */
 
-/* The first of the runs from `first` on that ended early, for lack of time or for another reason, and how
- * many more did. */
+/* Adds the first run from `first` on that ended early, for lack of time if is_slow, otherwise for another
+ * reason, and how many further runs did. */
 static void put_stops(struct text *text, const struct series *series, int first, bool is_slow) {
     const struct method_run *stopped = NULL;
     int more = -1;
@@ -195,7 +198,7 @@ static void put_stops(struct text *text, const struct series *series, int first,
         text_add(text, "; and %d more", more);
 }
 
-/* Steps beyond the limit of stability are told there. */
+/* The column of stability already has the steps beyond its limit. */
 static const char *tell_stops(const struct study *study, const struct series *series) {
     struct text text = {.memory = &program_memory};
     put_stops(&text, series, series->is_fixed ? edge_of_steps(study, series) : 0, false);
@@ -203,9 +206,9 @@ static const char *tell_stops(const struct study *study, const struct series *se
     return text.data ? text.data : "";
 }
 
-/* ---- What the clock said */
+/* ---- CPU times */
 
-/* CPU time of the quickest run with at most this error; INFINITY: none. */
+/* CPU time of the quickest run with at most this error, INFINITY if there is none. */
 static double quickest(const struct series *series, double level) {
     double cpu_s = INFINITY;
     for (int i = 0; i < series->count; i++)
@@ -214,8 +217,7 @@ static double quickest(const struct series *series, double level) {
     return cpu_s;
 }
 
-/* Beside the quickest of the methods that the automatic choice chooses from, or of itself when it is alone.
- */
+/* CPU time, and in brackets its ratio to the quickest method except auto. */
 static const char *tell_time(const struct study *study, const struct series *series, double level) {
     const double cpu_s = level >= study->floor ? quickest(series, level) : INFINITY;
     double best = INFINITY;
@@ -230,18 +232,16 @@ static const char *tell_time(const struct study *study, const struct series *ser
 /* ---- The table */
 
 const char report_findings_note[] =
-    "CPU times are those of the integration on one core, the least of repeated "
-    "runs, and in brackets beside the "
-    "quickest method but auto; another call gives others. All else is the same on "
-    "every machine, of the runs that "
-    "there was time for.";
+    "CPU times are for the integration on one core, the shortest of repeated runs; brackets "
+    "compare with the quickest method except auto. They differ from call to call. All else is the same on "
+    "every machine, for the runs that there was time for.";
 
 const char *report_findings_cell(const struct study *study, const struct series *series, int column) {
     static const struct {
         const char *head;
         const char *(*tell)(const struct study *study, const struct series *series);
     } told[] = {{"method", report_series_name},
-                {"error goes with", tell_slope},
+                {"error proportional to", tell_slope},
                 {"least error", tell_least_error},
                 {"limit of stability", tell_stability},
                 {"ended early", tell_stops}};

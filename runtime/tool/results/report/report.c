@@ -1,4 +1,4 @@
-/* `refdyn report`: error against run time of all methods, as CSV, SVG and a page. */
+/* `refdyn report`: measures error against run time of all methods; writes CSV, SVG and an HTML page. */
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/results/report/report.h"
@@ -11,12 +11,12 @@
 
 enum { VARIANTS_MAX = 8, REPORT_OUTPUTS = 50 /* times at which runs are compared */ };
 
-static const double seconds_default = 60; /* of all runs together */
+static const double seconds_default = 60; /* for all runs together */
 
 struct report {
     const struct options *options;
     const char *model_name, *vary_name;
-    const char *values[VARIANTS_MAX]; /* of the varied option; NULL: the model as it is given */
+    const char *values[VARIANTS_MAX]; /* of the varied option; NULL for the model as given */
     int variant_count;
     struct study_plan plan;
     struct study studies[VARIANTS_MAX];
@@ -25,33 +25,34 @@ struct report {
     struct target *csv, *svg, *page;
 };
 
-/* ---- What is asked for */
+/* ---- The plan */
 
 static int by_descent(const void *a, const void *b) {
     const double x = *(const double *)a, y = *(const double *)b;
     return (x < y) - (x > y);
 }
 
-/* A list of positive numbers below `most`, sorted from the loosest setting on. */
+/* Reads a list of positive numbers below `most`, and sorts it from the loosest setting on. */
 static enum status read_numbers(const struct options *options, const char *name, const char *text,
                                 double most, struct settings *settings) {
     for (const char **item = options_list(text); *item; item++) {
         double number;
         if (!text_to_number(*item, &number) || !(number > 0 && number < most) ||
             settings->count == SETTINGS_MAX)
-            return usage_error(options->command, "--%s: '%s' is no list of up to %d numbers between 0 and %g",
-                               name, text, SETTINGS_MAX, most);
+            return usage_error(options->command,
+                               "--%s: '%s' is not a list of up to %d numbers between 0 and %g", name, text,
+                               SETTINGS_MAX, most);
         settings->list[settings->count++] = number;
     }
     settings->are_given = true;
     qsort(settings->list, (size_t)settings->count, sizeof *settings->list, by_descent);
     for (int i = 1; i < settings->count; i++)
         if (settings->list[i] == settings->list[i - 1])
-            return usage_error(options->command, "--%s: '%s' has one number twice", name, text);
+            return usage_error(options->command, "--%s: '%s' has a number twice; give it once", name, text);
     return STATUS_DONE;
 }
 
-/* Those that were not given: tolerances from 1e-2 to 1e-12, steps halved from the time between outputs on. */
+/* Default settings: tolerances from 1e-2 to 1e-12; steps halved from the time between outputs on. */
 static void list_settings(struct study_plan *plan) {
     static const double tols[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12};
     if (!plan->tols.are_given) {
@@ -69,7 +70,7 @@ static enum status read_methods(const struct options *options, struct study_plan
     for (const char **name = options_list(methods); *name; name++) {
         const int method = refdyn_method_find(*name);
         if (method < 0)
-            return usage_error(options->command, "--methods: '%s' is no list of %s", methods,
+            return usage_error(options->command, "--methods: '%s' is not a list of %s", methods,
                                motion_methods(false));
         plan->methods[method] = true;
     }
@@ -97,11 +98,12 @@ static enum status read_vary(struct report *report) {
     report->vary_name = text_format("%.*s", (int)(equals - text), text);
     for (int i = 0; i < report->options->setting_count; i++)
         if (strcmp(report->options->settings[i].name, report->vary_name) == 0)
-            return usage_error(report->options->command, "--vary: --set gives a value to %s, too",
+            return usage_error(report->options->command, "--vary: --set sets %s, too; remove one of them",
                                report->vary_name);
     for (const char **value = options_list(equals + 1); *value; value++) {
         if (report->variant_count == VARIANTS_MAX)
-            return usage_error(report->options->command, "--vary: more than %d values", VARIANTS_MAX);
+            return usage_error(report->options->command, "--vary: at most %d values are allowed",
+                               VARIANTS_MAX);
         report->values[report->variant_count++] = *value;
     }
     return options_check_list(report->options->command, "vary", equals + 1);
@@ -114,13 +116,13 @@ static bool has_option(const struct model *model, const char *name) {
     return false;
 }
 
-/* The target NAME.ending in the folder of -o. */
+/* Opens NAME.ending in the folder of -o. */
 static struct target *open_file(struct report *report, const char *ending) {
     return target_open(&report->targets, text_format("%s/%s.%s", options_text(report->options, "output"),
                                                      report->model_name, ending));
 }
 
-/* All that is written at the end, opened before the runs. */
+/* Opens all outputs before the runs. */
 static enum status open_files(struct report *report, const struct scene *scene) {
     const char *state = options_state_path(options_text(report->options, "from"));
     scene_spare_sources(scene, &report->targets);
@@ -212,7 +214,7 @@ static enum status run_all(struct report *report) {
 
 /* ---- CSV */
 
-/* A number, or nothing where there is none. */
+/* Writes a finite number, or an empty field. */
 static void put_csv_number(FILE *out, double value, bool is_there) {
     if (is_there && isfinite(value))
         fprintf(out, "%.6g", value);
@@ -252,7 +254,7 @@ static bool write_csv(const struct report *report) {
     return target_finish(report->csv);
 }
 
-/* ---- The figure, the page, and what is said */
+/* ---- The figure, the page and the findings */
 
 static bool draw(const struct report *report, char **figure) {
     size_t size;
@@ -272,7 +274,7 @@ static bool write_page(const struct report *report, const char *figure) {
     return target_finish(report->page);
 }
 
-/* Of the widest text in the column. */
+/* The width of the widest text in the column. */
 static int find_width(const struct study *study, int column) {
     size_t widest = strlen(report_findings_cell(study, NULL, column));
     for (int i = 0; i < study->series_count; i++) {
@@ -282,7 +284,7 @@ static int find_width(const struct study *study, int column) {
     return (int)widest;
 }
 
-/* series NULL: the heads. */
+/* Prints the heads if series is NULL. */
 static void print_row(const struct study *study, const struct series *series) {
     const int last = FINDING_COLUMNS - 1;
     for (int i = 0; i < last; i++)
@@ -307,13 +309,12 @@ static enum status write_report(const struct report *report) {
     return is_written ? STATUS_DONE : STATUS_FAULT;
 }
 
-/* After an interruption: the last study counts when its reference is complete, for there is nothing to
- * compare with otherwise. */
+/* After an interruption, drops the last study if it has no complete reference to compare with. */
 static void forget_unfinished(struct report *report) {
     if (report->done > 0 && report->studies[report->done - 1].reference_count < REFERENCES)
         report->done--;
-    fprintf(stderr, "refdyn report: interrupted, %s\n",
-            report->done > 0 ? "the report has the runs until then" : "before a reference was found");
+    fprintf(stderr, "refdyn report: interrupted%s\n",
+            report->done > 0 ? "; the report has the runs so far" : " before a reference was found");
 }
 
 static void release_report(struct report *report) {
@@ -328,7 +329,7 @@ static enum status run_report(const struct options *options) {
     enum status status = plan_report(report);
     if (status == STATUS_DONE)
         status = run_all(report);
-    interrupt_accept(); /* what was measured is written, whatever comes */
+    interrupt_accept(); /* further signals must not keep the report from being written */
     if (interrupted)
         forget_unfinished(report);
     if (status == STATUS_DONE || (interrupted && report->done > 0))

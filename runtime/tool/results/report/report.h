@@ -1,17 +1,21 @@
-/* What this folder offers. */
+/*
+ * Report: error against run time of all methods for one scene.
+ *
+ *   study      the runs and their reference
+ *   findings   what the runs show, as sentences and as a table
+ *   page       figure and HTML page
+ */
 #ifndef REFDYN_TOOL_REPORT_H
 #define REFDYN_TOOL_REPORT_H
 
 #include "runtime/tool/motions/simulate/simulate.h"
 
-/*
- * Error against run time: the runs of one scene with any of the methods, over tolerances or steps, judged by
- * a reference that two methods agree on.
- */
+/* Study: runs of one scene with several methods over tolerances or steps. A reference on which two methods
+ * agree measures their errors. */
 
 enum {
     SETTINGS_MAX = 24,
-    HALVINGS_MAX = 26 /* of the time between outputs */,
+    HALVINGS_MAX = 26 /* halvings of the time between outputs */,
     SERIES_MAX = REFDYN_METHOD_COUNT * STABILISE_COUNT,
     REFERENCES = 2
 };
@@ -20,81 +24,77 @@ enum {
 struct settings {
     double list[HALVINGS_MAX];
     int count;
-    bool are_given; /* else a series ends where the next one tells nothing */
+    bool are_given; /* otherwise a series ends when the next setting gains nothing */
 };
 
-/* What is to be run. */
 struct study_plan {
     bool methods[REFDYN_METHOD_COUNT];
     struct settings tols, steps;
     double until, every; /* [s] */
 };
 
-/* One run: at a tolerance (step is 0), or at a fixed step (tol is 0). */
+/* One run at a tolerance (step is 0) or at a fixed step (tol is 0). */
 struct method_run {
     enum refdyn_method method;
     enum refdyn_stabilise stabilise;
     double tol, step;
-    int result, cause;  /* statuses of the runtime, or MOTION_...; cause: of what the steps shrank for */
-    double stopped_t;   /* where it ended [s] */
-    double error;       /* largest distance from the reference over the outputs; NaN when it failed */
-    double cpu_s;       /* least of its repetitions; of one that was too slow: expected to the end [s] */
-    double cpu_limit_s; /* what it was given [s] */
+    int result, cause;  /* statuses of the runtime or MOTION_...; cause: why the steps became shorter */
+    double stopped_t;   /* time at which it ended [s] */
+    double error;       /* largest distance from the reference over the outputs; NaN if the run failed */
+    double cpu_s;       /* shortest of its repetitions; for a run that was too slow, the expected total [s] */
+    double cpu_limit_s; /* its limit [s] */
     double phi_max, psi_max, energy_error;
     long steps, rejected, evaluations, tangents;
 };
 
-/* Runs of one method and stabilisation, from the loosest setting on. Behind one that is too slow none
- * follows. */
+/* Runs of one method and stabilisation, from the loosest setting on. A run that is too slow is the last. */
 struct series {
     enum refdyn_method method;
     enum refdyn_stabilise stabilise;
-    bool is_fixed; /* settings are steps, otherwise tolerances */
+    bool is_fixed; /* the settings are steps, otherwise tolerances */
     struct method_run trials[SETTINGS_MAX];
     int count;
-    int next;     /* setting to be run */
-    bool is_over; /* no further one */
+    int next;     /* the next setting to run */
+    bool is_over; /* no setting is left to run */
 };
 
 struct study {
     const char *name; /* "n_rfe=4", or the model's name */
-    char *facts;      /* of the scene, as HTML */
+    char *facts;      /* about the scene, as HTML by report_page_facts */
     struct series series[SERIES_MAX];
     int series_count;
-    struct method_run references[REFERENCES]; /* errors are distances from the first one */
-    int reference_count;                      /* that were found */
+    struct method_run references[REFERENCES]; /* errors are distances from the first */
+    int reference_count;                      /* how many were found */
     double from;                              /* start of the motion [s] */
-    double floor;                             /* their distance: no error below it is claimed */
-    double way;                               /* how far the motion gets from its start */
+    double floor;                             /* distance of the references; smaller errors are not claimed */
+    double way;                               /* largest distance of the motion from its start */
     long outputs;                             /* times at which runs are compared */
-    bool has_points;                          /* errors are those of points, else those of coordinates */
+    bool has_points;                          /* errors are of points, otherwise of coordinates */
 };
 
-/* Runs all within about `seconds`; an interrupt ends it early. Returns STATUS_DONE also when runs failed,
- * STATUS_NUMBERS when no two methods came to the end for a reference. */
+/* Runs everything within about `seconds`; an interrupt ends it early. Returns STATUS_DONE even if runs
+ * failed, and STATUS_NUMBERS if fewer than two methods completed the motion for a reference. */
 enum status report_study_run(struct study *study, const struct study_plan *plan, struct scene *scene,
                              double seconds);
-/* The run came to the end. */
+/* Returns whether the run completed the motion. */
 bool report_is_done(const struct method_run *trial);
-/* The two references are the same motion: nearer than 5 % of the way. */
+/* Returns whether both references are the same motion, within 5 % of the way. */
 bool report_has_reference(const struct study *study);
-/* It came to the end near the reference: within 5 % of the way. */
+/* Returns whether the run completed the motion within 5 % of the way from the reference. */
 bool report_is_settled(const struct study *study, const struct method_run *trial);
 
-/*
- * What the runs of a study say: of its reference in sentences, of each method in a row of a table.
- */
+/* Findings: sentences about the reference, and a row of a table for each method. */
 
-/* "rk4", "rk4, baumgarte": the stabilisation where the method has several. */
+/* "rk4", or "rk4, baumgarte" if the method has several stabilisations. */
 const char *report_series_name(const struct study *study, const struct series *series);
 /* "tolerance 1e-06" or "step 0.001 s". */
 const char *report_trial_setting(const struct method_run *trial);
-/* "done", or where the run stopped and why. */
+/* "done", or when and why the run stopped. */
 const char *report_trial_outcome(const struct method_run *trial);
-/* Unit of errors. */
+/* The unit of errors. */
 const char *report_study_unit(const struct study *study);
 
-/* What errors are measured against. */
+/* Describes the reference. */
 const char *report_findings_reference(const struct study *study);
 
 enum {
@@ -102,24 +102,21 @@ enum {
     FINDING_COLUMNS = 5 + LEVEL_COUNT /* method, CPU times, slope, least error, limit of stability, stops */
 };
 
-/* What the table's times are, for a line below it. */
+/* A line below the table that explains its times. */
 extern const char report_findings_note[];
 
-/* What is in a column of the table for a series, or NULL: the column's head. */
+/* The cell of a series in a column of the table; the head of the column if series is NULL. */
 const char *report_findings_cell(const struct study *study, const struct series *series, int column);
 
-/*
- * What a report draws and writes of its studies: error over run time as a figure, a chart for each study and
- * one line a method and stabilisation; facts, findings, figure and all runs as one HTML file that needs no
- * other.
- */
+/* Page: the figure of error over run time, with a chart for each study and a line for each method and
+ * stabilisation; and one HTML file with facts, findings, figure and all runs. */
 
-/* What was computed: model, options, start, parameters; part of the page, in heap memory. */
+/* The part of the page about model, options, start and parameters, in heap memory. */
 char *report_page_facts(const struct scene *scene, const struct options *options,
                         const struct study_plan *plan);
-/* The text of the figure, an SVG file, goes to `out`. */
+/* Writes the text of the figure, an SVG file, to `out`. */
 void report_diagram_draw(FILE *out, const char *title, const struct study *studies, int count);
-/* The whole page; the figure is the text of an SVG file. */
+/* Writes the page; `figure` is the text of an SVG file. */
 void report_page_write(FILE *out, const char *title, const struct study *studies, int count,
                        const char *figure);
 

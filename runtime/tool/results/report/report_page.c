@@ -1,9 +1,102 @@
-/* The page of a report as HTML. */
+/* What a report draws and writes about its studies: the figure of error over run time, and the HTML page. */
 #include "runtime/tool/results/report/report.h"
+#include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <math.h>
 #include <string.h>
+
+/* ---- The figure ---- */
+
+enum { WIDTH = 900, HEIGHT = 480 };
+
+/* The drawn runs of one series. */
+struct points {
+    double cpu_s[SETTINGS_MAX], error[SETTINGS_MAX];
+    int count;
+};
+
+/* Errors below the floor are drawn at the floor; runs that have lost the motion are omitted. */
+static void take_points(struct points *points, const struct study *study, const struct series *series) {
+    for (int i = 0; i < series->count; i++) {
+        const struct method_run *trial = &series->trials[i];
+        const double error = report_is_settled(study, trial) ? fmax(trial->error, study->floor) : 0;
+        if (error > 0) {
+            points->cpu_s[points->count] = trial->cpu_s;
+            points->error[points->count++] = error;
+        }
+    }
+}
+
+static void add_curve(struct chart *chart, const char *name, const struct points *points,
+                      struct stroke stroke) {
+    const int key = chart_key(chart, name, strlen(name));
+    chart->keys[key].stroke = stroke;
+    chart_add_curve(
+        chart,
+        (struct curve){
+            .x = points->cpu_s, .y = points->error, .count = points->count, .stride = 1, .stroke = stroke});
+}
+
+/* The number of earlier series of the same method, which have other stabilisations. */
+static int line_of(const struct study *study, const struct series *series) {
+    int before = 0;
+    for (const struct series *other = study->series; other < series; other++)
+        before += other->method == series->method;
+    return before;
+}
+
+static void add_series(struct chart *chart, const struct study *study, const struct series *series,
+                       struct points *points) {
+    take_points(points, study, series);
+    if (points->count == 0)
+        return;
+    add_curve(chart, report_series_name(study, series), points,
+              style_method((int)series->method, line_of(study, series)));
+}
+
+/* Draws the floor from the quickest to the slowest run. */
+static void add_floor(struct chart *chart, const struct study *study, struct points *floor) {
+    floor->cpu_s[0] = INFINITY;
+    for (int i = 0; i < chart->curve_count; i++)
+        for (long j = 0; j < chart->curves[i].count; j++) {
+            floor->cpu_s[0] = fmin(floor->cpu_s[0], chart->curves[i].x[j]);
+            floor->cpu_s[1] = fmax(floor->cpu_s[1], chart->curves[i].x[j]);
+        }
+    floor->error[0] = floor->error[1] = study->floor;
+    floor->count = 2;
+    add_curve(chart, "floor", floor, style_limit());
+}
+
+/* points: one item for each series, and one for the floor. */
+static struct chart make_chart(const struct study *study, struct points *points) {
+    struct chart chart = {.title = study->name,
+                          .x_label = "CPU time of the integration [s]",
+                          .y_label = study->has_points ? "largest position error of the points [m]"
+                                                       : "largest error of a coordinate [m, rad]",
+                          .is_x_logarithmic = true,
+                          .is_y_logarithmic = true};
+    for (int i = 0; i < study->series_count; i++)
+        add_series(&chart, study, &study->series[i], &points[i]);
+    if (chart.curve_count > 0 && study->floor > 0)
+        add_floor(&chart, study, &points[study->series_count]);
+    return chart;
+}
+
+void report_diagram_draw(FILE *out, const char *title, const struct study *studies, int count) {
+    struct points *points = allocate((size_t)count * (SERIES_MAX + 1), sizeof *points);
+    struct chart *charts = allocate((size_t)count, sizeof *charts);
+    struct key head = {.name = title};
+    struct figure figure = {
+        .heads = &head, .head_count = 1, .charts = charts, .columns = 1, .width = WIDTH, .height = HEIGHT};
+    for (int i = 0; i < count; i++) {
+        charts[figure.count] = make_chart(&studies[i], points + i * (SERIES_MAX + 1));
+        figure.count += charts[figure.count].curve_count > 0;
+    }
+    chart_draw_figure(out, &figure);
+}
+
+/* ---- The page ---- */
 
 static const char head[] =
     "<meta charset=\"utf-8\">\n<style>\n"
@@ -138,7 +231,7 @@ static void put_trials(FILE *out, const struct study *study) {
     fputs("</table>\n", out);
 }
 
-/* Of a series, or NULL: the heads. */
+/* The row of a series, or the heads if series is NULL. */
 static void put_findings_row(FILE *out, const struct study *study, const struct series *series) {
     const char *kind = series ? "td" : "th";
     fputs("<tr>", out);
@@ -171,7 +264,7 @@ static void put_study(FILE *out, const struct study *study) {
 
 void report_page_write(FILE *out, const char *title, const struct study *studies, int count,
                        const char *figure) {
-    const char *drawing = strstr(figure, "<svg"); /* behind the prologue of an SVG file */
+    const char *drawing = strstr(figure, "<svg"); /* after the prologue of the SVG file */
     fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n", out);
     fprintf(out, "%s<title>", head);
     put_xml_text(out, title);

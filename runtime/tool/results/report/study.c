@@ -1,4 +1,4 @@
-/* Error against run time: see report.h. */
+/* Runs a study: finds its reference, then runs each method over its tolerances or steps. */
 #include "runtime/tool/results/report/report.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/system/system.h"
@@ -9,25 +9,26 @@
 
 enum { REPEATS_MAX = 10 };
 
-/* The first three are of different kinds, so that the two that are taken are, too, unless only one of these
- * three comes to the end: an explicit method does not where damping is stiff. */
+/* The first three are of different kinds, so the two chosen ones are, too, unless only one of the three
+ * completes the motion. An explicit method does not if damping is stiff. */
 static const enum refdyn_method witnesses[] = {REFDYN_RK8,  REFDYN_GAUSS12, REFDYN_RODAS6P,
                                                REFDYN_RK54, REFDYN_RADAU9,  REFDYN_RODAS5P};
-static const double witness_tols[] = {1e-14, 1e-12, 1e-10, 1e-8}; /* the tightest that comes to the end */
-static const double witness_share = 1.0 / 8; /* of all time, for each: some is left even when all fail */
+static const double witness_tols[] = {1e-14, 1e-12, 1e-10,
+                                      1e-8}; /* the tightest with which the motion is completed counts */
+static const double witness_share =
+    1.0 / 8; /* of all time, for each method, so that some is left even if all fail */
 
-static const double settled_part = 0.05;  /* of the way */
-static const double repeat_seconds = 0.2; /* short runs are repeated up to this */
-static const double run_share = 0.2;      /* of the time that is left, for one run */
-static const double limit_least = 1e-3;   /* [s], where no time is left */
+static const double settled_part = 0.05;  /* of the way, see report.h: runs within it have the same motion */
+static const double repeat_seconds = 0.2; /* short runs are repeated for this CPU time */
+static const double run_share = 0.2;      /* of the remaining time, for one run */
+static const double limit_least = 1e-3;   /* [s] when no time is left */
 
-/* What all runs of a study share. */
 struct runs {
     struct study *study;
     const struct study_plan *plan;
     struct scene *scene;
     struct progress progress;
-    struct track track, reference; /* of the last run, and of the reference */
+    struct track track, reference; /* positions of the last run and of the reference */
 };
 
 bool report_is_done(const struct method_run *trial) {
@@ -61,7 +62,7 @@ static void keep_facts(struct method_run *trial, const struct motion *motion) {
     trial->energy_error = refdyn_energy_changes(&motion->energy) ? refdyn_energy_error(&motion->energy) : NAN;
 }
 
-/* What is infinite or NaN has no distance from itself. */
+/* An infinite or NaN position has no distance 0 from itself. */
 static bool is_finite(const struct track *track) {
     for (long i = 0; i < track->count; i++)
         if (track_distance(track, i, track, i) != 0)
@@ -69,7 +70,7 @@ static bool is_finite(const struct track *track) {
     return true;
 }
 
-/* One motion from a start on the programme, with the energy balance, as `refdyn sim` runs it. */
+/* Runs one motion like `refdyn sim`, from a start on the programme and with the energy balance. */
 static void run_once(struct runs *runs, struct method_run *trial) {
     struct refdyn_options integration = refdyn_options_default(trial->method);
     struct motion motion;
@@ -96,7 +97,7 @@ static void run_once(struct runs *runs, struct method_run *trial) {
     motion_release(&motion);
 }
 
-/* What disturbs a run can only make it longer: the least time counts. */
+/* Repeats a short run and keeps the shortest time, since disturbances only make runs longer. */
 static void repeat_short(struct runs *runs, struct method_run *trial) {
     double spent = trial->cpu_s, least = trial->cpu_s;
     for (int i = 1; i < REPEATS_MAX && spent < repeat_seconds && report_is_done(trial) && !interrupted; i++) {
@@ -109,7 +110,7 @@ static void repeat_short(struct runs *runs, struct method_run *trial) {
     trial->cpu_s = least;
 }
 
-/* Largest distance of the last run from the reference; NaN when any is. */
+/* The largest distance of the last run from the reference; NaN if any of them is. */
 static double distance_from_reference(const struct runs *runs) {
     double largest = 0;
     for (long i = 0; i < runs->track.count; i++) {
@@ -123,7 +124,7 @@ static double distance_from_reference(const struct runs *runs) {
 
 /* ---- The reference */
 
-/* The tightest tolerance at which the method comes to the end in `seconds`. */
+/* Runs the method at the tightest tolerance at which it completes the motion within `seconds`. */
 static bool run_witness(struct runs *runs, struct method_run *trial, enum refdyn_method method,
                         double seconds) {
     const double end = wall_seconds() + seconds;
@@ -159,11 +160,10 @@ static enum status find_reference(struct runs *runs, double seconds) {
     study->floor = study->references[REFERENCES - 1].error;
     study->way = track_way(&runs->reference, runs->reference.count);
     if (found < REFERENCES && !interrupted)
-        fprintf(
-            stderr,
-            "refdyn report: %s: no two methods came to the end at tight tolerances, there is no reference; "
-            "--seconds gives them more time\n",
-            study->name);
+        fprintf(stderr,
+                "refdyn report: %s: no reference: fewer than two methods completed the motion at tight "
+                "tolerances; give them more time with --seconds\n",
+                study->name);
     return found == REFERENCES ? STATUS_DONE : STATUS_NUMBERS;
 }
 
@@ -173,7 +173,7 @@ static const struct settings *settings_of(const struct runs *runs, const struct 
     return series->is_fixed ? &runs->plan->steps : &runs->plan->tols;
 }
 
-/* CPU time that the next run will take: it grows as from the run before the last one to the last. */
+/* Expected CPU time of the next run: it grows as much as between the last two runs. */
 static double expected_time(const struct series *series) {
     if (series->count == 0)
         return 0;
@@ -182,7 +182,8 @@ static double expected_time(const struct series *series) {
     return last->cpu_s * (has_growth ? fmax(1, last->cpu_s / last[-1].cpu_s) : 1);
 }
 
-/* Of the steps too large for the motion the last one alone stays: the edge of stability. */
+/* Of the steps that are too large for the motion, keeps only the last, which is next to the limit of
+ * stability. */
 static void forget_before_edge(const struct study *study, struct series *series) {
     struct method_run *now = &series->trials[series->count - 1];
     if (series->count > 1 && !report_is_settled(study, now) && !report_is_settled(study, now - 1)) {
@@ -191,8 +192,7 @@ static void forget_before_edge(const struct study *study, struct series *series)
     }
 }
 
-/* Settings that nobody asked for end where the error comes to the floor, steps also where rounding makes it
- * grow. */
+/* Default settings end when the error reaches the floor; steps also when rounding makes the error grow. */
 static bool is_exhausted(const struct runs *runs, const struct series *series) {
     const struct study *study = runs->study;
     const struct method_run *now = &series->trials[series->count - 1];
@@ -205,7 +205,7 @@ static bool is_exhausted(const struct runs *runs, const struct series *series) {
               now->error >= now[-1].error)));
 }
 
-/* Adds the next run to the series; a limit below what is expected lists it without trying. */
+/* Adds the next run to the series. If it is expected to exceed the limit, it is listed without being run. */
 static void run_next(struct runs *runs, struct series *series, double limit) {
     const struct settings *settings = settings_of(runs, series);
     const double setting = settings->list[series->next++], expected = expected_time(series);
@@ -224,7 +224,7 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
     if (report_is_done(trial))
         trial->error = distance_from_reference(runs);
     if (trial->result == MOTION_INTERRUPTED) {
-        series->count--; /* how far it came says nothing of the method */
+        series->count--; /* an interrupted run says nothing about the method */
         return;
     }
     repeat_short(runs, trial);
@@ -234,7 +234,8 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
                       series->next == settings->count || is_exhausted(runs, series);
 }
 
-/* Of fixed steps each stabilisation, since their stability limits differ; of the others the projection. */
+/* Fixed steps are run with each stabilisation, since their stability limits differ; other methods with
+ * projection. */
 static void list_series(struct study *study, const struct study_plan *plan,
                         const struct refdyn_model *model) {
     const bool has_rows = model->m > 0;
@@ -251,7 +252,7 @@ static void list_series(struct study *study, const struct study_plan *plan,
     }
 }
 
-/* Always the run that is expected to be the quickest, so that no slow one takes the time of others. */
+/* The series whose next run is expected to be the quickest, so that a slow one does not use up the time. */
 static struct series *next_series(struct study *study) {
     struct series *next = NULL;
     for (int i = 0; i < study->series_count; i++) {
@@ -279,7 +280,8 @@ enum status report_study_run(struct study *study, const struct study_plan *plan,
     study->has_points = model->point_count > 0;
     list_series(study, plan, model);
     if (!refdyn_has_tangent(model))
-        fprintf(stderr, "refdyn report: %s: the exact tangent is missing, so are implicit methods\n",
+        fprintf(stderr,
+                "refdyn report: %s: the model has no exact tangent, so implicit methods are omitted\n",
                 study->name);
     progress_start(&runs.progress, study->name);
     enum status status = find_reference(&runs, seconds);

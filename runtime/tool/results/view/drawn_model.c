@@ -1,11 +1,10 @@
-/* A model as the page draws it: see view.h. */
+/* Writes a model for the page as JSON: frames, shapes, sticks, points and closures. */
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/support/format/format.h"
 #include "gen/tree/tree.h"
 
 #include <string.h>
 
-/* A list in the making. */
 struct list {
     FILE *out;
     struct generation *generation;
@@ -105,7 +104,7 @@ static void put_shapes(FILE *out, struct generation *generation) {
     close_list(&list);
 }
 
-/* From the frame's origin, on a beam from its axis, to a place in the frame. */
+/* A line from the frame's origin, or from the axis of a beam, to a place in the frame. */
 static void put_stick(struct list *list, int frame, const expression to[3]) {
     const struct generation *generation = list->generation;
     if (frame < 0 || (to[0] == 0 && to[1] == 0 && to[2] == 0))
@@ -161,7 +160,7 @@ static void put_points(FILE *out, struct generation *generation) {
     close_list(&list);
 }
 
-/* Marks the points in which a row is written. */
+/* Marks the points in the formula of a row. */
 static void mark_points(struct generation *generation, const struct row *row, bool *is_marked) {
     int count;
     const expression *symbols = rewrite_list_symbols(&generation->graph, row->residual, &count);
@@ -184,7 +183,7 @@ static void put_ends(struct list *list, const bool *is_marked) {
     close_list(&ends);
 }
 
-/* The rows of one closure stand one behind the other, and have its path. */
+/* The rows of a closure are consecutive and have its path. */
 static void put_closures(FILE *out, struct generation *generation) {
     const struct model *model = &generation->model;
     struct list list = open_list(out, generation, "closures");

@@ -1,11 +1,40 @@
-/* The numbers of a run as the page draws them: see view.h. */
+/* Writes a run for the page as JSON: rows, coordinates, courses and applied forces, in rounded numbers. */
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
-/* A screen has some thousand columns. Of all numbers together the page has a megabyte. */
+/* ---- Numbers of a page ---- */
+
+void view_put_length(FILE *out, double value) {
+    fprintf(out, "%.7g", isfinite(value) ? value + 0.0 : 0);
+}
+
+void view_put_cosine(FILE *out, double value) {
+    const double unit = 1e8, rounded = round(value * unit) / unit;
+    view_put_length(out, rounded == 0 ? 0 : rounded); /* no -0 */
+}
+
+double view_rounded_unit(double largest, int digits) {
+    return largest > 0 && isfinite(largest) ? pow(10, floor(log10(largest)) + 1 - digits) : 1;
+}
+
+void view_put_course(FILE *out, const double *values, long count, long stride, double unit) {
+    long long before = 0;
+    fputc('[', out);
+    for (long i = 0; i < count; i++) {
+        const long long now = llround(values[i * stride] / unit);
+        fprintf(out, "%s%lld", i ? "," : "", now - before);
+        before = now;
+    }
+    fputc(']', out);
+}
+
+/* ---- Rows, coordinates and courses ---- */
+
+/* A screen has some thousand columns of pixels. All numbers together take about a megabyte. */
 enum { ROWS_MOST = 1200, NUMBERS_MOST = 250000 };
 enum { TIME_DIGITS = 7, SLIDE_DIGITS = 5, COURSE_DIGITS = 4 };
 
@@ -46,7 +75,7 @@ static void put_coordinate_rows(FILE *out, const struct run *run, const struct t
     fputs("],\n", out);
 }
 
-/* What a column behind the points is; NULL: it is not drawn. */
+/* The kind of a column after the points, NULL if it is not drawn. */
 static const char *kind_of(const struct run *run, int column) {
     const char *name = run->columns[column];
     const bool is_force = column >= run->forces && column < run->forces + run->force_count;
@@ -84,4 +113,200 @@ void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tre
     fputs(",\n", out);
     put_coordinate_rows(out, run, tree, rows);
     put_courses(out, run, rows);
+}
+
+/* ---- Applied forces ---- */
+
+enum { DIGITS = 4, POINT_RATE = 3 /* columns from a point's position to its velocity */ };
+
+/* The values of formulas, row by row. */
+struct valuation {
+    struct generation *generation;
+    const struct run *run;
+    const struct drawn_rows *rows;
+    bool *is_needed; /* by node */
+    double *node;    /* (number of nodes) values at one row */
+    double *list;    /* (rows x formula_count) */
+    const expression *formulas;
+    int formula_count;
+};
+
+/* ---- Values of formulas ---- */
+
+/* The column of an input, -1 if there is none. */
+static int input_column(const struct run *run, const char *name) {
+    const char *const *columns = (const char *const *)run->columns + run->inputs;
+    const int plain = text_index(name, columns, run->input_count);
+    const int place =
+        plain < 0 ? text_index(text_format("input_%s", name), columns, run->input_count) : plain;
+    return place < 0 ? -1 : run->inputs + place;
+}
+
+/* Returns whether the rows determine the symbol, and sets *value to its value in `row`. */
+static bool symbol_value(const struct valuation *valuation, const struct symbol *symbol, const double *row,
+                         double *value) {
+    const struct model *model = &valuation->generation->model;
+    const struct run *run = valuation->run;
+    int column = -1;
+    if (symbol->kind == SYMBOL_PARAMETER) {
+        const struct parameter *parameter = &model->parameters[symbol->index];
+        *value = parameter->value;
+        return parameter->is_given || !parameter->is_late;
+    }
+    if (symbol->kind == SYMBOL_TIME)
+        column = 0;
+    else if (symbol->kind == SYMBOL_COORDINATE && symbol->order <= 1)
+        column = run->coordinates + symbol->order * run->coordinate_count + symbol->index;
+    else if (symbol->kind == SYMBOL_POINT && symbol->order <= 1 && symbol->index / 3 < run->point_count)
+        column = run->points[symbol->index / 3] + POINT_RATE * symbol->order + symbol->index % 3;
+    else if (symbol->kind == SYMBOL_INPUT)
+        column = input_column(run, model->inputs[symbol->index].name);
+    *value = column < 0 ? 0 : row[column];
+    return column >= 0;
+}
+
+static bool is_known(const struct valuation *valuation, expression formula) {
+    struct graph *g = &valuation->generation->graph;
+    int count;
+    double value;
+    const expression *symbols = rewrite_list_symbols(g, formula, &count);
+    for (int i = 0; i < count; i++)
+        if (!symbol_value(valuation, expr_as_symbol(g, symbols[i]), valuation->rows->values, &value))
+            return false;
+    return true;
+}
+
+static void value_row(const struct valuation *valuation, long row) {
+    const struct graph *g = &valuation->generation->graph;
+    const double *numbers = valuation->rows->values + row * valuation->rows->width;
+    for (expression e = 0; e < g->count; e++) {
+        const struct symbol *symbol = expr_as_symbol(g, e);
+        if (valuation->is_needed[e] && symbol)
+            symbol_value(valuation, symbol, numbers, &valuation->node[e]);
+        else if (valuation->is_needed[e] && !expr_is_number(g, e, &valuation->node[e]))
+            valuation->node[e] = graph_node_value(g, e, valuation->node);
+    }
+    for (int i = 0; i < valuation->formula_count; i++)
+        valuation->list[row * valuation->formula_count + i] = valuation->node[valuation->formulas[i]];
+}
+
+static void value_all(struct valuation *valuation) {
+    const struct graph *g = &valuation->generation->graph;
+    valuation->is_needed = allocate_large(g->count, sizeof *valuation->is_needed);
+    valuation->node = allocate_large(g->count, sizeof *valuation->node);
+    valuation->list = allocate_large((size_t)valuation->rows->count * (size_t)valuation->formula_count + 1,
+                                     sizeof *valuation->list);
+    for (int i = 0; i < valuation->formula_count; i++)
+        valuation->is_needed[valuation->formulas[i]] = true;
+    rewrite_mark_operands(g, valuation->is_needed, g->count);
+    for (long row = 0; row < valuation->rows->count; row++)
+        value_row(valuation, row);
+}
+
+static void release(const struct valuation *valuation) {
+    free(valuation->is_needed);
+    free(valuation->node);
+    free(valuation->list);
+}
+
+/* ---- Forces ---- */
+
+/* A drive has one formula, a force or torque at a point has three. */
+struct applied {
+    const char *name, *kind;
+    struct fixed_frame at;
+    const expression *values;
+    int count;
+};
+
+static double largest_of(const struct valuation *valuation, int first, int count) {
+    double largest = 0;
+    for (long row = 0; row < valuation->rows->count; row++)
+        for (int i = first; i < first + count; i++)
+            largest = fmax(largest, fabs(valuation->list[row * valuation->formula_count + i]));
+    return largest;
+}
+
+/* first: index of its first formula. */
+static void put_applied(FILE *out, const struct valuation *valuation, const struct applied *applied,
+                        int first) {
+    struct model *model = &valuation->generation->model;
+    const double unit = view_rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
+    fputs("{\"name\":", out);
+    put_json_text(out, applied->name);
+    fprintf(out, ",\"kind\":\"%s\",\"frame\":%d,\"at\":[", applied->kind, applied->at.frame);
+    for (int i = 0; i < 3; i++) {
+        fputs(i ? "," : "", out);
+        view_put_length(
+            out, parameters_evaluate(model->graph, model->parameters, applied->at.placement.position[i]));
+    }
+    fputs("],\"parts\":[", out);
+    for (int i = 0; i < applied->count; i++) {
+        fprintf(out, "%s{\"unit\":%.9g,\"steps\":", i ? "," : "", unit);
+        view_put_course(out, valuation->list + first + i, valuation->rows->count, valuation->formula_count,
+                        unit);
+        fputc('}', out);
+    }
+    fputs("]}", out);
+}
+
+static struct applied drive_of(const struct generation *generation, int i) {
+    const struct force *force = &generation->model.forces[i];
+    return (struct applied){.name = generation->tree.frames[force->coordinate].name,
+                            .kind = "drive",
+                            .at = {.frame = force->coordinate},
+                            .values = &force->value,
+                            .count = 1};
+}
+
+static struct applied load_of(const struct generation *generation, int i) {
+    const struct load *load = &generation->model.loads[i];
+    return (struct applied){.name = generation->model.points[load->point].name,
+                            .kind = load->is_torque ? "torque" : "force",
+                            .at = generation->tree.points[load->point],
+                            .values = load->value,
+                            .count = 3};
+}
+
+/* Lists the forces that the rows determine; *formula_count becomes the number of their formulas. */
+static int list_known(const struct valuation *valuation, struct applied *list, int *formula_count) {
+    const struct generation *generation = valuation->generation;
+    const int drives = generation->model.force_count, all = drives + generation->model.load_count;
+    int count = 0;
+    *formula_count = 0;
+    for (int i = 0; i < all; i++) {
+        const struct applied applied = i < drives ? drive_of(generation, i) : load_of(generation, i - drives);
+        bool is_one = true;
+        for (int k = 0; k < applied.count; k++)
+            is_one = is_one && is_known(valuation, applied.values[k]);
+        if (is_one)
+            list[count++] = applied;
+        *formula_count += is_one ? applied.count : 0;
+    }
+    return count;
+}
+
+void view_applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
+                             const struct drawn_rows *rows) {
+    const struct model *model = &generation->model;
+    struct valuation valuation = {.generation = generation, .run = run, .rows = rows};
+    struct applied *list = allocate((size_t)(model->force_count + model->load_count) + 1, sizeof *list);
+    const int count = list_known(&valuation, list, &valuation.formula_count);
+    expression *formulas = allocate((size_t)valuation.formula_count + 1, sizeof *formulas), *next = formulas;
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < list[i].count; k++)
+            *next++ = list[i].values[k];
+    valuation.formulas = formulas;
+    value_all(&valuation);
+    const char *separator = "\n";
+    fputs("\"applied\":[", out);
+    for (int i = 0, first = 0; i < count; first += list[i++].count) {
+        if (largest_of(&valuation, first, list[i].count) == 0)
+            continue;
+        fputs(separator, out);
+        put_applied(out, &valuation, &list[i], first);
+        separator = ",\n";
+    }
+    fputs("]", out);
+    release(&valuation);
 }

@@ -1,4 +1,4 @@
-/* A model as a picture: see view.h. */
+/* Draws a model as SVG: the tree of its links, and its rows and drives. */
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"
@@ -21,15 +21,15 @@ enum {
 };
 enum { LINES_MOST = 6, LETTERS_MOST = 36 };
 
-/* A box with its lines of text, the first of them bold. */
+/* A box with lines of text, the first one bold. */
 struct box {
     double left, top, width, height;
-    unsigned colour; /* of its edge */
+    unsigned colour; /* of the edge */
     const char *lines[LINES_MOST];
     int line_count;
 };
 
-/* A row or a drive, with marks of the links that it acts on. */
+/* A row or a drive, and the links on which it acts. */
 struct item {
     struct box box;
     bool *is_on; /* (link_count) */
@@ -39,7 +39,7 @@ struct drawing {
     struct generation *generation;
     const struct model *model;
     const struct tree *tree;
-    struct box *links; /* (link_count + 1), the ground behind them */
+    struct box *links; /* (link_count + 1), the last one is the ground */
     struct item *items;
     int item_count, item_room;
     double width, height;
@@ -62,7 +62,7 @@ static void add_line(struct box *box, const char *text) {
 
 /* ---- Links ---- */
 
-/* "slides x y, turns psi" of the joints, in their order. */
+/* "slides x y, turns psi": the joints in their order. */
 static const char *joints_text(const struct link *link) {
     const char *text = link->joint_count == 0 ? "welded on" : "";
     for (int i = 0; i < link->joint_count; i++) {
@@ -77,7 +77,7 @@ static const char *joints_text(const struct link *link) {
     return text;
 }
 
-/* "about (0, 0.6, 0.8)" of an axis that is none of the link's own; "": there is none. */
+/* "about (0, 0.6, 0.8)": joint axes that are not axes of the link; "" if there are none. */
 static const char *axis_text(const struct drawing *drawing, const struct link *link) {
     const char *text = "";
     for (int i = 0; i < link->joint_count; i++)
@@ -88,7 +88,7 @@ static const char *axis_text(const struct drawing *drawing, const struct link *l
     return text;
 }
 
-/* "spring z, damper z theta"; "": neither. */
+/* "spring z, damper z theta", or "". */
 static const char *springs_text(const struct link *link) {
     const char *springs = "", *dampers = "";
     for (int i = 0; i < link->joint_count; i++) {
@@ -102,7 +102,7 @@ static const char *springs_text(const struct link *link) {
                        *dampers ? "damper" : "", dampers);
 }
 
-/* Of its bodies and its beam; "": there is none. */
+/* The mass of bodies and beam, "" if there is none. */
 static const char *mass_text(const struct drawing *drawing, const struct link *link) {
     double mass = 0;
     for (int i = 0; i < link->beam.segment_count; i++)
@@ -144,10 +144,8 @@ static void describe_link(struct drawing *drawing, int i) {
         add_line(box, mass_text(drawing, link));
 }
 
-/*
- * Each link has a place in the order of depth first: behind its carrier and all that the carrier's earlier
- * links carry. A link that is not the only one on its carrier stands further right.
- */
+/* Orders the links depth first: each follows its carrier and everything that the carrier's earlier links
+ * carry. A link that shares its carrier is indented. */
 static int *order_links(struct drawing *drawing) {
     const int count = drawing->model->link_count;
     const struct link *links = drawing->model->links;
@@ -210,13 +208,13 @@ static void mark_frame(const struct drawing *drawing, const struct item *item, i
     mark_link(drawing, item, frame < 0 ? -1 : drawing->tree->frames[frame].link);
 }
 
-/* The link that the author named, which may be welded to the frame's. */
+/* Marks the link that the author named, which may be welded to the frame's link. */
 static void mark_point(const struct drawing *drawing, const struct item *item, int point) {
     mark_link(drawing, item, drawing->model->points[point].at.link);
 }
 
-/* Marks the links of the coordinates and points in an expression; gives the inputs in it, "" or ", input
- * tau". */
+/* Marks the links of the coordinates and points in an expression; returns its inputs as "" or ", input tau".
+ */
 static const char *mark_symbols(const struct drawing *drawing, const struct item *item, expression e) {
     int count;
     const char *inputs = "";
@@ -234,7 +232,7 @@ static const char *mark_symbols(const struct drawing *drawing, const struct item
     return inputs;
 }
 
-/* Its rows have a word more each. */
+/* The name of a closure; its rows have one more word. */
 static const char *name_of_closure(const struct row *row) {
     const char *blank = strrchr(row->name, ' ');
     return blank ? text_format("%.*s", (int)(blank - row->name), row->name) : row->name;
@@ -257,7 +255,7 @@ static void add_rows(struct drawing *drawing) {
     }
 }
 
-/* The link on which a force acts is the one that is marked; what else it depends on is not drawn. */
+/* The inputs of a force. Only the link on which it acts is marked, not what else its formula depends on. */
 static const char *inputs_of(const struct drawing *drawing, const expression *values, int count) {
     const struct item aside = {.is_on =
                                    allocate((size_t)drawing->model->link_count + 1, sizeof *aside.is_on)};
@@ -328,7 +326,7 @@ static void put_box(FILE *out, const struct box *box) {
                   i == 0 ? " font-weight=\"bold\"" : " fill=\"#555555\"", box->lines[i]);
 }
 
-/* From the carrier down, and to the link's side where it stands further right. */
+/* Draws a line from the carrier down, and to the side of the link if it is indented. */
 static void put_branch(FILE *out, const struct box *on, const struct box *link) {
     const double x = on->left + 0.5 * INDENT, bottom = on->top + on->height;
     fprintf(out, "<path d=\"M%g %gV%g", x, bottom,

@@ -1,27 +1,29 @@
-/* Curves of a programme: see view.h. */
+/* Traces the curves on which a programme keeps points of interest, and writes them as JSON. */
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <math.h>
 
-/* Steps of a hundredth of the largest coordinate, so many at most each way, and on a curve that is open. */
+/* Steps are a hundredth of the largest coordinate; at most STEPS_MOST each way, OPEN_MOST on an open curve.
+ */
 enum { STEPS_MOST = 800, OPEN_MOST = 150, STEPS_OF_SIZE = 100, CORRECTIONS = 4, AXES = 2 };
 
-static const double difference = 1e-5; /* of a derivative, relative to the size */
+static const double difference = 1e-5; /* step of a numerical derivative, relative to the size */
 
 struct programme_curve {
     struct generation *generation;
     expression residual;
     int point, axes[AXES];
     double at[AXES], size;
-    double path[2][STEPS_MOST][AXES]; /* onward and back */
+    double path[2][STEPS_MOST][AXES]; /* forward and backward */
     int count[2];
     bool is_closed;
 };
 
 /* ---- The formula ---- */
 
-/* Whether the symbol is a component of the curve's point, which it becomes by the first one, or a number. */
+/* Returns whether the symbol is a number or a component of the curve's point; the first component determines
+ * the point. */
 static bool take_symbol(struct programme_curve *curve, const struct symbol *symbol, bool has_axis[static 3]) {
     const struct model *model = &curve->generation->model;
     if (symbol->kind == SYMBOL_PARAMETER) {
@@ -76,7 +78,7 @@ static void find_gradient(struct programme_curve *curve, const double at[AXES], 
 
 /* ---- The curve ---- */
 
-/* To the nearest place with phi = 0; false: there is none near. */
+/* Moves `at` to the nearest place with phi = 0; returns false if there is none near. */
 static bool correct(struct programme_curve *curve, double at[AXES]) {
     const double begin[AXES] = {at[0], at[1]};
     for (int i = 0; i < CORRECTIONS; i++) {
@@ -89,7 +91,7 @@ static bool correct(struct programme_curve *curve, double at[AXES]) {
     return hypot(at[0] - begin[0], at[1] - begin[1]) < curve->size / STEPS_OF_SIZE;
 }
 
-/* One step on, the way that the last one went. */
+/* Takes one step in the direction of the last one. */
 static bool step(struct programme_curve *curve, double at[AXES], double way[AXES]) {
     double g[AXES];
     find_gradient(curve, at, g);
@@ -101,7 +103,7 @@ static bool step(struct programme_curve *curve, double at[AXES], double way[AXES
     return correct(curve, at);
 }
 
-/* Onward or back from the start, until there, or as far as there is a curve. */
+/* Traces one side from the start, until it returns there or the curve ends. */
 static void trace(struct programme_curve *curve, int side, const double start[AXES],
                   const double way_of_start[AXES]) {
     double at[AXES] = {start[0], start[1]}, way[AXES] = {way_of_start[0], way_of_start[1]};
@@ -137,7 +139,7 @@ static void put_curve(FILE *out, const struct programme_curve *curve, const doub
     fputs("]}", out);
 }
 
-/* Where the motion begins, at once the first row that is kept. */
+/* Traces the curve through the first row that is kept, where the motion begins. */
 static bool trace_curve(struct programme_curve *curve, const struct run *run, double start[AXES]) {
     double g[AXES];
     curve->size = 0;

@@ -1,18 +1,18 @@
 /*
- * What stands for the bodies of a model: see view.h.
+ * Represents the bodies of a model by balls, cylinders and boxes.
  *
- * Sections are known by area and second moments alone. Those of a round section or a tube, D^2 - d^2 = 4 A /
- * pi and D^2 + d^2 = 16 I / A, are told by It = Iy + Iz; any other one is drawn as the rectangle that has the
- * same radii of gyration.
+ * A section is known only by its area and second moments. A round section or a tube, with D^2 - d^2 = 4 A /
+ * pi and D^2 + d^2 = 16 I / A, is recognised by It = Iy + Iz. Any other section is drawn as the rectangle
+ * with the same radii of gyration.
  *
- * A solid is drawn as the even one that has its mass and inertia: with S = int x x^T dm / m = (tr J / 2 1 -
- * J) / m in principal axes, a ball where all three S are equal (S = D^2 / 20), a cylinder where two are (S =
- * D^2 / 16 across, L^2 / 12 along), else a box (S = L^2 / 12). Sides that the inertia does not tell have the
- * length that gives the mass of steel.
+ * A solid is drawn as the homogeneous one with its mass and inertia. Let S = int x x^T dm / m = (tr J / 2 1 -
+ * J) / m in principal axes. If all three S are equal it is a ball (S = D^2 / 20); if two are equal, a
+ * cylinder (S = D^2 / 16 across, L^2 / 12 along); otherwise a box (S = L^2 / 12). Sides that the inertia
+ * leaves open have the length that gives the mass of steel.
  *
- * A solid with less than a tenth of the density of water is not what the link looks like: inertias that are
- * guessed, or of another unit, give such ones. It is drawn no larger than what its frame carries reaches from
- * its centre, but not smaller than of the density of water.
+ * A density below a tenth of water's does not look like the link: it comes from guessed inertias or from
+ * another unit. Such a solid is drawn no larger than the reach of what its frame carries from its centre, but
+ * not smaller than with the density of water.
  */
 #include "runtime/tool/results/view/view.h"
 #include "gen/tree/tree.h"
@@ -22,7 +22,7 @@
 #include <string.h>
 
 static const double pi = 3.14159265358979323846, steel = 7850, water = 1000, airy = 100; /* [kg/m^3] */
-static const double alike = 1e-6; /* relative difference of what is equal but for rounding */
+static const double alike = 1e-6; /* relative difference of values that are equal within rounding */
 
 struct giver {
     const struct generation *generation;
@@ -39,7 +39,7 @@ static bool is_alike(double a, double b) {
     return fabs(a - b) <= alike * fmax(fabs(a), fabs(b));
 }
 
-/* The map of the shape leads into placed axes; afterwards into those in which these are placed. */
+/* Maps the shape from placed axes to the axes in which these are placed. */
 static void place(const struct giver *giver, const struct placement *at, struct shape *shape) {
     const struct shape inner = *shape;
     memset(shape->axes, 0, sizeof shape->axes);
@@ -104,7 +104,7 @@ static double distance_to(const struct giver *giver, const expression place[3], 
     return sqrt(square);
 }
 
-/* Principal axes of J as columns, a right-handed system, and S along them. */
+/* Computes the principal axes of J as columns of a right-handed system, and S along them. */
 static void find_spread(const struct giver *giver, const struct solid *solid, double mass, double axes[9],
                         double S[3]) {
     const expression *J = solid->inertia;
@@ -122,7 +122,7 @@ static void find_spread(const struct giver *giver, const struct solid *solid, do
                           axes[3 * ((i + 2) % 3)] * axes[3 * ((i + 1) % 3) + 1];
 }
 
-/* The axis whose S differs from two that are alike; -1: there is none. */
+/* The axis whose S differs from two equal ones, -1 if there is none. */
 static int odd_axis(const double S[3]) {
     for (int i = 0; i < 3; i++)
         if (is_alike(S[(i + 1) % 3], S[(i + 2) % 3]))
@@ -130,7 +130,7 @@ static int odd_axis(const double S[3]) {
     return -1;
 }
 
-/* Sides that are 0 become such that the box has the volume. */
+/* Chooses the sides that are 0 so that the box has the volume. */
 static void fill_sides(double sides[3], double volume) {
     int unknown = 0;
     for (int i = 0; i < 3; i++) {
@@ -147,7 +147,7 @@ static enum shape_kind kind_of(const double S[3], int odd) {
     return is_alike(S[odd], S[(odd + 1) % 3]) ? SHAPE_BALL : SHAPE_CYLINDER;
 }
 
-/* Lengths of the shape's x y z, which are the principal axes from `first` on. */
+/* Computes the lengths along the shape's x y z, which are the principal axes from `first` on. */
 static void find_sides(enum shape_kind kind, const double S[3], int first, double volume, double sides[3]) {
     static const double spread[] = {[SHAPE_BALL] = 20, [SHAPE_CYLINDER] = 16, [SHAPE_BOX] = 12};
     for (int i = 0; i < 3; i++) {
@@ -158,7 +158,7 @@ static void find_sides(enum shape_kind kind, const double S[3], int first, doubl
     fill_sides(sides, volume);
 }
 
-/* How far from a place in a frame the places lie in it that tell how large its links are: their origins,
+/* The largest distance from a place in a frame to places that show the size of its links: their origins, the
  * joints that they carry, points of interest. */
 static double reach_from(const struct giver *giver, const struct fixed_frame *base, const double centre[3]) {
     const struct tree *tree = &giver->generation->tree;
@@ -181,7 +181,7 @@ static double volume_of(enum shape_kind kind, const double sides[3]) {
     return sides[0] * sides[1] * sides[2] * (kind == SHAPE_BOX ? 1 : pi / share[kind]);
 }
 
-/* Where the solid is mostly air, a smaller one about its centre; `shape` lies in the frame of `base`. */
+/* Draws a solid of very low density smaller, about its centre; `shape` is in the frame of `base`. */
 static void bound(const struct giver *giver, const struct fixed_frame *base, double mass,
                   const double sides[3], struct shape *shape) {
     const double density = mass / volume_of(shape->kind, sides);

@@ -1,13 +1,73 @@
-/* `refdyn view`: motions as one HTML page, in which they are seen from all sides. */
+/*
+ * `refdyn view`: writes motions as one HTML page, which shows them from all sides.
+ *
+ * The page needs no other file and no network. It contains three.js from the system with its licence, the
+ * style and the scripts of page/, and the data.
+ */
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/results/view/view.h"
 
+#include <errno.h>
 #include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
 
-/* One call. */
+/* ---- The page ---- */
+
+/* Texts of page/, embedded by the build. */
+extern const char view_body[], view_style[], view_three_licence[], view_motion[], view_camera[],
+    view_shapes[], view_scene[], view_charts[], view_controls[], view_start[];
+
+/* The page must not load anything. */
+static const char policy[] = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
+                             "script-src 'unsafe-inline'; style-src 'unsafe-inline'\">\n";
+
+static char *page_read_three(void) {
+    const char *own = getenv("REFDYN_THREE");
+    const char *path = own && *own ? own : "/usr/share/javascript/three/three.min.js";
+    if (access(path, R_OK) == 0)
+        return read_text(path, "three.js");
+    fprintf(stderr,
+            "refdyn: %s: %s; install three.js (Debian: apt install libjs-three), or name its file in "
+            "REFDYN_THREE\n",
+            path, strerror(errno));
+    return NULL;
+}
+
+static void put_script(FILE *out, const char *text) {
+    fprintf(out, "<script>\n%s</script>\n", text);
+}
+
+/* Escapes "<", which could end the script element; JSON has it only in texts. */
+static void put_data_script(FILE *out, const char *data) {
+    fputs("<script type=\"application/json\" id=\"data\">\n", out);
+    for (const char *at = data; *at; at++)
+        if (*at == '<')
+            fputs("\\u003c", out);
+        else
+            fputc(*at, out);
+    fputs("\n</script>\n", out);
+}
+
+static void page_put(FILE *out, const char *title, const char *three, const char *data) {
+    static const char *const scripts[] = {view_motion, view_camera,   view_shapes, view_scene,
+                                          view_charts, view_controls, view_start};
+    fprintf(out, "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n%s", policy);
+    fputs("<meta name=\"viewport\" content=\"width=device-width\">\n<title>", out);
+    put_xml_text(out, title);
+    fprintf(out, "</title>\n<style>\n%s</style>\n</head>\n<body>\n%s", view_style, view_body);
+    put_data_script(out, data);
+    fprintf(out, "<!--\n%s-->\n<script>\n%s\n</script>\n", view_three_licence, three);
+    for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
+        put_script(out, scripts[i]);
+    fputs("</body>\n</html>\n", out);
+}
+
+/* ---- The command ---- */
+
 struct viewing {
     const struct options *options;
     struct run *runs; /* (run_count) */
@@ -25,18 +85,18 @@ static enum status check_usage(const struct options *options) {
         const bool is_hdf5 = figures_run_is_hdf5(path);
         has_csv = has_csv || !is_hdf5;
         if (!is_hdf5 && !model)
-            return usage_error(options->command, "%s: a CSV does not tell its model, --model is needed",
-                               path);
+            return usage_error(options->command, "%s: a CSV does not contain its model; add --model", path);
     }
     if (!has_csv && (model || options->setting_count > 0))
-        return usage_error(options->command, "%s: all runs are files of HDF5, which tell their models",
+        return usage_error(options->command,
+                           "%s: all runs are HDF5 files, which contain their models; omit it",
                            model ? "--model" : "--set");
     return STATUS_DONE;
 }
 
 /* ---- Data ---- */
 
-/* The axis against which gravity acts; z where it does not act along an axis. */
+/* The axis opposite to gravity; z if gravity is not along an axis. */
 static int upward(const struct generation *generation) {
     const struct model *model = &generation->model;
     for (int axis = AXIS_X; axis <= AXIS_Z; axis++)
@@ -96,7 +156,6 @@ static enum status put_data(FILE *out, const struct viewing *viewing) {
 
 /* ---- Files ---- */
 
-/* Opens the target, and reads three.js and all runs. */
 static bool open_files(struct viewing *viewing) {
     const struct options *options = viewing->options;
     const char *model = options_text(options, "model");
@@ -104,7 +163,7 @@ static bool open_files(struct viewing *viewing) {
         targets_spare(&viewing->targets, options->operands[i]);
     if (model)
         targets_spare(&viewing->targets, model);
-    viewing->three = view_page_read_three();
+    viewing->three = page_read_three();
     viewing->target = viewing->three ? target_open(&viewing->targets, options_text(options, "output")) : NULL;
     bool is_good = viewing->target;
     for (int i = 0; i < viewing->run_count && is_good; i++)
@@ -126,7 +185,7 @@ static enum status write_page(const struct viewing *viewing) {
     enum status status = put_data(out, viewing);
     fclose(out);
     if (status == STATUS_DONE) {
-        view_page_put(viewing->target->file, title_of(viewing), viewing->three, data);
+        page_put(viewing->target->file, title_of(viewing), viewing->three, data);
         status = target_finish(viewing->target) ? STATUS_DONE : STATUS_FAULT;
     }
     free(data);

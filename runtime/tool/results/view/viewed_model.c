@@ -1,18 +1,18 @@
-/* The model of a run that is drawn: see view.h. */
+/* Reads the model that belongs to a run: from the HDF5 file itself, or for a CSV from --model and --set. */
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <math.h>
 #include <string.h>
 
-/* What a file of HDF5 tells of its model. */
+/* What an HDF5 file contains about its model. */
 struct carried {
     struct setting *settings;
     int count, room;
     const struct scratch *folder;
-    const char *run;  /* the file itself */
-    const char *file; /* of the model, in the folder; NULL: not there */
-    char *path;       /* that it had when it was read */
+    const char *run;  /* the HDF5 file */
+    const char *file; /* the model in the folder, NULL if it is missing */
+    char *path;       /* its path when the motion was computed */
     bool has_failed;
 };
 
@@ -22,9 +22,8 @@ static void take_setting(void *context, const struct motion_fact *fact) {
     struct carried *carried = context;
     char number[NUMBER_LENGTH];
     if (!fact->text && !isfinite(fact->number) && !carried->has_failed) {
-        complain_line(
-            carried->run, 0,
-            text_format("%s: %s is %g, which must be finite", fact->object, fact->name, fact->number));
+        complain_line(carried->run, 0,
+                      text_format("%s: %s is %g; must be finite", fact->object, fact->name, fact->number));
         carried->has_failed = true;
     }
     carried->settings = memory_room(&program_memory, carried->settings, carried->count, &carried->room,
@@ -40,7 +39,7 @@ static void take_path(void *context, const struct motion_fact *fact) {
         carried->path = text_format("%s", fact->text);
 }
 
-/* Files that a model requires lie in its folder: their names are enough. */
+/* Files that a model requires are in its folder, so their names are sufficient. */
 static void write_file(void *context, const struct motion_fact *fact) {
     struct carried *carried = context;
     const char *slash = strrchr(fact->name, '/');
@@ -62,7 +61,7 @@ static bool take_all(struct carried *carried) {
     hdf5_motion_give_facts(reader, "/model_files", write_file, carried);
     hdf5_motion_close(reader);
     if (!carried->has_failed && !carried->file)
-        complain_line(carried->run, 0, "the file does not tell its model");
+        complain_line(carried->run, 0, "the file does not contain its model");
     return !carried->has_failed && carried->file;
 }
 
@@ -102,13 +101,14 @@ static enum status check_columns(const struct viewed_model *viewed, const struct
     const struct tree *tree = &generation->tree;
     const char *model = generation->model.name;
     if (run->coordinate_count != tree->count)
-        return refuse_columns(run,
-                              text_format("run: it has %d coordinates, model %s has %d; --model and --set "
-                                          "have to be those of the motion",
-                                          run->coordinate_count, model, tree->count));
+        return refuse_columns(
+            run, text_format("run: has %d coordinates, but model %s has %d; give --model and --set "
+                             "of the motion",
+                             run->coordinate_count, model, tree->count));
     for (int i = 0; i < tree->count; i++)
         if (strcmp(run->columns[run->coordinates + i], tree->frames[i].name) != 0)
-            return refuse_columns(run, text_format("run: coordinate %d is '%s', that of model %s is '%s'",
+            return refuse_columns(run, text_format("run: coordinate %d is '%s', but in model %s it is '%s'; "
+                                                   "give --model and --set of the motion",
                                                    i + 1, run->columns[run->coordinates + i], model,
                                                    tree->frames[i].name));
     return STATUS_DONE;
@@ -119,7 +119,7 @@ enum status view_model_read(struct viewed_model *viewed, const struct run *run,
     *viewed = (struct viewed_model){.has_folder = false};
     const enum status status = figures_run_is_hdf5(run->path) ? read_carried(viewed, run->path, options)
                                                               : read_given(viewed, options);
-    /* What a command may take to read a model is spent; few numbers are asked of it now. */
+    /* The bound on work applies to reading the model, which is done; only a few numbers are computed now. */
     viewed->scene.generation.memory.work_bound = 0;
     return status == STATUS_DONE ? check_columns(viewed, run) : status;
 }

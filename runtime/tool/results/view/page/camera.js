@@ -1,6 +1,6 @@
 /*
- * The camera: turns about a target by mouse, finger or key. Takes a canvas and the box of the scene,
- * gives a camera of three.js that holds the box in its picture.
+ * The camera turns about a target by mouse, finger or key. From a canvas and the box of the scene it makes a
+ * camera of three.js that keeps the box in its picture.
  */
 "use strict";
 
@@ -8,7 +8,7 @@ const VIEWS = {
     free: [-0.9, 0.42], front: [-Math.PI / 2, 0], side: [0, 0], top: [-Math.PI / 2, Math.PI / 2 - 1e-4],
 };
 
-/* Two level axes and the one upward, a right-handed system, by the axis against which gravity acts. */
+/* Two horizontal axes and the upward one, a right-handed system, by the axis opposite to gravity. */
 const AXES = [[[0, 1, 0], [0, 0, 1], [1, 0, 0]], [[1, 0, 0], [0, 0, -1], [0, 1, 0]], [[1, 0, 0], [0, 1, 0], [0, 0, 1]]];
 
 function middleOf(box) {
@@ -26,7 +26,7 @@ function makeCamera(box, up) {
     return camera;
 }
 
-/* The scene is as large as that; the whole of it is in the picture. */
+/* Sets the radius of the scene, all of which is in the picture. */
 function holdRadius(camera, radius) {
     camera.radius = radius;
     camera.distance = null;
@@ -34,7 +34,7 @@ function holdRadius(camera, radius) {
     camera.lens.updateProjectionMatrix();
 }
 
-/* Moves with the middle of a box. */
+/* Follows the middle of a box. */
 function centreCamera(camera, box) {
     const middle = middleOf(box);
     camera.target.add(middle.clone().sub(camera.home));
@@ -42,7 +42,7 @@ function centreCamera(camera, box) {
     placeCamera(camera);
 }
 
-/* Looks from one of VIEWS at all of the scene. */
+/* Looks at the whole scene from one of VIEWS. */
 function setView(camera, name) {
     [camera.azimuth, camera.height] = VIEWS[name] || VIEWS.free;
     camera.target.copy(camera.home);
@@ -87,7 +87,7 @@ function zoomCamera(camera, factor) {
     placeCamera(camera);
 }
 
-/* Angles in degrees; so many times nearer than all of the scene; what is seen moved aside by parts of the picture's height. */
+/* Angles in degrees; zoom factor relative to the whole scene; shifts as parts of the picture's height. */
 function aimCamera(camera, {azimuth, height, nearer, right, up}) {
     const most = Math.PI / 2 - 1e-4;
     if (azimuth !== undefined)

@@ -1,6 +1,6 @@
 /*
- * Figures beside the picture: takes runs, gives charts on canvases of their own with a cursor that follows the
- * time. A chart is drawn once for a size and a theme; then its cursor alone moves.
+ * Charts next to the picture: each has a canvas and a cursor that follows the time. A chart is drawn once for a
+ * size and a theme; then only its cursor moves.
  */
 "use strict";
 
@@ -36,12 +36,12 @@ function appliedCurves(runs) {
         {name: applied.parts.length > 1 ? `${applied.name} ${"xyz"[i]}` : applied.name, run: index, x: run.t, y: part}))));
 }
 
-/* Absolute values as powers of ten; what is 0 lies at the floor of rounding. */
+/* Decimal logarithms of absolute values; 0 is drawn at the floor of rounding. */
 function logarithmic(curves) {
     return curves.map((curve) => ({...curve, y: Array.from(curve.y, (y) => Math.log10(Math.max(1e-17, Math.abs(y))))}));
 }
 
-/* All charts that have a curve; `up`: the axis that points upward. */
+/* All charts with a curve; `up` is the upward axis. */
 function listCharts(runs, up) {
     const charts = [
         {title: "Path, y over x [m]", isPath: true, curves: pathCurves(runs, 0, 1)},
@@ -73,7 +73,7 @@ function rangeOf(lists) {
     return {low: low - room, high: high + room};
 }
 
-/* About so many round values within a range. */
+/* About `count` round values within a range. */
 function ticksOf(range, count) {
     const wanted = (range.high - range.low) / Math.max(2, count), least = roundLength(0.8 * wanted);
     const step = [1, 2, 2.5, 5].map((factor) => roundLength(factor * least * 1.001)).find((length) => length >= 0.8 * wanted);
@@ -83,7 +83,7 @@ function ticksOf(range, count) {
     return {ticks, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9))};
 }
 
-/* A sign of minus is as wide as a digit. */
+/* The minus sign is as wide as a digit. */
 function withMinus(text) {
     return text.replace(/-/g, "\u2212");
 }
@@ -94,7 +94,7 @@ function tickText(value, digits, isPower) {
     return Math.abs(value) >= 1e5 || digits > 4 ? value.toExponential(1) : withMinus(value.toFixed(digits));
 }
 
-/* One scale for both axes of a path: the range that is too short grows on both sides. */
+/* Gives both axes of a path the same scale: the shorter range grows at both ends. */
 function equalise(x, y, width, height) {
     const scale = Math.max((x.high - x.low) / width, (y.high - y.low) / height);
     for (const [range, pixels] of [[x, width], [y, height]]) {
@@ -113,7 +113,7 @@ function newElement(kind, className, text) {
     return element;
 }
 
-/* Colours tell curves apart where one run is drawn, else runs. */
+/* Colours distinguish the curves of a single run, or several runs. */
 function colourOf(chart, curve, index, palette) {
     const isMany = chart.curves.length > palette.length && chart.runCount === 1;
     if (isMany)
@@ -134,7 +134,7 @@ function makeChart(chart, parent, runCount, palette) {
     makeKeys(chart);
 }
 
-/* The first curves by name, with the values that they have at the time. */
+/* Names of the first curves, with their values at the time. */
 function makeKeys(chart) {
     chart.keys.textContent = "";
     chart.values = chart.curves.slice(0, KEYS_MOST).map((curve, i) => {
@@ -228,7 +228,7 @@ function moveMark(mark, x, y) {
     mark.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
 }
 
-/* `rows`: by run, as moveRun gives them. */
+/* rows: by run, as moveRun returns them. */
 function moveChart(chart, time, rows) {
     if (chart.isPath)
         chart.curves.forEach((curve, i) => moveMark(chart.marks[i], pixelX(chart, valueAt(curve.x, rows[curve.run])),

@@ -1,6 +1,6 @@
 /*
- * Time and keys: takes the elements of body.html, gives a clock that plays, steps and is set by the slider, by
- * keys and by the page's fragment (#t=2.5&view=top&theme=dark&forces=1&frames=1&paths=0&solids=0&follow=1&play=1, and for pictures
+ * Time and keys: a clock plays and steps, and is set by the slider, by keys and by the page's fragment
+ * (#t=2.5&view=top&theme=dark&forces=1&frames=1&paths=0&solids=0&follow=1&play=1, and for pictures
  * alone=1&azimuth=-50&height=25&nearer=1.4&right=0.1&up=-0.05).
  */
 "use strict";
@@ -9,7 +9,7 @@ function byId(id) {
     return document.getElementById(id);
 }
 
-/* `show(clock)` is called whenever the time or what is shown has changed. */
+/* Calls show(clock) whenever the time or what is shown has changed. */
 function makeClock(start, end, rowTimes, show) {
     return {time: start, start, end, rowTimes, isPlaying: false, speed: 1, shown: {paths: true, solids: true, forces: false, frames: false, follow: false}, show};
 }
@@ -26,7 +26,7 @@ function showTime(clock) {
     byId("now").textContent = clock.time.toFixed(3);
 }
 
-/* One row of the longest run on or back; a time between two rows goes to the next one that way. */
+/* Moves by rows of the longest run; a time between two rows moves to the next one in that direction. */
 function stepTime(clock, rows) {
     const times = clock.rowTimes, row = findRow(times, clock.time);
     const tolerance = 1e-9 * (clock.end - clock.start);
@@ -50,7 +50,7 @@ function setPlaying(clock, isPlaying) {
         byId("said").textContent = `${clock.time.toFixed(3)} seconds`;
 }
 
-/* Called before each picture with the time of the clock on the wall [ms]; at the end it begins anew. */
+/* Called before each picture with the wall time [ms]; the motion starts again after its end. */
 function playOn(clock, now) {
     if (!clock.isPlaying)
         return;
@@ -101,7 +101,7 @@ function keyTable(clock, actions) {
     };
 }
 
-/* A button, a box and a list keep the keys that they have of their own. */
+/* Buttons, boxes and lists keep their own keys. */
 function isOwnKey(event) {
     const kind = event.target.tagName, type = event.target.type;
     if (kind === "SELECT")
@@ -119,7 +119,7 @@ function pressKey(clock, actions, event) {
 
 /* ---- The fragment ---- */
 
-/* The numbers of these names, where they are asked for. */
+/* The numbers of these names that the fragment has. */
 function numbersAsked(asked, names) {
     return Object.fromEntries(names.map((name) => [name, parseFloat(asked.get(name))]).filter(([, value]) => Number.isFinite(value)));
 }

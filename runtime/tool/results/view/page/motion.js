@@ -1,12 +1,12 @@
 /*
- * The motion of the frames: takes the data of the page, gives placements of all frames at any time.
+ * The motion of the frames: computes the placements of all frames at any time from the data of the page.
  *
- * A placement is twelve numbers, R row by row, then the position: x = R x' + p. Frame i stands in its parent's by
- * a constant placement A, and moves by its joint: T_i = T_p A D(q_i).
+ * A placement is twelve numbers, R row by row, then the position: x = R x' + p. Frame i has a constant
+ * placement A in its parent p and moves by its joint: T_i = T_p A D(q_i).
  */
 "use strict";
 
-/* Values of a course from its whole steps. */
+/* The values of a course from its steps in whole units. */
 function decodeCourse(course) {
     let sum = 0;
     return Float64Array.from(course.steps, (step) => (sum += step) * course.unit);
@@ -16,7 +16,7 @@ function identityPlacement() {
     return [1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0];
 }
 
-/* First `outer`, in it `inner`. */
+/* result = outer inner. */
 function composePlacements(outer, inner, result) {
     for (let row = 0; row < 3; row++) {
         const a = outer[3 * row], b = outer[3 * row + 1], c = outer[3 * row + 2];
@@ -26,13 +26,13 @@ function composePlacements(outer, inner, result) {
     }
 }
 
-/* The place in the ground frame of a place in a frame. */
+/* Coordinates in the ground frame of a place in a frame. */
 function placePoint(placement, at) {
     return [0, 1, 2].map((row) => placement[3 * row] * at[0] + placement[3 * row + 1] * at[1] +
                                   placement[3 * row + 2] * at[2] + placement[9 + row]);
 }
 
-/* A frame from its list in the data: see drawn_model.h. */
+/* A frame from its list in the data, as view.h describes it. */
 function readFrame(list) {
     const constant = identityPlacement();
     constant.splice(9, 3, ...list.slice(4, 7));
@@ -41,7 +41,7 @@ function readFrame(list) {
     return {parent: list[0], link: list[1], element: list[2], axis: list[3] % 3, isTurn: list[3] >= 3, constant};
 }
 
-/* A slide along, or a turn about, one axis. */
+/* A slide along an axis, or a turn about it. */
 function setJoint(frame, q, result) {
     const next = (frame.axis + 1) % 3, last = (frame.axis + 2) % 3;
     result.set(GROUND);
@@ -57,7 +57,7 @@ function setJoint(frame, q, result) {
 const GROUND = Float64Array.from(identityPlacement());
 const jointPlacement = new Float64Array(12), carriedPlacement = new Float64Array(12);
 
-/* Placements of all frames at the coordinates q, into `placements`, one for each. */
+/* Computes the placements of all frames at the coordinates q. */
 function placeFrames(frames, q, placements) {
     frames.forEach((frame, i) => {
         const parent = frame.parent < 0 ? GROUND : placements[frame.parent];
@@ -67,7 +67,7 @@ function placeFrames(frames, q, placements) {
     });
 }
 
-/* The last row at or before a time, and how far the time lies on the way to the next one. */
+/* The last row at or before a time, and the fraction of the way to the next row. */
 function findRow(t, time) {
     let low = 0, high = t.length - 1;
     while (low + 1 < high) {
@@ -86,7 +86,7 @@ function valueAt(values, row) {
     return values[row.low] + row.part * (values[row.high] - values[row.low]);
 }
 
-/* A run of the data, with courses as arrays, and with what moves. */
+/* A run of the data, with courses as arrays and with its moving state. */
 function readRun(data) {
     const frames = data.frames.map(readFrame);
     return {
@@ -100,7 +100,7 @@ function readRun(data) {
     };
 }
 
-/* Moves a run to a time; gives the row. */
+/* Moves a run to a time; returns the row. */
 function moveRun(run, time) {
     const row = findRow(run.t, time);
     run.q.forEach((values, i) => { run.state[i] = valueAt(values, row); });
@@ -112,13 +112,13 @@ function placementOf(run, frame) {
     return frame < 0 ? GROUND : run.placements[frame];
 }
 
-/* The place of something with a frame and a place in it, where the run has been moved to. */
+/* The present position of something that has a frame and a place in it. */
 function placeNow(run, fixed) {
     return placePoint(placementOf(run, fixed.frame), fixed.at);
 }
 
-/* Paths of the points over all rows, [point][row] = [x, y, z], the box that holds all frames and points, and the
- * length across what it holds at one time, the largest over the motion. */
+/* Paths of the points over all rows, [point][row] = [x, y, z]; the box of all frames and points over the motion;
+ * and the largest diagonal of such a box at one time. */
 function tracePaths(run) {
     const paths = run.points.map(() => []), box = emptyBox();
     let extent = 0;
@@ -137,7 +137,7 @@ function emptyBox() {
     return {low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity]};
 }
 
-/* What moves, where the run has been moved to. */
+/* The box of all moving parts at the present time. */
 function boxNow(run) {
     const box = emptyBox();
     run.points.forEach((point) => growBox(box, placeNow(run, point)));
@@ -153,7 +153,7 @@ function growBox(box, place) {
     }
 }
 
-/* Both ends of the axis of a shape; of a list as in drawn_model.h. */
+/* Both ends of the axis of a shape, from its list in the data, as view.h describes it. */
 function growBoxByShape(box, run, shape) {
     const placement = placementOf(run, shape[1]), origin = shape.slice(14, 17);
     growBox(box, placePoint(placement, origin));

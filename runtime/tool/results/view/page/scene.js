@@ -1,6 +1,6 @@
 /*
- * The picture: takes a canvas and runs with their paths, gives a stage that draws them with ground, light and a
- * triad of the ground's axes, in the colours of the page.
+ * The picture: a stage on a canvas draws runs and their paths with ground, light and a triad of the ground's
+ * axes, in the colours of the page.
  */
 "use strict";
 
@@ -8,7 +8,7 @@ function pageColour(name) {
     return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-/* On a dark page dark colours of the palette would not be seen. */
+/* Lightens the palette on a dark page, where its dark colours would be invisible. */
 function shownColour(colour) {
     const isDark = pageColour("--is-dark") === "1";
     return isDark ? new THREE.Color(colour).lerp(new THREE.Color(0xffffff), 0.36) : new THREE.Color(colour);
@@ -30,7 +30,7 @@ function roundLength(length) {
     return power * [5, 2, 1].find((factor) => factor * power <= length * (1 + 1e-9));
 }
 
-/* Level lines below everything, at a round distance, but not too many of them. */
+/* Horizontal grid lines below everything, at a round distance that limits their number. */
 function makeGrid(box, size, up) {
     const cell = roundLength(Math.max(size / 6, diagonalOf(box) / 300)), group = new THREE.Group(), level = [(up + 1) % 3, (up + 2) % 3];
     const ends = level.map((i) => [Math.floor(box.low[i] / cell - 0.2) * cell, Math.ceil(box.high[i] / cell + 0.2) * cell]);
@@ -55,7 +55,7 @@ function makeLights(scene) {
     scene.add(lamp);
 }
 
-/* The directions of x, y and z, for a corner of the picture. */
+/* The directions of x, y and z, drawn in a corner of the picture. */
 function makeTriad(camera) {
     const scene = new THREE.Scene(), colours = ["#c8442c", "#2e8b3d", "#2f62c9"];
     colours.forEach((colour, axis) => {
@@ -70,12 +70,12 @@ function makeTriad(camera) {
     return {scene, lens};
 }
 
-/* Of faces in one plane, as those of a planar linkage or of equal runs, the one of the earlier link or run is seen. */
+/* Of faces in one plane, as in a planar linkage or equal runs, the one of the earlier link or run is visible. */
 function behind(material, others) {
     return Object.assign(material, {polygonOffset: true, polygonOffsetFactor: 0.5 * others, polygonOffsetUnits: 4 * others});
 }
 
-/* How large the runs are at one time, at most; the radius of what the camera holds in its picture. */
+/* The largest size of the runs at any one time, and the radius that the camera keeps in its picture. */
 const extentOf = (runs) => Math.max(...runs.map((run) => run.extent));
 
 function radiusOf(stage, runs) {
@@ -83,14 +83,14 @@ function radiusOf(stage, runs) {
     return stage.isFollowing ? Math.min(whole, Math.max(0.7 * extentOf(runs), 1e-3 * whole)) : whole;
 }
 
-/* Of a picture that holds long paths the marks do not grow over bodies that are small beside these, but remain to be seen. */
+/* If paths are long compared with the bodies, marks stay small enough not to cover these, but visible. */
 function marksOf(stage, runs) {
     return Math.min(stage.size, Math.max(3 * extentOf(runs), stage.size / 8));
 }
 
 const FORCE_COLOURS = {programme: "#b3261e", applied: "#6a3d9a"};
 
-/* One run has a colour for each link, several have one each. */
+/* A single run has a colour for each link; several runs have one colour each. */
 function lookOf(stage, index, count) {
     const behindOthers = (material) => behind(material, 4 * index);
     const plain = (colour) => behindOthers(new THREE.MeshLambertMaterial({color: colour}));
@@ -108,7 +108,7 @@ function lookOf(stage, index, count) {
             curve: pageColour("--quiet"), letters: index === 0 ? ink : null};
 }
 
-/* All that has a colour, anew: at the start, and when the page changes from light to dark. */
+/* Makes everything that has a colour, at the start and when the theme changes. */
 function dressStage(stage, runs) {
     stage.scene = new THREE.Scene();
     stage.scene.background = new THREE.Color(pageColour("--stage"));
@@ -122,14 +122,14 @@ function dressStage(stage, runs) {
     stage.bodies.forEach((body) => stage.scene.add(body.all));
 }
 
-/* Does a program draw in the place of a graphics card? */
+/* Returns whether software draws instead of a graphics card. */
 function isDrawnBySoftware() {
     const gl = document.createElement("canvas").getContext("webgl");
     const facts = gl && gl.getExtension("WEBGL_debug_renderer_info");
     return Boolean(facts) && /swiftshader|llvmpipe|software/i.test(gl.getParameter(facts.UNMASKED_RENDERER_WEBGL));
 }
 
-/* null: the browser has no WebGL. */
+/* Returns null if the browser has no WebGL. */
 function makeRenderer(canvas, antialias) {
     try {
         return new THREE.WebGLRenderer({canvas, antialias});
@@ -138,11 +138,11 @@ function makeRenderer(canvas, antialias) {
     }
 }
 
-/* ---- Sharpness: pixels of the picture over those of the page, of what stands still and of what moves ---- */
+/* ---- Sharpness: pixels of the picture per pixel of the page, at rest and in motion ---- */
 
 const SLOW = 34, COARSEST = 0.5; /* a picture every 34 ms is 30 a second */
 
-/* Software takes as long as there are pixels: it smooths edges by more of them where nothing moves. */
+/* The time of software grows with the number of pixels, so it smooths edges by more pixels only at rest. */
 function sharpnessOf(isSoftware) {
     const still = Math.max(isSoftware ? 1.5 : 1, Math.min(2, window.devicePixelRatio || 1));
     return {still, moving: isSoftware ? 0.8 : still, now: 0, times: []};
@@ -156,7 +156,7 @@ function setSharpness(stage, isMoving) {
     stage.renderer.setPixelRatio(wanted);
 }
 
-/* Moving pictures become coarser when they come too slowly; `passed` since the last one [ms]. */
+/* Makes moving pictures coarser if they are too slow; `passed` is the time since the last one [ms]. */
 function watchSpeed(stage, passed) {
     const {sharpness} = stage;
     sharpness.times.push(passed);
@@ -168,7 +168,7 @@ function watchSpeed(stage, passed) {
         sharpness.moving = Math.max(COARSEST, 0.8 * sharpness.moving);
 }
 
-/* `up`: the axis that points upward. */
+/* up: the upward axis. */
 function makeStage(canvas, runs, palette, up) {
     const isSoftware = isDrawnBySoftware(), renderer = makeRenderer(canvas, !isSoftware), box = joinBoxes(runs.map((run) => run.box));
     if (!renderer)
@@ -179,7 +179,7 @@ function makeStage(canvas, runs, palette, up) {
     return stage;
 }
 
-/* Holds the bodies in the picture as they move, or all of the motion; all marks are of another size then. */
+/* Keeps the moving bodies in the picture, or the whole motion, with marks of matching size. */
 function setFollowing(stage, runs, isFollowing) {
     stage.isFollowing = isFollowing;
     holdRadius(stage.camera, radiusOf(stage, runs));
@@ -187,7 +187,7 @@ function setFollowing(stage, runs, isFollowing) {
     dressStage(stage, runs);
 }
 
-/* Of several runs the first one is followed. */
+/* The camera follows the first run. */
 function follow(stage, runs) {
     if (stage.isFollowing)
         centreCamera(stage.camera, boxNow(runs[0]));

@@ -1,14 +1,14 @@
 /*
- * What is seen of a run: takes a run of motion.js, gives groups of three.js, one for each frame that carries
- * something, which moveBody brings to where the run is.
+ * The visible parts of a run of motion.js: groups of three.js, one for each frame that carries something.
+ * moveBody moves them to the present placements of the run.
  */
 "use strict";
 
-/* Parts of the size of marks, which the bodies bound, and of that of the scene. */
+/* Sizes of marks as parts of the size of the bodies, and other sizes as parts of the size of the scene. */
 const MARK = {stick: 0.0045, joint: 0.013, point: 0.011, triad: 0.06};
 const SIZE = {thread: 0.0022, arrow: 0.25, letter: 0.036};
 
-/* Of length and width 1; a box and a cylinder from x = 0 along x: see shapes.h. */
+/* Shapes of length and width 1; a box and a cylinder begin at x = 0 and are along x, as in view.h. */
 function unitShape(kind, bore, sides) {
     if (kind === 0)
         return new THREE.SphereBufferGeometry(0.5, sides, 0.7 * sides);
@@ -17,7 +17,7 @@ function unitShape(kind, bore, sides) {
     return turnedTube(bore / 2, 0.5, sides);
 }
 
-/* Each edge is there twice, so that faces meet sharply; a rod has no inner wall. */
+/* Each edge occurs twice, so that faces meet sharply; a solid rod has no inner wall. */
 function turnedTube(inner, outer, sides) {
     const wall = [[inner, 0], [outer, 0], [outer, 0], [outer, 1], [outer, 1], [inner, 1]];
     const corners = inner > 0 ? [...wall, [inner, 1], [inner, 0]] : wall;
@@ -25,7 +25,7 @@ function turnedTube(inner, outer, sides) {
     return new THREE.LatheBufferGeometry(profile, sides).rotateZ(-Math.PI / 2);
 }
 
-/* What is thin has few sides: more of them cannot be seen, and take time where a program draws. */
+/* Thin shapes have few sides: more are invisible and cost time if software draws. */
 function sidesOf(body, matrix) {
     const scale = new THREE.Vector3().setFromMatrixScale(matrix);
     return Math.max(scale.y, scale.z) < 0.02 * body.size ? 8 : 20;
@@ -44,7 +44,7 @@ function fixedMesh(geometry, material, matrix) {
     return mesh;
 }
 
-/* Maps the unit cylinder to one of that radius from one place to another. */
+/* Maps the unit cylinder to one of the given radius between two places. */
 function stickMatrix(from, to, radius) {
     const along = new THREE.Vector3(...to).sub(new THREE.Vector3(...from));
     const turn = new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(1, 0, 0), along.clone().normalize());
@@ -52,7 +52,7 @@ function stickMatrix(from, to, radius) {
     return new THREE.Matrix4().compose(new THREE.Vector3(...from), turn, size);
 }
 
-/* The group that moves with a frame; the ground's stands still. */
+/* The group that moves with a frame; the group of the ground does not move. */
 function groupOf(body, frame) {
     if (!body.groups.has(frame)) {
         const group = new THREE.Group();
@@ -93,7 +93,7 @@ function moveParts(body) {
     }
 }
 
-/* ---- What a run has ---- */
+/* ---- Marks of a run ---- */
 
 function addShapes(body, materialOf) {
     for (const [kind, frame, link, isSolid, bore, ...map] of body.run.shapes)
@@ -103,19 +103,19 @@ function addShapes(body, materialOf) {
             addPart(body, 1, 0, materialOf(link), frame, stickMatrix(ends.slice(0, 3), ends.slice(3), MARK.stick * body.marks));
 }
 
-/* Where an axis of a frame points: the turn that takes x there. */
+/* The rotation that turns x into an axis of a frame. */
 function axisTurn(axis) {
     const to = new THREE.Vector3().setComponent(axis, 1);
     return new THREE.Quaternion().setFromUnitVectors(new THREE.Vector3(1, 0, 0), to);
 }
 
-/* Elements of beams have none to show, nor has a link with six coordinates of its own, which nothing guides. */
+/* Elements of beams show no joints, nor does a link with six coordinates, which nothing guides. */
 function showsJoint(frames, i) {
     const {link, element} = frames[i];
     return element === 0 && frames.filter((frame) => frame.link === link && frame.element === 0).length < 6;
 }
 
-/* A turn is a pin along its axis, a slide a block that stands on a rail. */
+/* A turn is drawn as a pin along its axis, a slide as a block on a rail. */
 function addJoints(body, material) {
     const size = MARK.joint * body.marks;
     const alone = material.clone(); /* three.js makes one program of a material, for parts or for what stands alone */
@@ -138,7 +138,7 @@ function addRail(body, frame, material) {
     return mesh;
 }
 
-/* From where the slide has its zero, which lies -q along the axis, to the frame. */
+/* The rail leads from the zero of the slide, which is -q along the axis, to the frame. */
 function moveRail(body, rail) {
     const frame = body.run.frames[rail.frame], q = body.run.state[rail.frame], radius = MARK.stick * body.marks;
     const from = new THREE.Vector3().setComponent(frame.axis, Math.min(0, -q));
@@ -156,13 +156,13 @@ function addPoints(body, material, letters) {
     }
 }
 
-/* Points that begin at one place have their names one above the other. */
+/* Names of points that begin at the same place are stacked. */
 function lineOf(body, point) {
     const begin = body.paths[point][0];
     return body.paths.slice(0, point).filter((path) => Math.hypot(...path[0].map((x, i) => x - begin[i])) < 0.02 * body.size).length;
 }
 
-/* Ends of a closure are open diamonds around the points that it brings together. */
+/* Ends of a closure are open diamonds around the points that it joins. */
 function addClosures(body, material) {
     const diamond = new THREE.OctahedronBufferGeometry(1.9 * MARK.joint * body.marks);
     for (const closure of body.run.closures)
@@ -181,7 +181,7 @@ function addTriads(body) {
     });
 }
 
-/* A text that faces the reader, so many lines above a place. */
+/* A text that faces the reader, a number of lines above a place. */
 function letterAt(text, at, size, colour, line) {
     const canvas = document.createElement("canvas"), height = 64;
     const pen = canvas.getContext("2d");
@@ -202,15 +202,15 @@ function letterAt(text, at, size, colour, line) {
 
 /* ---- Paths ---- */
 
-/* Two directions at right angles to the path at a row. */
+/* Two directions orthogonal to the path at a row. */
 function acrossPath(path, row) {
     const along = new THREE.Vector3(...path[Math.min(row + 1, path.length - 1)]).sub(new THREE.Vector3(...path[Math.max(row - 1, 0)]));
-    const away = new THREE.Vector3(0.36, 0.48, 0.8); /* whatever is not along a path */
+    const away = new THREE.Vector3(0.36, 0.48, 0.8); /* any direction that is hardly along a path */
     const first = along.clone().cross(away).normalize();
     return [first, along.cross(first).normalize()];
 }
 
-/* A thread along a path: four corners at each row, so that a part of it is a range of its indices. */
+/* A thread along a path with four corners at each row, so that a part of it is a range of indices. */
 function threadGeometry(path, radius) {
     const places = [], indices = [];
     path.forEach((place, row) => {
@@ -230,7 +230,7 @@ function threadGeometry(path, radius) {
 
 const THREAD_INDICES = 24; /* from one row to the next */
 
-/* The whole path pale, and on it the part that is behind the point. */
+/* The whole path in a pale colour, and on it the part that the point has already covered. */
 function addTrails(body, colour, behindOthers) {
     for (const path of body.paths) {
         const pale = behindOthers(new THREE.MeshBasicMaterial({color: colour, transparent: true, opacity: 0.28, side: THREE.DoubleSide}));
@@ -243,7 +243,7 @@ function addTrails(body, colour, behindOthers) {
     }
 }
 
-/* Curves of a programme lie in planes that move with their points. */
+/* Curves of a programme are in planes that move with their points. */
 function addCurves(body, colour) {
     const dash = 0.012 * body.size, material = new THREE.LineDashedMaterial({color: colour, dashSize: dash, gapSize: dash});
     for (const curve of body.run.curves) {
@@ -279,7 +279,7 @@ function arrowGroup(isTurn, material) {
     return group;
 }
 
-/* The shaft of an arrow takes what the tip leaves; one that is shorter than the tip is a smaller tip. */
+/* The shaft has the length that the tip leaves; an arrow shorter than its tip is a smaller tip. */
 function stretchArrow(group, part) {
     const [shaft, tip] = group.children, length = Math.abs(part);
     shaft.visible = length > TIP;
@@ -296,7 +296,7 @@ function addCoordinateForce(body, frame, values, material) {
     body.forces.push({group, isTurn, parts: [values]});
 }
 
-/* A force or torque at a point, whose components are those of the ground. */
+/* A force or torque at a point, with components along the axes of the ground. */
 function addLoad(body, load, material) {
     const group = arrowGroup(load.kind === "torque", material);
     body.all.add(group);
@@ -308,7 +308,7 @@ function largestPart(forces) {
         (all, part) => part.reduce((one, value) => Math.max(one, Math.abs(value)), all), most), 0);
 }
 
-/* The largest of all forces has the full length, and so has the largest of all torques. */
+/* The largest force and the largest torque have the full length. */
 function addForces(body, programme, applied) {
     for (const course of body.run.courses.filter((one) => one.kind === "force")) {
         const isOf = (name) => course.name === `force_${name}` || course.name === `force_force_${name}`;
@@ -323,7 +323,7 @@ function addForces(body, programme, applied) {
         force.largest = largestPart(body.forces.filter((other) => other.isTurn === force.isTurn));
 }
 
-/* Turns and places the arrow of a load; gives its length. */
+/* Turns and places the arrow of a load; returns its length. */
 function directLoad(body, force, row) {
     const vector = new THREE.Vector3(...force.parts.map((part) => valueAt(part, row))), length = vector.length();
     force.group.position.set(...placeNow(body.run, force.at));
@@ -344,7 +344,7 @@ function moveForce(body, force, row, isShown) {
     force.group.scale.set(Math.sign(part) * full, full, full);
 }
 
-/* ---- All of a run ---- */
+/* ---- The whole run ---- */
 
 /* `look`: {size, marks: lengths, materialOf(link), joint, point, closure, programme, applied: materials, trail, curve: colours, behindOthers(material), letters: colour or null} */
 function makeBody(run, paths, look) {
@@ -364,7 +364,7 @@ function makeBody(run, paths, look) {
     return body;
 }
 
-/* Brings all to where the run is, at the row that moveRun gave. */
+/* Moves everything to the present placements, at the row that moveRun returned. */
 function moveBody(body, row, shown) {
     for (let frame = -1; frame < body.run.frames.length; frame++)
         body.matrices.set(frame, matrixOf(placementOf(body.run, frame)));

@@ -1,5 +1,5 @@
 /*
- * The page: reads the data, makes stage, charts and clock, and draws when something has changed.
+ * Starts the page: reads the data, makes stage, charts and clock, and draws whenever something has changed.
  */
 "use strict";
 
@@ -13,11 +13,11 @@ const page = {
     rows: [],
     isStale: true,
     isCoarse: false,
-    drawn: 0, /* when, as all times in ms */
+    drawn: 0, /* time of the last picture [ms], like all times here */
     valuesShown: 0,
 };
 
-const RESTING = 180; /* without a change: what is seen stands still */
+const RESTING = 180; /* time without a change after which the picture is at rest */
 
 function describeRuns() {
     runs.forEach((run, i) => {
@@ -38,7 +38,7 @@ function placesText() {
     })).join("\n");
 }
 
-/* Texts and the slider change ten times a second at most: the page around the picture is drawn anew for them. */
+/* Texts and the slider change at most ten times a second, since they redraw the page around the picture. */
 function showTexts(clock, now) {
     if (clock.isPlaying && now - page.valuesShown < 100)
         return;
@@ -93,7 +93,7 @@ function setTheme(name) {
     drawAll();
 }
 
-/* The picture without what stands around it. */
+/* Shows only the picture. */
 function setAlone(isAlone) {
     document.documentElement.dataset.alone = isAlone ? "1" : "0";
     drawAll();
@@ -110,7 +110,7 @@ const actions = {view: withCamera(setView), turn: withCamera(turnCamera), zoom: 
 const longest = runs.reduce((most, run) => (run.t[run.t.length - 1] > most.t[most.t.length - 1] ? run : most));
 const clock = makeClock(Math.min(...runs.map((run) => run.t[0])), longest.t[longest.t.length - 1], longest.t, moveAll);
 
-/* What changes again and again is drawn quickly, what rests finely. */
+/* Draws fast while the picture changes, and finely at rest. */
 function drawPicture(now) {
     const passed = now - page.drawn, isMoving = clock.isPlaying || (page.isStale && page.drawn > 0 && passed < RESTING);
     const isOverdue = page.isCoarse && !isMoving && passed > RESTING;
