@@ -38,7 +38,7 @@ def test_motions_are_no_models(tmp_path):
     (tmp_path / "m.lua").write_text('return require "refdyn".model { name = "m", links = { { "a", joint = "z", mass = 1 } } }')
     for name in ("run.csv", "run.h5"):
         refdyn("sim", "m.lua", "--until", "0.1", "-o", name, cwd=tmp_path)
-        assert refdyn("check", name, cwd=tmp_path, status=1).stderr == f"{name}: holds motions, it is no model in Lua\n"
+        assert refdyn("check", name, cwd=tmp_path, status=1).stderr == f"{name}: contains motions; name a model in Lua\n"
 
 
 def test_failed_motions_say_nothing_of_energies_that_were_not_seen(tmp_path):

@@ -481,7 +481,7 @@ def test_refused(tmp_path):
     done = refdyn("sim", MODELS / "ball.lua", "--until", 1, "--method", "msbdf", "-o", run, status=None)
     assert done.returncode in (1, 2) and "msbdf" in done.stderr
     done = refdyn("sim", MODELS / "spring.lua", "--until", 1, "--fold", "-o", run, status=1)
-    assert done.stderr.endswith("events[1].parameters.s: --fold makes it a number, which no event can change; without --fold it can\n")
+    assert done.stderr.endswith("events[1].parameters.s: --fold makes it a number, which no event can change; omit --fold\n")
 
 
 @pytest.mark.parametrize("floor", [-1e3, 0, 0.3, 1e6])

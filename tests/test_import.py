@@ -288,7 +288,7 @@ def test_points_of_frames_and_slides(tmp_path):
 def test_robots_where_models_are_needed(command, name, tmp_path):
     (tmp_path / name).write_text("\ufeff\n  " + HEAD + LINE + "</robot>")
     said = refdyn(command, name, "--until" if command == "sim" else "--fold", *(["1"] if command == "sim" else []), cwd=tmp_path, status=1).stderr
-    assert said == f"{name}: is XML, no model in Lua; `refdyn import` writes one from a robot's URDF\n"
+    assert said == f"{name}: is XML and not a model in Lua; convert a URDF file by `refdyn import`\n"
 
 
 # ---- Text ----

@@ -122,7 +122,7 @@ def test_width_is_asked_for(tmp_path):
     name, _ = emit(tmp_path, FEW[-1], "--for-lanes")
     for option in ([], ["-DLANES=3"]):
         done = subprocess.run(["gcc", *option, "-I", SOURCE, "-I", SOURCE / "runtime", "-c", f"{name}_lanes.c"], cwd=tmp_path, capture_output=True, text=True)
-        assert done.returncode != 0 and "how many motions stand side by side" in done.stderr
+        assert done.returncode != 0 and "how many motions run side by side" in done.stderr
 
 
 @pytest.mark.parametrize("scene", FEW, ids=name_of)

@@ -233,7 +233,7 @@ def test_same_bytes(tmp_path):
 
 def test_usage(tmp_path):
     done = refdyn("sim", ARM, "--until", 1, "--singular", "through", "-o", tmp_path / "run.csv", status=2)
-    assert "refdyn sim: --singular: 'through' is none of stop, pass\n" in done.stderr
+    assert "refdyn sim: --singular: 'through' is not one of stop, pass\n" in done.stderr
     assert "--singular HOW" in refdyn("sim", "--help").stdout
 
 

@@ -92,5 +92,5 @@ return rd.model { name = "two_arms", gravity = { 0, -9.75, 0 }, links = {
 
 def test_wrong_word(tmp_path):
     done = refdyn("gen", REFERENCE, "--accelerations", "fast", "-o", tmp_path, status=2)
-    assert "--accelerations: 'fast' is none of auto, recursive, dense" in done.stderr
+    assert "--accelerations: 'fast' is not one of auto, recursive, dense" in done.stderr
     assert not list(tmp_path.iterdir())

@@ -150,7 +150,7 @@ def test_what_is_emitted(folder):
       return rd.model { name = "still", links = { { "a", joint = "x", mass = p.m }, { "wall", mass = p.unread } } }""")
     refdyn("gen", "still.lua", "-o", "still", cwd=folder)
     text = (folder / "still" / "still.c").read_text()
-    assert text.count("a positive number is needed") == 1 and "SET(requirement_count) 1," in text
+    assert text.count("must be positive") == 1 and "SET(requirement_count) 1," in text
     refdyn("gen", "still.lua", "--fold", "-o", "folded", cwd=folder)
     assert "SET(requirement_count) 0," in (folder / "folded" / "still.c").read_text()
 

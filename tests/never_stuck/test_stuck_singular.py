@@ -213,7 +213,7 @@ def test_batches_and_equilibria_have_the_unit(tmp_path):
 def test_a_length_is_a_positive_number(value, tmp_path):
     model = written(tmp_path, ORBIT % (7, 343, f"length = {value},"))
     said = refdyn("check", model, status=1).stderr
-    assert "model.lua:3: length: " in said and "number is needed" in said, said
+    assert "model.lua:3: length: " in said and "must be " in said, said
 
 
 def test_emitted_tables_have_the_length(tmp_path):
