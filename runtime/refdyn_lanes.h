@@ -31,9 +31,12 @@ struct refdyn_lane_model {
     const struct refdyn_model *model; /**< its tables hold for all lanes */
 
     void (*prepare)(double *p); /**< writes the derived values p[parameter_count * width] and following */
-/** A member for each function of struct refdyn_model with this name; NULL if that one is NULL. */
+/** A member for lanes, of this name. */
 #define REFDYN_LANE_FUNCTION(name) refdyn_lane_function *name;
+    /** The function of struct refdyn_model with this name, for lanes; NULL if that one is NULL. */
+    /** @{ */
     REFDYN_QUANTITIES(REFDYN_LANE_FUNCTION)
+    /** @} */
 #undef REFDYN_LANE_FUNCTION
 };
 

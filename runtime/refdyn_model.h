@@ -265,14 +265,18 @@ struct refdyn_model {
         *required; /**< for each requirement: 1 if it is met, else 0, then its numbers; reads p only */
 };
 
-/** Applies X to the name of each function of struct refdyn_model from `start` on, in its order. */
+/** Applies REFDYN_ENTRY to the name of each function of struct refdyn_model from `start` on, in its order. */
 /* clang-format off */
-#define REFDYN_QUANTITIES(X) \
-    X(start) X(anchor) X(M) X(h) X(Q) X(u) X(v) X(phi) X(psi) X(k) X(r) X(rd) X(C) X(d) X(energy) \
-    X(power) X(Q_q) X(qdd_free) X(qdd) X(force) X(equations) X(M_h) X(f) X(row_terms) X(point_terms) \
-    X(constrained) X(terms) X(accelerations) X(tangent) X(tangent_vectors) X(d_qdd) X(d_qdd_free) \
-    X(d_force) X(d_statics) X(d_rows) X(course) X(breaks) X(switches) X(pace) X(event) X(event_terms) \
-    X(required)
+#define REFDYN_QUANTITIES(REFDYN_ENTRY) \
+    REFDYN_ENTRY(start) REFDYN_ENTRY(anchor) REFDYN_ENTRY(M) REFDYN_ENTRY(h) REFDYN_ENTRY(Q) REFDYN_ENTRY(u) \
+    REFDYN_ENTRY(v) REFDYN_ENTRY(phi) REFDYN_ENTRY(psi) REFDYN_ENTRY(k) REFDYN_ENTRY(r) REFDYN_ENTRY(rd) \
+    REFDYN_ENTRY(C) REFDYN_ENTRY(d) REFDYN_ENTRY(energy) REFDYN_ENTRY(power) REFDYN_ENTRY(Q_q) \
+    REFDYN_ENTRY(qdd_free) REFDYN_ENTRY(qdd) REFDYN_ENTRY(force) REFDYN_ENTRY(equations) REFDYN_ENTRY(M_h) \
+    REFDYN_ENTRY(f) REFDYN_ENTRY(row_terms) REFDYN_ENTRY(point_terms) REFDYN_ENTRY(constrained) \
+    REFDYN_ENTRY(terms) REFDYN_ENTRY(accelerations) REFDYN_ENTRY(tangent) REFDYN_ENTRY(tangent_vectors) \
+    REFDYN_ENTRY(d_qdd) REFDYN_ENTRY(d_qdd_free) REFDYN_ENTRY(d_force) REFDYN_ENTRY(d_statics) \
+    REFDYN_ENTRY(d_rows) REFDYN_ENTRY(course) REFDYN_ENTRY(breaks) REFDYN_ENTRY(switches) REFDYN_ENTRY(pace) \
+    REFDYN_ENTRY(event) REFDYN_ENTRY(event_terms) REFDYN_ENTRY(required)
 /* clang-format on */
 
 #endif

@@ -58,7 +58,7 @@ def test_two_turns_have_no_strains(tmp_path):
     (tmp_path / "strip.lua").write_text(model)
     line = 1 + model[:model.index("springs = springs,")].count("\n")
     done = refdyn("check", tmp_path / "strip.lua")
-    assert (f"{tmp_path}/strip.lua:{line}: warning: links[1].beam.springs: the elements have fewer turns than three (dofs), it says nothing"
+    assert (f"{tmp_path}/strip.lua:{line}: warning: links[1].beam.springs: has no effect, since the elements have fewer than three turns (dofs)"
             in done.stderr), done.stderr
 
 

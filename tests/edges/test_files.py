@@ -188,7 +188,7 @@ def test_no_output_is_a_file_that_is_read(which, project, tmp_path):
     arguments, name = SPOIL[which]
     before = {path: (project / path).read_bytes() for path in files_in(project)}
     done = run(*arguments, cwd=project, env={**os.environ, "REFDYN_CACHE": str(tmp_path / "cache")})
-    assert done.returncode == 1 and re.search(r": output: .* is the file .*, which this command reads or writes", done.stderr), done.stderr
+    assert done.returncode == 1 and re.search(r": output: .* is the file .*, which this command also reads or writes", done.stderr), done.stderr
     assert {path: (project / path).read_bytes() for path in files_in(project)} == before
     assert not (tmp_path / "cache").exists(), "something was compiled"
 

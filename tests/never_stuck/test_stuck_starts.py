@@ -288,4 +288,4 @@ def test_states_of_other_models_are_refused(tmp_path):
 def test_misspelt_keys_are_still_found(tmp_path):
     (tmp_path / "state.json").write_text('{"Q": [0, 0, 0], "criterio": 1}')
     done = refdyn("eval", MODELS / "fourbar.lua", "--state", tmp_path / "state.json", status=1)
-    assert "Q: no key of a state" in done.stderr and "criterio: no key of a state" in done.stderr
+    assert "Q: unknown key of a state" in done.stderr and "criterio: unknown key of a state" in done.stderr
