@@ -46,9 +46,12 @@ static void write_row(const struct field_rule *rule, char *row) {
     char first[64] = "";
     if (rule->item > 0)
         snprintf(first, sizeof first, ", or item %d", rule->item);
-    snprintf(row, ROW_ROOM, "| `%s`%s%s | %s%s%s | %s | %s |\n", rule->name, first,
+    char unit[64] = "";
+    if (*rule->unit)
+        snprintf(unit, sizeof unit, " [%s]", rule->unit);
+    snprintf(row, ROW_ROOM, "| `%s`%s%s | %s%s%s%s | %s |\n", rule->name, first,
              rule->need != NEED_OPTIONAL ? ", needed" : "", types[rule->type], *range ? ", " : "", range,
-             rule->unit, rule->text);
+             unit, rule->text);
 }
 
 static char *read_page(void) {
@@ -69,7 +72,7 @@ int main(int argc, char **argv) {
     for (int i = 0; i < FIELD_COUNT; i++) {
         write_row(&field_rules[i], row);
         if (argc > 1 && (i == 0 || field_rules[i].owner != field_rules[i - 1].owner))
-            printf("\n%s\n\n| field | type | unit | what it is |\n|---|---|---|---|\n",
+            printf("\n%s\n\n| field | type | what it is |\n|---|---|---|\n",
                    fields_owner_text(field_rules[i].owner));
         if (argc > 1) {
             printf("%s", row);
