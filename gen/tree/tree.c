@@ -1,12 +1,171 @@
 /*
- * Expands links to frames: one frame for each coordinate, welds merged. rigid_finite_elements.c cuts beams.
+ * Expands links to frames: one frame for each coordinate, welds merged; cuts beams into rigid finite
+ * elements, joined by spring-damping elements of up to three turns.
  *
- * Input: a checked model. Formulas: theory, sect. 3.1 and 3.3.
+ * Input: a checked model. Output: frames with their inertias, stiffnesses and dampings. Half elements are at
+ * both ends of a segment, so that segments join rigidly. Formulas: theory, sect. 3.1 to 3.3.
  */
 #include "gen/tree/tree.h"
 #include "gen/base/base.h"
 
+#include <assert.h>
+#include <math.h>
 #include <string.h>
+
+/* An element of a beam: the frame that carries it, and its beginning along the beam. */
+struct element {
+    struct fixed_frame at;
+    expression start; /* [m] from the beam's root */
+};
+
+/* An element or a solid on a frame. */
+struct part {
+    int link, frame; /* link: an element's beam, or what a solid is welded to */
+    struct inertia inertia;
+};
+
+struct expansion {
+    struct memory *memory;
+    const struct model *model;
+    struct graph *g;
+    struct tree *tree;
+    int capacity;
+    struct part *parts;
+    int part_count, part_capacity;
+};
+
+/* ---- Growing the tree frame by frame ---- */
+
+static struct frame *new_frame(struct expansion *x) {
+    struct tree *tree = x->tree;
+    if (tree->count == x->capacity) {
+        int capacity = x->capacity ? 2 * x->capacity : 32;
+        tree->frames = memory_grow(x->memory, tree->frames, (size_t)tree->count * sizeof *tree->frames,
+                                   (size_t)capacity * sizeof *tree->frames);
+        x->capacity = capacity;
+    }
+    return &tree->frames[tree->count++];
+}
+
+/* Adds a frame with one joint at the place `at`, which then becomes that frame. */
+static struct frame *add_frame(struct expansion *x, struct fixed_frame *at, const struct joint *joint) {
+    struct frame *frame = new_frame(x);
+    assert(at->frame < x->tree->count - 1);
+    frame->parent = at->frame;
+    frame->run = -1;
+    frame->coordinate = x->tree->count - 1;
+    frame->placement = at->placement;
+    frame->joint = *joint;
+    at->frame = x->tree->count - 1;
+    at->placement = placement_identity();
+    return frame;
+}
+
+/* Adds to the inertia of the frame that carries `at`, for that link. A body fixed to the ground has no
+ * part in the motion. */
+static void add_inertia(struct expansion *x, int link, const struct fixed_frame *at, struct inertia inertia) {
+    if (at->frame < 0)
+        return;
+    struct inertia *into = &x->tree->frames[at->frame].inertia;
+    const struct inertia placed = inertia_place(x->g, &at->placement, inertia);
+    x->parts = memory_room(x->memory, x->parts, x->part_count, &x->part_capacity, sizeof *x->parts);
+    x->parts[x->part_count++] = (struct part){link, at->frame, placed};
+    *into = inertia_add(x->g, *into, placed);
+}
+
+/* ---- Joints about axes in any direction ---- */
+
+/*
+ * A constant rotation before the joint turns one of the frame's own axes onto the given one. Its transpose
+ * follows the joint, so that at q = 0 the link's frame is parallel to its carrier's (theory, sect. 2.1).
+ * With a = (x, y, z) of length 1, where the last axis is the one to be turned, the columns of the rotation
+ * are (1 + s x x f, s x y f, -s x), (x y f, s + y y f, -y) and a, where s is the sign of z and f = -1 / (s +
+ * z): T. Duff et al., Building an Orthonormal Basis, Revisited (Journal of Computer Graphics Techniques 6,
+ * 2017). It is a rotation for each a, for all values of parameters. Any rotation that turns the axis onto a
+ * will do, because two of them differ by a turn about a, which commutes with the joint's own.
+ */
+
+/* The frame's axis nearest to the direction, for the present values of parameters; the joint's own axis if
+ * others are equally near. For a direction along an axis of the frame the rotation is 1 or half a turn. */
+static int nearest_axis(const struct expansion *x, const struct joint *joint) {
+    double along[3];
+    int nearest = joint->axis;
+    for (int i = 0; i < 3; i++)
+        along[i] = fabs(parameters_evaluate(x->g, x->model->parameters, joint->direction[i]));
+    for (int i = 0; i < 3; i++)
+        if (along[i] > along[nearest])
+            nearest = i;
+    return nearest;
+}
+
+static struct vector unit_of(struct graph *g, const expression direction[3]) {
+    const struct vector v = vector_of(direction);
+    const expression length = expr_apply1(g, OP_SQRT, vector_dot(g, v, v));
+    return vector_scale(g, expr_div(g, expr_one(g), length), v);
+}
+
+static expression sign_of(struct graph *g, expression e) {
+    const expression one = expr_one(g), is_negative = expr_apply2(g, OP_LESS, e, expr_zero(g));
+    return expr_where(g, is_negative, expr_neg(g, one), one);
+}
+
+/* The rotation that turns axis `axis` onto a. */
+static struct matrix turn_onto(struct graph *g, int axis, struct vector a) {
+    const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+    const expression x = a.at[i], y = a.at[j], one = expr_one(g), s = sign_of(g, a.at[axis]);
+    const expression f = expr_div(g, expr_neg(g, one), expr_add(g, s, a.at[axis]));
+    const expression sx = expr_mul(g, s, x), xf = expr_mul(g, x, f), xyf = expr_mul(g, xf, y);
+    struct matrix R;
+    R.at[3 * i + i] = expr_add(g, one, expr_mul(g, sx, xf));
+    R.at[3 * j + i] = expr_mul(g, s, xyf);
+    R.at[3 * axis + i] = expr_neg(g, sx);
+    R.at[3 * i + j] = xyf;
+    R.at[3 * j + j] = expr_add(g, s, expr_mul(g, y, expr_mul(g, y, f)));
+    R.at[3 * axis + j] = expr_neg(g, y);
+    for (int row = 0; row < 3; row++)
+        R.at[3 * row + axis] = a.at[row];
+    return R;
+}
+
+static void transpose(const expression matrix[9], expression transposed[9]) {
+    for (int i = 0; i < 9; i++)
+        transposed[i] = matrix[i % 3 * 3 + i / 3];
+}
+
+/* If two consecutive joints have the same direction, the rotation back after one and the rotation before
+ * the next cancel. The frame is then not turned: exactly 1, so that parallel axes stay parallel. */
+static void turn_placement(struct graph *g, struct placement *placement, const struct matrix *turn) {
+    struct placement inner = placement_identity();
+    expression back[9];
+    memcpy(inner.rotation, turn->at, sizeof inner.rotation);
+    transpose(placement->rotation, back);
+    if (!memcmp(back, turn->at, sizeof back))
+        memcpy(placement->rotation, placement_identity().rotation, sizeof placement->rotation);
+    else
+        *placement = placement_compose(g, placement, &inner);
+}
+
+/* Adds a frame with the joint at the place `at`, which then becomes the link's frame after the joint. */
+static struct frame *add_joint(struct expansion *x, struct fixed_frame *at, const struct joint *joint) {
+    if (!joint->has_direction)
+        return add_frame(x, at, joint);
+    struct joint about = *joint;
+    about.axis = nearest_axis(x, joint);
+    const struct matrix turn = turn_onto(x->g, about.axis, unit_of(x->g, joint->direction));
+    turn_placement(x->g, &at->placement, &turn);
+    struct frame *frame = add_frame(x, at, &about);
+    transpose(turn.at, at->placement.rotation);
+    return frame;
+}
+
+const char *joint_axis_text(struct memory *memory, const struct model *model, const struct joint *joint) {
+    double along[3];
+    for (int i = 0; i < 3; i++)
+        along[i] = parameters_evaluate(model->graph, model->parameters, joint->direction[i]);
+    if (!joint->has_direction)
+        return memory_format(memory, "local %c", "xyz"[joint->axis]);
+    return memory_format(memory, "(%.6g, %.6g, %.6g)", along[0], along[1], along[2]);
+}
 
 /* ---- Names of inertias ---- */
 
@@ -74,6 +233,130 @@ static void inertia_names_give(const struct expansion *x) {
         name_inertia(x, owners, &tree->frames[i].inertia);
 }
 
+/* ---- Beams ---- */
+
+static const char *const turn_names[3] = {"psi", "theta", "phi"};
+static const int turn_axes[3] = {AXIS_Z, AXIS_Y, AXIS_X};
+
+/* The exact integral over a prism from x = 0 to `length`: mc = m l/2, Jxx = rho l (Iy + Iz),
+ * Jyy = m l^2/3 + rho l Iy, Jzz = m l^2/3 + rho l Iz. Theory, sect. 3.3. */
+static struct inertia prism_inertia(struct graph *g, const struct segment *segment, expression length) {
+    const expression line = expr_mul(g, segment->rho, length);
+    const expression mass = expr_mul(g, line, segment->area);
+    const expression slender = expr_div(g, expr_mul(g, mass, expr_mul(g, length, length)), expr_number(g, 3));
+    return (struct inertia){
+        .mass = mass,
+        .moment = {{expr_mul(g, expr_number(g, 0.5), expr_mul(g, mass, length)), 0, 0}},
+        .tensor = {{expr_mul(g, line, expr_add(g, segment->Iy, segment->Iz)),
+                    expr_add(g, slender, expr_mul(g, line, segment->Iy)),
+                    expr_add(g, slender, expr_mul(g, line, segment->Iz)), 0, 0, 0}},
+    };
+}
+
+/* s = E Iz / dl, E Iy / dl, G It / dl with G = E / (2 (1 + nu)): theory, sect. 3.2. */
+static expression element_stiffness(struct graph *g, const struct segment *segment, int turn, expression dl) {
+    const expression G =
+        expr_div(g, segment->E, expr_mul(g, expr_number(g, 2), expr_add(g, expr_one(g), segment->nu)));
+    const expression rigidity[3] = {expr_mul(g, segment->E, segment->Iz),
+                                    expr_mul(g, segment->E, segment->Iy), expr_mul(g, G, segment->It)};
+    return expr_div(g, rigidity[turn], dl);
+}
+
+/* dl, the length that one spring-damping element represents: theory, sect. 3.1. */
+static expression spacing(struct graph *g, const struct segment *segment) {
+    return segment->rfe > 1 ? expr_div(g, segment->length, expr_number(g, segment->rfe - 1))
+                            : segment->length;
+}
+
+/* A round or square section bends equally about both axes. */
+static const char *deformation_name(const struct segment *segment, int turn) {
+    const bool bends_alike = segment->Iy == segment->Iz && segment->damping[0] == segment->damping[1];
+    return turn < 2 && bends_alike ? "bending" : turn_names[turn];
+}
+
+/* The turn at which an element is not strained. If springs act on strains, it is the turn at which the
+ * strains are those of the unloaded beam, w = curvature dl, to second order: theory, sect. 3.4. */
+static expression rest_of(struct graph *g, const struct segment *segment, bool has_strains, int turn,
+                          expression dl) {
+    expression w[3];
+    for (int i = 0; i < 3; i++)
+        w[i] = expr_mul(g, segment->curvature[i], dl);
+    const expression other = expr_mul(g, w[(turn + 1) % 3], w[(turn + 2) % 3]);
+    const expression half = expr_mul(g, expr_number(g, 0.5), other);
+    if (!has_strains)
+        return w[turn];
+    return turn == 1 ? expr_sub(g, w[turn], half) : expr_add(g, w[turn], half);
+}
+
+static struct joint element_joint(struct expansion *x, const struct link *link, const struct segment *segment,
+                                  int turn) {
+    struct graph *g = x->g;
+    const expression dl = spacing(g, segment);
+    struct joint joint = {
+        .is_revolute = true, .axis = turn_axes[turn], .name = turn_names[turn], .place = link->place};
+    joint.stiffness = element_stiffness(g, segment, turn, dl);
+    joint.damping = expr_add(g, expr_mul(g, segment->eta, joint.stiffness), segment->damping[turn]);
+    joint.rest = joint.start = rest_of(g, segment, link->beam.has_strains, turn, dl);
+    const char *deformation = deformation_name(segment, turn);
+    graph_name_shared(g, joint.stiffness, link->name, memory_format(x->memory, "stiffness_%s", deformation));
+    graph_name_shared(g, joint.damping, link->name, memory_format(x->memory, "damping_%s", deformation));
+    return joint;
+}
+
+/* The spring-damping element before element r: up to three turns at one point, R = Rz Ry Rx. */
+static void add_element_joints(struct expansion *x, const struct link *link, const struct segment *segment,
+                               int r, struct fixed_frame *at) {
+    for (int turn = 0; turn < 3; turn++) {
+        if (!link->beam.keeps[turn])
+            continue;
+        const struct joint joint = element_joint(x, link, segment, turn);
+        struct frame *frame = add_frame(x, at, &joint);
+        frame->link = (int)(link - x->model->links);
+        frame->element = r;
+        frame->has_strains = link->beam.has_strains;
+        frame->turn = link->beam.has_strains ? turn : 0;
+        frame->name = memory_format(x->memory, "%s_%s_%d", link->name, turn_names[turn], r);
+    }
+}
+
+/* Adds one element from the carrier's tip on. The entry after the last element has the beam's whole
+ * length. */
+static void add_element(struct expansion *x, struct carrier *carrier, const struct segment *segment,
+                        expression length) {
+    struct element *element = &carrier->elements[carrier->element_count++];
+    const struct placement end = placement_shift_x(length);
+    add_inertia(x, (int)(carrier - x->tree->carriers), &carrier->tip, prism_inertia(x->g, segment, length));
+    element[0].at = carrier->tip;
+    element[1].start = expr_add(x->g, element[0].start, length);
+    carrier->tip.placement = placement_compose(x->g, &carrier->tip.placement, &end);
+}
+
+/* Adds the elements of one segment from the carrier's tip on, with half elements at both ends. */
+static void add_segment(struct expansion *x, const struct link *link, const struct segment *segment,
+                        int *number_of_sde, struct carrier *carrier) {
+    struct graph *g = x->g;
+    const expression dl = spacing(g, segment);
+    const expression half = segment->rfe > 1 ? expr_mul(g, expr_number(g, 0.5), dl) : dl;
+    graph_name_shared(g, dl, link->name, "element_length");
+    for (int r = 0; r < segment->rfe; r++) {
+        if (r > 0)
+            add_element_joints(x, link, segment, ++*number_of_sde, &carrier->tip);
+        add_element(x, carrier, segment, r == 0 || r == segment->rfe - 1 ? half : dl);
+    }
+}
+
+/* Adds the elements of a link's beam, from the carrier's tip on, and the frames of their joints. */
+static void add_beam(struct expansion *x, const struct link *link, struct carrier *carrier) {
+    int count = 0, number_of_sde = 0;
+    for (int i = 0; i < link->beam.segment_count; i++)
+        count += link->beam.segments[i].rfe;
+    carrier->elements = memory_get(x->memory, ((size_t)count + 1) * sizeof *carrier->elements);
+    for (int i = 0; i < link->beam.segment_count; i++)
+        add_segment(x, link, &link->beam.segments[i], &number_of_sde, carrier);
+}
+
+/* ---- Links and points ---- */
+
 /* J about the origin = J about the centre + m (c.c 1 - c c^T): theory, sect. 3.3. */
 static struct inertia solid_inertia(struct graph *g, const struct solid *solid) {
     struct placement to_center = placement_identity();
@@ -130,17 +413,17 @@ static void add_link(struct expansion *x, struct carrier *carriers, int index) {
     const struct link *link = &x->model->links[index];
     struct fixed_frame at = attach(x, carriers, &link->on);
     for (int i = 0; i < link->joint_count; i++) {
-        struct frame *frame = joint_axis_add(x, &at, &link->joints[i]);
+        struct frame *frame = add_joint(x, &at, &link->joints[i]);
         frame->link = index;
         frame->name = memory_format(x->memory, "%s_%s", link->name, link->joints[i].name);
         graph_name_shared(x->g, frame->joint.rotor, frame->name, "rotor");
     }
     for (int i = 0; i < link->solid_count; i++)
-        frames_add_inertia(x, at.frame < 0 ? index : x->tree->frames[at.frame].link, &at,
-                           solid_inertia(x->g, &link->solids[i]));
+        add_inertia(x, at.frame < 0 ? index : x->tree->frames[at.frame].link, &at,
+                    solid_inertia(x->g, &link->solids[i]));
     carriers[index].base = carriers[index].tip = at;
     if (link->beam.exists)
-        rigid_finite_elements_add(x, link, &carriers[index]);
+        add_beam(x, link, &carriers[index]);
 }
 
 void tree_expand(struct memory *memory, const struct model *model, struct tree *tree) {

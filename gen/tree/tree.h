@@ -2,22 +2,18 @@
  * The tree: one frame for each elementary coordinate. Welded bodies are merged with the frame that moves
  * them, beams are cut into rigid finite elements (theory, sect. 3).
  *
- * The parts in order: frames and trees; expanding links, with beams, names of inertias and joint axes; frames
- * that keep their axes; recursions; runs of equal elements; vectors and inertias of expressions.
+ * The parts in order: frames and trees; recursions; runs of equal elements; the algebra of vectors and
+ * inertias.
  */
 #ifndef REFDYN_GEN_TREE_H
 #define REFDYN_GEN_TREE_H
 
-#include <stddef.h>
-
-#include "gen/graph/graph.h"
 #include "gen/model/model.h"
 
 /*
  * Frame i belongs to coordinate i. Its parent has a smaller index; -1 is the ground. T_i = T_p A_i D_i(q_i):
  * theory, sect. 2.1.
  */
-
 struct vector {
     expression at[3];
 };
@@ -71,7 +67,12 @@ struct fixed_frame {
     struct placement placement;
 };
 
-struct carrier;
+/* Where links and points attach: the frame that carries them, and their placement in it. */
+struct carrier {
+    struct fixed_frame base, tip; /* the link's own frame (a beam's first element) and a beam's end */
+    struct element *elements;     /* of a beam: private to tree.c */
+    int element_count;
+};
 
 struct tree {
     struct frame *frames;
@@ -98,99 +99,21 @@ void tree_place_points(struct memory *memory, const struct model *model, struct 
 int tree_find_coordinate(const struct tree *tree, const char *name); /* -1: none */
 const char **tree_coordinate_names(struct memory *memory, const struct tree *tree);
 
-/* ---- Expanding links ---- */
-
-/* Links (tree.c) and beams (rigid_finite_elements.c) grow the tree frame by frame. */
-
-/* An element of a beam: the frame that carries it, and its beginning along the beam. */
-struct element {
-    struct fixed_frame at;
-    expression start; /* [m] from the beam's root */
-};
-
-/* Where links and points attach: the frame that carries them, and their placement in it. */
-struct carrier {
-    struct fixed_frame base, tip; /* the link's own frame (a beam's first element) and a beam's end */
-    struct element *elements;     /* of a beam */
-    int element_count;
-};
-
-/* An element or a solid on a frame. */
-struct part {
-    int link, frame; /* link: an element's beam, or what a solid is welded to */
-    struct inertia inertia;
-};
-
-struct expansion {
-    struct memory *memory;
-    const struct model *model;
-    struct graph *g;
-    struct tree *tree;
-    int capacity;
-    struct part *parts;
-    int part_count, part_capacity;
-};
-
-/* Adds a frame with one joint at the place `at`, which then becomes that frame. */
-struct frame *frames_add_joint(struct expansion *x, struct fixed_frame *at, const struct joint *joint);
-/* Adds to the inertia of the frame that carries `at`, for that link. A body fixed to the ground has no
- * part in the motion. */
-void frames_add_inertia(struct expansion *x, int link, const struct fixed_frame *at, struct inertia inertia);
-
-/* Adds the elements of a link's beam, from the carrier's tip on, and the frames of their joints. */
-void rigid_finite_elements_add(struct expansion *x, const struct link *link, struct carrier *carrier);
-
-/*
- * A joint about an axis in any direction. A constant rotation before the joint turns one of the frame's own
- * axes onto the given one. Its transpose follows the joint, so that at q = 0 the link's frame is parallel to
- * its carrier's (theory, sect. 2.1). All other joints are about the frame's own axes.
- */
-
-/* Adds a frame with the joint at the place `at`, which then becomes the link's frame after the joint. */
-struct frame *joint_axis_add(struct expansion *x, struct fixed_frame *at, const struct joint *joint);
-
 /* "local z", or "(0, 0.6, 0.8)" in the link's axes, for the present values of parameters. */
 const char *joint_axis_text(struct memory *memory, const struct model *model, const struct joint *joint);
-
-/* ---- Frames that keep their axes ---- */
-
-/*
- * Consecutive revolute joints about parallel axes, as in planar arms and chains: such a frame may keep the
- * axes that its carrier's body had before it turned, while its own body turns relative to it.
- *
- * Input: a tree. Output: the tree with marks (theory, sect. 4.12). Vectors then pass from frame to frame
- * unchanged, and angular velocities change along one axis. In return each body's own shift and inertia are
- * turned once, by the sum of the angles (W. Khalil and E. Dombre, Modeling, Identification and Control of
- * Robots, 2002).
- *
- * Beams are excluded: in axes that are not an element's own, the large articulated mass along it mixes with
- * the small one across, which costs digits.
- */
 
 /* The tree with kept axes wherever possible; the tree itself if there are none. */
 const struct tree *parallel_axes_keep(struct memory *memory, const struct tree *tree, enum kept_axes axes);
 
-/* ---- Recursions ---- */
-
 /*
- * Recursions over a rolled tree: one step for each frame, with runs in loops.
+ * Recursions over a rolled tree: one step for each frame, with runs in loops. The state is a record of
+ * expressions for each frame. Outward, a step reads the state of the frame's parent and sets its own; inward,
+ * it reads the contributions from beyond the frame in its own state and adds to the parent's.
  *
- * The state of a recursion is a record of expressions for each frame. Outward, a step reads the state of the
- * frame's parent and sets its own. Inward, a step reads the contributions from beyond the frame in its own
- * state and adds to the parent's. In a run the step uses symbols for the values that the loop carries
- * (theory, sect. 4.13). Trial finds the parts of the state that no iteration changes, so that the frames of a
- * run may come several times; such a part keeps its value from before the loop, which often is zero.
- *
- * struct recursion r = recursion_over(memory, g, tree, sums, sizeof *sums);
+ *     struct recursion r = recursion_over(memory, g, tree, sums, sizeof *sums);
  *     for (int i = tree->count; recursion_inward(&r, &i);)
  *         ...
  */
-
-/* The values that the loop of a recursion carries. */
-struct carry {
-    expression *initial;
-    int *slots; /* -1: no iteration changes it */
-};
 
 struct recursion {
     struct memory *memory;
@@ -198,7 +121,10 @@ struct recursion {
     const struct tree *tree;
     expression *state; /* by frame */
     int width;         /* expressions in the state of a frame */
-    struct carry carry;
+    struct carry {
+        expression *initial;
+        int *slots; /* -1: no iteration changes it */
+    } carry;        /* the values that the loop carries */
 };
 
 /* state: for each frame a structure of `size` bytes that consists of expressions alone; it must be zero
@@ -220,29 +146,12 @@ bool recursion_next_term(struct recursion *sum, int *i);
 void recursion_add_term(struct recursion *sum, int i, expression term);
 expression recursion_total(const struct recursion *sum);
 
-/* ---- Runs of equal elements ---- */
-
-/*
- * Rolling replaces each run of equal elements by one of its elements.
- *
- * Input: the tree. Output: the rolled tree, from which everything is derived. It has the frames that are in
- * no run, and for each run an ENTRY frame, the frames of one element, and an EXIT frame. The ENTRY is fixed
- * to the run's carrier, displaced so that all elements, the first included, are placed alike. The last
- * element may have another inertia (a beam ends with half an element). The EXIT is the last element's last
- * frame, which carries the following frames. Derivations visit the element once, in a loop, for any count.
- * Theory, sect. 4.13.
- */
-
-/* A frame is in no run if the author's formulas name its coordinate or if a point is fixed to it. */
+/* Replaces each run of equal elements by an ENTRY frame, the frames of one element, and an EXIT frame. A
+ * frame is in no run if the author's formulas name its coordinate or if a point is fixed to it. */
 void roll_tree(struct memory *memory, const struct model *model, const struct tree *tree, enum loops loops,
                struct tree *rolled);
 
-/* ---- Vectors, rotations and inertia tensors ---- */
-
-/*
- * 3-vectors, rotations and inertia tensors of expressions: the algebra of kinematics and dynamics. Everything
- * folds in the graph, so that a zero component costs nothing.
- */
+/* ---- The algebra of vectors, rotations and inertias ---- */
 
 struct vector vector_of(const expression at[3]);
 struct vector vector_unit(struct graph *g, int axis);
@@ -261,11 +170,6 @@ struct vector tensor_times(struct graph *g, struct tensor t, struct vector a);
 struct tensor tensor_add(struct graph *g, struct tensor a, struct tensor b);
 /* R T R^T */
 struct tensor tensor_turn(struct graph *g, const expression rotation[9], struct tensor t);
-/*
- * The increase of an inertia when its reference point moves by r (Steiner, both points off the centre), from
- * the moments before, mc, and after, mc + m r: 2 (r.d) 1 - r d^T - d r^T with d = mc + m r / 2.
- */
-struct tensor tensor_of_shift(struct graph *g, struct vector r, struct vector before, struct vector after);
 
 struct placement placement_identity(void);
 /* First `outer`, then `inner` in it. */
