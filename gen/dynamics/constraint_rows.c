@@ -11,7 +11,7 @@ static expression place_symbol(void *context, struct graph *g, expression e) {
     const struct kinematics *k = context;
     const struct symbol s = *expr_as_symbol(g, e);
     if (s.kind == SYMBOL_COORDINATE && s.order == 2)
-        return expr_zero(g);
+        return EXPR_ZERO;
     if (s.kind != SYMBOL_POINT)
         return e;
     const struct point_motion *point = &k->points[s.index / 3];
@@ -22,7 +22,7 @@ static expression place_symbol(void *context, struct graph *g, expression e) {
 static expression rest_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
     if (s.order > 0 && (s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT))
-        return expr_zero(g);
+        return EXPR_ZERO;
     return place_symbol(context, g, e);
 }
 
@@ -40,12 +40,12 @@ static expression rate_of_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
     (void)context;
     if (s.kind == SYMBOL_TIME)
-        return expr_one(g);
+        return EXPR_ONE;
     if (s.kind == SYMBOL_COORDINATE && s.order == 0)
         return expr_symbol(g, s.kind, s.index, 1);
     if (s.kind == SYMBOL_POINT && s.order < 2)
         return expr_symbol(g, s.kind, s.index, s.order + 1);
-    return expr_zero(g);
+    return EXPR_ZERO;
 }
 
 expression coordinate_derivatives_rate(const struct kinematics *k, expression e) {

@@ -38,7 +38,7 @@ static expression turn_of(const struct kinematics *k, int first, int turn, int o
 /* dw_a/dq_b = sign_a q_c / 2 for three turns a, b, c; 1 for a = b. */
 static expression strain_by_turn(const struct kinematics *k, int first, int a, int b) {
     if (a == b)
-        return expr_one(k->g);
+        return EXPR_ONE;
     return with_sign(k->g, a, half_of(k->g, turn_of(k, first, 3 - a - b, 0)));
 }
 
@@ -124,8 +124,7 @@ static void add_energy(const struct kinematics *k, const struct potential *poten
             named->forces[named->force_count++] =
                 (struct force){.coordinate = j, .value = expr_neg(k->g, slope[j]), .place = potential->place};
     for (int p = 0; p < k->model->marker_count; p++) {
-        const struct vector pull =
-            vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), vector_of(slope + n + 3 * p));
+        const struct vector pull = vector_scale(k->g, expr_neg(k->g, EXPR_ONE), vector_of(slope + n + 3 * p));
         struct load load = {.point = p, .place = potential->place};
         memcpy(load.value, pull.at, sizeof load.value);
         if (!vector_is_zero(pull))

@@ -1,4 +1,10 @@
-/* Computes the pieces and the values of natural cubic splines, as graph.h defines them. */
+/*
+ * Cubic splines through samples, as an operator of the graph.
+ *
+ * Input: knots and values. Result: pieces y = c0 + h (c1 + h (c2 + h c3)), h = x - knot, twice continuously
+ * differentiable (natural spline: no curvature at the ends; de Boor, A Practical Guide to Splines, 1978, ch.
+ * IV). Beyond the ends the spline continues as a straight line, which keeps both derivatives continuous.
+ */
 #include "gen/graph/graph.h"
 #include "gen/base/base.h"
 

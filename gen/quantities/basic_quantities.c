@@ -177,7 +177,7 @@ static expression row_speed(struct derivation *d, int a) {
 }
 
 static expression programme_power(struct derivation *d, const expression *lambda) {
-    expression sum = expr_zero(d->g);
+    expression sum = EXPR_ZERO;
     for (int a = 0; a < d->m; a++)
         sum = expr_add(d->g, sum, expr_mul(d->g, lambda[a], row_speed(d, a)));
     return sum;

@@ -298,7 +298,7 @@ static void set_strains(const struct builder *b, int i, double sign, struct vect
         damping[i].at[before - 1] = by_qd.at[frame->turn - before];
     }
     if (frame->turn == 2)
-        rows[i].at[2] = expr_one(b->d->g);
+        rows[i].at[2] = EXPR_ONE;
 }
 
 struct strain_derivatives force_derivatives_strains(const struct builder *b, double sign) {
@@ -315,7 +315,7 @@ static void add_coupled_coordinates(struct builder *b, struct derivatives *deriv
         if (!couples(b, i))
             continue;
         expression *column = derivation_new_values(b->d, b->d->frames);
-        column[i] = expr_one(b->d->g);
+        column[i] = EXPR_ONE;
         const expression force = b->applied_forces->coordinates[i];
         append(b, derivatives,
                (struct derivative){column,

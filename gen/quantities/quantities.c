@@ -74,7 +74,7 @@ static bool has_switches(const struct derivation *d) {
 }
 
 static bool has_pace(const struct derivation *d) {
-    return has_switches(d) && d->plan->pace != expr_zero(d->plan->g);
+    return has_switches(d) && d->plan->pace != EXPR_ZERO;
 }
 
 static bool has_anchors(const struct derivation *d) {

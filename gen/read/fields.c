@@ -241,8 +241,7 @@ bool fields_has(const struct value *table, enum field field) {
 
 expression fields_get_value(const struct checker *checker, const struct value *table, enum field field) {
     const struct value *value = fields_get(table, field);
-    expression e =
-        field_rules[field].need != NEED_OPTIONAL ? expr_one(checker->graph) : expr_zero(checker->graph);
+    expression e = field_rules[field].need != NEED_OPTIONAL ? EXPR_ONE : EXPR_ZERO;
     if (value)
         value_expression(checker->graph, value, &e);
     return e;
@@ -252,7 +251,7 @@ void fields_get_vector(const struct checker *checker, const struct value *table,
                        expression *vector) {
     const struct value *value = fields_get(table, field);
     for (int i = 0; i < 3; i++) {
-        vector[i] = expr_zero(checker->graph);
+        vector[i] = EXPR_ZERO;
         if (value && i < value->item_count)
             value_expression(checker->graph, &value->items[i], &vector[i]);
     }

@@ -26,7 +26,7 @@ static void refuse_argument(struct module_call *call, int index, const char *nee
 }
 
 static expression expression_argument(struct module_call *call, int index) {
-    expression e = expr_zero(call->declarations->graph);
+    expression e = EXPR_ZERO;
     if (!value_expression(call->declarations->graph, argument(call, index), &e))
         refuse_argument(call, index, "a number or an expression");
     return e;
@@ -98,13 +98,13 @@ static const double pi = 3.14159265358979323846;
 /* (t - t0) / (t1 - t0), kept between 0 and 1. */
 static expression clamped(struct graph *g, expression t, expression t0, expression t1) {
     expression part = expr_div(g, expr_sub(g, t, t0), expr_sub(g, t1, t0));
-    return expr_apply2(g, OP_MIN, expr_apply2(g, OP_MAX, part, expr_zero(g)), expr_one(g));
+    return expr_apply2(g, OP_MIN, expr_apply2(g, OP_MAX, part, EXPR_ZERO), EXPR_ONE);
 }
 
 /* 0 before t0, 1 after t1, (1 - cos) / 2 between. */
 static expression ramp(struct graph *g, expression t, expression t0, expression t1) {
     expression angle = expr_mul(g, expr_number(g, pi), clamped(g, t, t0, t1));
-    return expr_mul(g, expr_number(g, 0.5), expr_sub(g, expr_one(g), expr_apply1(g, OP_COS, angle)));
+    return expr_mul(g, expr_number(g, 0.5), expr_sub(g, EXPR_ONE, expr_apply1(g, OP_COS, angle)));
 }
 
 /* 0 before t0, 1 after t1, 3 c^2 - 2 c^3 between. */
@@ -151,7 +151,7 @@ static struct section rectangle_section(struct graph *g, expression width_y, exp
     return (struct section){.area = area,
                             .Iy = expr_mul(g, twelfth, expr_mul(g, area, expr_mul(g, height_z, height_z))),
                             .Iz = expr_mul(g, twelfth, expr_mul(g, area, expr_mul(g, width_y, width_y))),
-                            .It = expr_mul(g, third, expr_sub(g, expr_one(g), lack))};
+                            .It = expr_mul(g, third, expr_sub(g, EXPR_ONE, lack))};
 }
 
 /* -level tanh(rate / width): dry friction, smooth within `width` of rest. */
@@ -211,7 +211,7 @@ static expression size_argument(struct module_call *call, int index, bool may_be
 
 static void run_round(struct module_call *call) {
     struct graph *graph = call->declarations->graph;
-    give_section(call, tube_section(graph, size_argument(call, 0, false), expr_zero(graph)));
+    give_section(call, tube_section(graph, size_argument(call, 0, false), EXPR_ZERO));
 }
 
 static void run_tube(struct module_call *call) {

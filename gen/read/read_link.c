@@ -60,8 +60,8 @@ static void rotation_about(struct graph *g, int axis, expression angle, expressi
     }
     int j = (axis + 1) % 3, k = (axis + 2) % 3;
     for (int i = 0; i < 9; i++)
-        rotation[i] = expr_zero(g);
-    rotation[4 * axis] = expr_one(g);
+        rotation[i] = EXPR_ZERO;
+    rotation[4 * axis] = EXPR_ONE;
     rotation[4 * j] = c;
     rotation[4 * k] = c;
     rotation[3 * j + k] = expr_neg(g, s);
@@ -89,7 +89,7 @@ struct vector read_direction(const struct reader *reader, const struct value *va
     struct vector v = {{0, 0, 0}};
     if (value->kind == VALUE_TEXT) {
         const int axis = *value->text - 'x';
-        return vector_unit(g, axis >= AXIS_X && axis <= AXIS_Z ? axis : AXIS_X);
+        return vector_unit(axis >= AXIS_X && axis <= AXIS_Z ? axis : AXIS_X);
     }
     for (int i = 0; i < value->item_count && i < 3; i++)
         value_expression(g, &value->items[i], &v.at[i]);
@@ -156,7 +156,7 @@ static bool find_carrier(const struct reader *reader, const struct value *value,
 }
 
 static expression beam_length(const struct reader *reader, const struct beam *beam) {
-    expression length = expr_zero(reader->check.graph);
+    expression length = EXPR_ZERO;
     for (int i = 0; i < beam->segment_count; i++)
         length = expr_add(reader->check.graph, length, beam->segments[i].length);
     return length;
@@ -297,7 +297,7 @@ static struct shape cylinder_shape(const struct reader *reader, const struct val
     const struct checker *check = &reader->check;
     const int axis = read_axis_name(reader, fields_get(table, FIELD_CYLINDER_axis), path);
     return hollow_shape(check->graph, axis, fields_get_value(check, table, FIELD_CYLINDER_diameter),
-                        expr_zero(check->graph), fields_get_value(check, table, FIELD_CYLINDER_length));
+                        EXPR_ZERO, fields_get_value(check, table, FIELD_CYLINDER_length));
 }
 
 static struct shape tube_shape(const struct reader *reader, const struct value *table, const char *path) {
@@ -305,8 +305,7 @@ static struct shape tube_shape(const struct reader *reader, const struct value *
     const int axis = read_axis_name(reader, fields_get(table, FIELD_TUBE_axis), path);
     const expression outer = fields_get_value(check, table, FIELD_TUBE_outer);
     const struct value *inner = fields_get(table, FIELD_TUBE_inner);
-    const expression hole =
-        inner ? fields_get_value(check, table, FIELD_TUBE_inner) : expr_zero(check->graph);
+    const expression hole = inner ? fields_get_value(check, table, FIELD_TUBE_inner) : EXPR_ZERO;
     if (inner)
         read_require(reader, requirement_hole(hole, outer), fields_path_name(check, path, "inner"),
                      inner->place);
@@ -517,7 +516,7 @@ static struct joint *joint_of_entry(const struct reader *reader, const struct va
 static expression reflected_inertia(const struct checker *check, const struct value *rotor) {
     struct graph *g = check->graph;
     const expression gear =
-        fields_has(rotor, FIELD_ROTOR_gear) ? fields_get_value(check, rotor, FIELD_ROTOR_gear) : expr_one(g);
+        fields_has(rotor, FIELD_ROTOR_gear) ? fields_get_value(check, rotor, FIELD_ROTOR_gear) : EXPR_ONE;
     return expr_mul(g, fields_get_value(check, rotor, FIELD_ROTOR_inertia), expr_mul(g, gear, gear));
 }
 

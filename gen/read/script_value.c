@@ -311,7 +311,7 @@ void script_convert(lua_State *L, int index, struct place place, int depth, stru
 /* A curve of an expression, or of a number. */
 static int call_curve(lua_State *L) {
     struct graph *graph = script_of(L)->graph;
-    expression at = expr_zero(graph);
+    expression at = EXPR_ZERO;
     if (lua_gettop(L) != 1)
         return luaL_error(L, "a curve of %d values; must be of one number or expression", lua_gettop(L));
     if (!script_get_expression(L, 1, &at))

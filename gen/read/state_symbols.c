@@ -32,7 +32,7 @@ static const char *marker_name(const struct model *model, const struct attachmen
     const char *link = model->links[at->link].name;
     const expression *c = at->placement.position;
     for (int axis = 0; is_direction && at->where != AT_ALONG && axis < 3; axis++)
-        if (c[axis] == expr_one(model->graph) && !c[(axis + 1) % 3] && !c[(axis + 2) % 3])
+        if (c[axis] == EXPR_ONE && !c[(axis + 1) % 3] && !c[(axis + 2) % 3])
             return memory_format(memory, "%s%s_axis_%c", link, wheres[at->where], "xyz"[axis]);
     return memory_format(memory, "%s%s_%s_%d", link, wheres[at->where], is_direction ? "direction" : "marker",
                          model->marker_count + 1);
@@ -190,7 +190,7 @@ static struct view_result angular_field(const struct view_names *names, const st
     if (view->at_start && order == 2)
         return no_acceleration();
     for (int axis = 0; axis < 3; axis++) {
-        const int marker = markers_direction(names->model, at, vector_unit(g, axis));
+        const int marker = markers_direction(names->model, at, vector_unit(axis));
         const struct vector a = direction_vector(names, view, marker, 0),
                             rate = direction_vector(names, view, marker, order);
         sum = vector_add(g, sum, vector_cross(g, a, rate));
@@ -266,7 +266,7 @@ static struct view_result axis_field(const struct view_names *names, struct view
     if (at.link < 0)
         return (struct view_result){.fault = on_ground};
     view.kind = VIEW_DIRECTION;
-    view.index = markers_direction(model, &at, vector_unit(names->declarations->graph, axis));
+    view.index = markers_direction(model, &at, vector_unit(axis));
     return (struct view_result){.is_view = true, .view = view};
 }
 
@@ -278,7 +278,7 @@ static struct view_result parameter_field(const struct view_names *names, const 
         known[i] = declarations->parameters[i].name;
     int index = text_index(field, known, count);
     if (index < 0 && declarations->lacks_parameters)
-        return (struct view_result){.expression = expr_one(declarations->graph)};
+        return (struct view_result){.expression = EXPR_ONE};
     if (index < 0)
         return no_field(names, "p", field, "parameter", known, count);
     return (struct view_result){.expression = declarations_parameter_expression(declarations, index)};

@@ -56,10 +56,10 @@ static expression rate_of_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
     (void)context;
     if (s.kind == SYMBOL_TIME)
-        return expr_one(g);
+        return EXPR_ONE;
     if ((s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT) && s.order < 2)
         return expr_symbol(g, s.kind, s.index, s.order + 1);
-    return expr_zero(g);
+    return EXPR_ZERO;
 }
 
 /* Acceleration rows have no residual to stabilise; velocity rows have no phi. */
@@ -294,7 +294,7 @@ static struct pair_vectors vectors_of_joint(const struct given_motion *given, in
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
     const struct given_frame_rates *rates = &given->frames[i];
-    const struct vector e = vector_unit(g, k->tree->frames[i].joint.axis);
+    const struct vector e = vector_unit(k->tree->frames[i].joint.axis);
     struct pair_vectors v = {.mass = wrench_of_unit(k, i, beyond)};
     if (k->tree->frames[i].joint.is_revolute) {
         v.less_gravity_lever = vector_cross(g, given->motions[i].less_gravity, e);

@@ -22,7 +22,7 @@ static void accelerate_frame(struct given_motion *given, int i, const struct giv
     motion->less_gravity =
         kinematics_to_child(k, i, vector_add(g, parent->less_gravity, given->frames[i].shift_rate2));
     if (k->tree->frames[i].kind == FRAME_JOINT && joint->is_revolute) {
-        const struct vector e = vector_unit(g, joint->axis);
+        const struct vector e = vector_unit(joint->axis);
         const struct vector gyration =
             vector_scale(g, kinematics_coordinate_of(k, i, 1), vector_cross(g, k->frames[i].angular, e));
         motion->angular = vector_add(g, motion->angular, gyration);
@@ -38,7 +38,7 @@ static void turn_axis(struct given_motion *given, int i) {
     struct graph *g = k->g;
     struct given_frame_rates *frame = &given->frames[i];
     const struct frame_motion *m = &k->frames[i];
-    const struct vector e = vector_unit(g, k->tree->frames[i].joint.axis);
+    const struct vector e = vector_unit(k->tree->frames[i].joint.axis);
     frame->own_rate = vector_cross(g, m->angular, e);
     frame->own_rate2 = matrix_times(g, given_motion_gradient(given, i).at, e);
     frame->axis = kinematics_joint_axis(k, i);
@@ -58,7 +58,7 @@ static void move_shift(struct given_motion *given, int i) {
     const struct vector w = frame->parent < 0 ? still : k->frames[frame->parent].angular;
     struct vector slide = still, speed = still, gain = still;
     if (frame->kind == FRAME_JOINT && !frame->joint.is_revolute) {
-        slide = matrix_times(g, frame->placement.rotation, vector_unit(g, frame->joint.axis));
+        slide = matrix_times(g, frame->placement.rotation, vector_unit(frame->joint.axis));
         slide = kinematics_from_body(k, frame->parent, slide);
         speed = vector_scale(g, kinematics_coordinate_of(k, i, 1), slide);
         gain = vector_scale(g, given->accelerations[i], slide);
@@ -113,8 +113,8 @@ static struct vector accelerate_point(const struct given_motion *given, int inde
 static void hold_frame(struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     const struct vector gravity = vector_of(k->model->gravity);
-    const struct given_frame_motion ground = {
-        .less_gravity = vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), gravity)};
+    const struct given_frame_motion ground = {.less_gravity =
+                                                  vector_scale(k->g, expr_neg(k->g, EXPR_ONE), gravity)};
     const int parent = k->tree->frames[i].parent;
     kinematics_remark(k, i, "wd = E wd_p + w x e qd + e qdd, a = E (a_p + s'') (7.1)");
     given->motions[i] = (struct given_frame_motion){.angular = {{0, 0, 0}}};
@@ -196,7 +196,7 @@ static expression place_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
     const bool moves = s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT;
     if (given->is_resting && moves && s.order > 0)
-        return expr_zero(g);
+        return EXPR_ZERO;
     if (s.kind == SYMBOL_MULTIPLIER && given->multipliers)
         return given->multipliers[s.index];
     if (s.kind == SYMBOL_COORDINATE && s.order == 2)

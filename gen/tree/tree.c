@@ -101,18 +101,18 @@ static int nearest_axis(const struct expansion *x, const struct joint *joint) {
 static struct vector unit_of(struct graph *g, const expression direction[3]) {
     const struct vector v = vector_of(direction);
     const expression length = expr_apply1(g, OP_SQRT, vector_dot(g, v, v));
-    return vector_scale(g, expr_div(g, expr_one(g), length), v);
+    return vector_scale(g, expr_div(g, EXPR_ONE, length), v);
 }
 
 static expression sign_of(struct graph *g, expression e) {
-    const expression one = expr_one(g), is_negative = expr_apply2(g, OP_LESS, e, expr_zero(g));
+    const expression one = EXPR_ONE, is_negative = expr_apply2(g, OP_LESS, e, EXPR_ZERO);
     return expr_where(g, is_negative, expr_neg(g, one), one);
 }
 
 /* The rotation that turns axis `axis` onto a. */
 static struct matrix turn_onto(struct graph *g, int axis, struct vector a) {
     const int i = (axis + 1) % 3, j = (axis + 2) % 3;
-    const expression x = a.at[i], y = a.at[j], one = expr_one(g), s = sign_of(g, a.at[axis]);
+    const expression x = a.at[i], y = a.at[j], one = EXPR_ONE, s = sign_of(g, a.at[axis]);
     const expression f = expr_div(g, expr_neg(g, one), expr_add(g, s, a.at[axis]));
     const expression sx = expr_mul(g, s, x), xf = expr_mul(g, x, f), xyf = expr_mul(g, xf, y);
     struct matrix R;
@@ -256,7 +256,7 @@ static struct inertia prism_inertia(struct graph *g, const struct segment *segme
 /* s = E Iz / dl, E Iy / dl, G It / dl with G = E / (2 (1 + nu)): theory, sect. 3.2. */
 static expression element_stiffness(struct graph *g, const struct segment *segment, int turn, expression dl) {
     const expression G =
-        expr_div(g, segment->E, expr_mul(g, expr_number(g, 2), expr_add(g, expr_one(g), segment->nu)));
+        expr_div(g, segment->E, expr_mul(g, expr_number(g, 2), expr_add(g, EXPR_ONE, segment->nu)));
     const expression rigidity[3] = {expr_mul(g, segment->E, segment->Iz),
                                     expr_mul(g, segment->E, segment->Iy), expr_mul(g, G, segment->It)};
     return expr_div(g, rigidity[turn], dl);

@@ -154,7 +154,7 @@ void roll_tree(struct memory *memory, const struct model *model, const struct tr
 /* ---- The algebra of vectors, rotations and inertias ---- */
 
 struct vector vector_of(const expression at[3]);
-struct vector vector_unit(struct graph *g, int axis);
+struct vector vector_unit(int axis);
 struct vector vector_add(struct graph *g, struct vector a, struct vector b);
 struct vector vector_sub(struct graph *g, struct vector a, struct vector b);
 struct vector vector_scale(struct graph *g, expression s, struct vector a);

@@ -10,9 +10,9 @@ struct vector vector_of(const expression at[3]) {
     return (struct vector){{at[0], at[1], at[2]}};
 }
 
-struct vector vector_unit(struct graph *g, int axis) {
+struct vector vector_unit(int axis) {
     struct vector e = {{0, 0, 0}};
-    e.at[axis] = expr_one(g);
+    e.at[axis] = EXPR_ONE;
     return e;
 }
 
