@@ -62,12 +62,12 @@ bool angles_is_plain(const struct plan *plan, expression e) {
     return angles_of(plan, e).count > 0;
 }
 
-bool angles_is_in_pass(const struct plan *plan, const struct function *function, expression e) {
+static bool is_in_pass(const struct plan *plan, const struct function *function, expression e) {
     return function->angle_count && angles_is_plain(plan, e);
 }
 
 bool angles_is_repeated(const struct plan *plan, const struct function *function, expression e) {
     const struct node *node = &plan->g->nodes[e];
     const struct symbol *s = node->operation == OP_WHERE ? expr_as_symbol(plan->g, node->operand[0]) : NULL;
-    return angles_is_in_pass(plan, function, e) || (s && s->kind == SYMBOL_LAST);
+    return is_in_pass(plan, function, e) || (s && s->kind == SYMBOL_LAST);
 }

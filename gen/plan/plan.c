@@ -18,6 +18,54 @@ enum {
     LONGEST_PIECE = 400
 };
 
+/* ---- Values that depend on parameters alone ---- */
+
+/*
+ * The emitted function `prepare` computes them once, when a parameter is set. Every function reads them in
+ * `p`, after the parameters. The gains of rows are among them because the integrator sets them in its own
+ * copy of the parameters. A function with keeps_parameters computes these values itself, unless another
+ * function already has them from `prepare`.
+ */
+
+/* Signs stay where they are used, because they cost nothing there. */
+static bool is_sign(const struct graph *g, expression e) {
+    return g->nodes[e].operation == OP_NEG || g->nodes[e].operation == OP_HOLD;
+}
+
+static bool is_parameter_only(const struct graph *g, expression e) {
+    return operation_is_gain(g->nodes[e].operation) ||
+           (g->nodes[e].depends == ON_PARAMETER && operation_arity(g->nodes[e].operation) > 0 &&
+            !is_sign(g, e));
+}
+
+/* Returns whether `prepare` computes an expression instead of this function. */
+static bool is_moved(const struct plan *plan, const struct function *function, expression e) {
+    if (function == &plan->prepare)
+        return false;
+    return function->keeps_parameters ? plan->is_derived[e] : is_parameter_only(plan->g, e);
+}
+
+static void collect_derived(struct plan *plan, const struct function *function) {
+    for (expression e = 0; e < plan->g->count; e++)
+        if (function->is_needed[e] && is_moved(plan, function, e))
+            plan->is_derived[e] = true;
+}
+
+/* Opens `prepare` with all collected values as its results. */
+static void open_prepare(struct plan *plan) {
+    struct function *prepare = &plan->prepare;
+    expression *derived = memory_get(plan->memory, plan->g->count * sizeof *derived);
+    int count = 0;
+    for (expression e = 0; e < plan->g->count; e++)
+        if (plan->is_derived[e])
+            derived[count++] = e;
+    prepare->quantity = "prepare";
+    const int array = plan_open_result(plan->memory, prepare, "derived", "", count, 0);
+    plan_set_entries(plan->memory, prepare, array, 0, derived, count);
+}
+
+/* ---- Statements and pieces ---- */
+
 static int slot_index(const struct graph *g, expression e) {
     return graph_as_slot(g, e) ? expr_as_symbol(g, e)->index : -1;
 }
@@ -37,7 +85,7 @@ static bool need_operands(const struct plan *plan, const struct function *functi
     bool passed = slot && need(needed, slot->next, e);
     if (slot)
         need(needed, slot->initial, e);
-    if (plan_is_moved(plan, function, e))
+    if (is_moved(plan, function, e))
         return passed;
     for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
         needed[g->nodes[e].operand[k]] = true;
@@ -77,10 +125,10 @@ static uint32_t *count_uses(const struct plan *plan, const struct function *func
     uint32_t *uses = memory_scratch(plan->memory, g->count * sizeof *uses);
     use_roots(plan, function, uses);
     for (expression e = g->count; e-- > 0;) {
-        if (!function->is_needed[e] || plan_is_moved(plan, function, e))
+        if (!function->is_needed[e] || is_moved(plan, function, e))
             continue;
         for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
-            uses[g->nodes[e].operand[k]] += plan_is_sign(g, e) ? uses[e] : 1;
+            uses[g->nodes[e].operand[k]] += is_sign(g, e) ? uses[e] : 1;
     }
     return uses;
 }
@@ -94,15 +142,15 @@ static void choose_statements(struct plan *plan, const struct function *function
     for (expression e = 0; e < g->count; e++) {
         const struct node *node = &g->nodes[e];
         const int arity = operation_arity(node->operation);
-        if (!uses[e] || !arity || plan_is_moved(plan, function, e))
+        if (!uses[e] || !arity || is_moved(plan, function, e))
             continue;
-        int total = plan_is_sign(g, e) ? 0 : 1;
+        int total = is_sign(g, e) ? 0 : 1;
         for (int k = 0; k < arity; k++)
             total += length[node->operand[k]];
         assert(total <= UINT8_MAX);
         plan->is_statement[e] =
             plan->is_derived[e] ||
-            (!plan_is_sign(g, e) && (uses[e] > 1 || g->names[e] || total >= LONGEST_EXPRESSION));
+            (!is_sign(g, e) && (uses[e] > 1 || g->names[e] || total >= LONGEST_EXPRESSION));
         length[e] = (uint8_t)(plan->is_statement[e] ? 0 : total);
     }
 }
@@ -144,10 +192,8 @@ static void count_operations(const struct plan *plan, struct function *function)
             continue;
         const enum operation operation = g->nodes[e].operation;
         const long trips = plan_trips_of(plan, e);
-        values += graph_as_slot(g, e)                                          ? 0
-                  : operation == OP_SYMBOL || plan_is_moved(plan, function, e) ? trips
-                                                                               : 0;
-        if (!plan_is_moved(plan, function, e))
+        values += graph_as_slot(g, e) ? 0 : operation == OP_SYMBOL || is_moved(plan, function, e) ? trips : 0;
+        if (!is_moved(plan, function, e))
             plan_count_node(plan, e, count);
     }
     for (int i = 0; i < function->loop_count; i++)
@@ -209,7 +255,7 @@ static void plan_function(struct plan *plan, struct function *function) {
     mark_function(plan, function);
     choose_statements(plan, function, count_uses(plan, function));
     count_operations(plan, function);
-    plan_collect_derived(plan, function);
+    collect_derived(plan, function);
     schedule_function(plan, function);
     cut_pieces(plan, function);
     memory_back(plan->memory, mark);
@@ -292,7 +338,7 @@ void plan_functions(struct plan *plan) {
             plan_function(plan, &plan->functions[f]);
     for (int f = 0; f < plan->function_count; f++)
         add_up_parts(&plan->functions[f]);
-    prepare_open(plan);
+    open_prepare(plan);
     plan_function(plan, &plan->prepare);
     list_parameters(plan);
 }
