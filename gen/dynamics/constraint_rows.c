@@ -1,6 +1,12 @@
 /*
- * Derivatives of expressions by the coordinates, and the rows of programme constraints: from residuals in
- * symbols to the terms of the motion equations (theory, sect. 6.1 to 6.3).
+ * Derivatives of expressions in symbols by the coordinates, for rows, forces and tangents; and the rows of
+ * programme constraints (theory, sect. 6.1 to 6.3).
+ *
+ * Input: expressions and the model's rows (residuals) of time, coordinates, rates and points. Output: the n
+ * derivatives by the coordinates' values, rates or accelerations; u, v, phi, psi, k. A point's symbol of
+ * order o depends on the coordinates' symbols of order o through the columns of C, at every order. One rule
+ * applies to all levels: d/dt of a symbol of order o is the symbol of order o + 1, at qdd = 0; the
+ * coefficients u are derivatives by the coordinates.
  */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"

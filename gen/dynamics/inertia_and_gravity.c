@@ -1,6 +1,8 @@
 /*
  * Mass matrix, bias forces, gravity and energy, from the tips inward (theory, sect. 4.5 to 4.11), and the
  * solution of M x = f with M written out.
+ *
+ * Input: kinematics. Each function is one recursion of theory, sect. 4 or 5, in the axes of each frame.
  */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"

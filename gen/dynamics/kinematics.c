@@ -1,4 +1,10 @@
-/* Kinematics from the base outward: rotations, velocities and bias accelerations of frames and points. */
+/*
+ * Kinematics from the base outward: rotations, velocities and bias accelerations of frames and points.
+ *
+ * Input: the tree. Output: expressions in each frame's own axes (theory, sect. 4.1 to 4.4). A bias
+ * acceleration is the acceleration at qdd = 0, sum_jk T_jk qd_j qd_k of theory, sect. 2.1. Points are in the
+ * ground frame.
+ */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
 
@@ -268,8 +274,7 @@ static void add_joint_motion(struct kinematics *k, int i) {
     struct graph *g = k->g;
     struct frame_motion *motion = &k->frames[i];
     const struct joint *joint = &k->tree->frames[i].joint;
-    const struct vector rate =
-        vector_scale(g, kinematics_coordinate_of(k, i, 1), vector_unit(joint->axis));
+    const struct vector rate = vector_scale(g, kinematics_coordinate_of(k, i, 1), vector_unit(joint->axis));
     const struct vector none = {{0, 0, 0}}, gyration = kinematics_gyroscopic(k, i, none);
     if (joint->is_revolute) {
         motion->bias_angular = vector_add(g, motion->bias_angular, gyration);

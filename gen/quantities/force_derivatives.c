@@ -98,7 +98,7 @@ static struct own_derivatives own_derivatives_of(const struct builder *b, int i,
     struct own_derivatives own = {.first = i, .count = 1};
     if (!b->applied_forces->has_springs)
         return own;
-    if (!element_strains_has(k, i)) {
+    if (!k->tree->frames[i].has_strains) {
         own.at[0] = expr_mul(k->g, expr_neg(k->g, factor), order ? joint->damping : joint->stiffness);
         return own;
     }
@@ -305,7 +305,7 @@ struct strain_derivatives force_derivatives_strains(const struct builder *b, dou
     struct strain_derivatives strains = {new_vectors(b->d, b->d->frames), new_vectors(b->d, b->d->frames),
                                          new_vectors(b->d, b->d->frames)};
     for (int i = -1; recursion_next_joint(b->d->g, b->d->kinematics.tree, &i);)
-        if (element_strains_has(&b->d->kinematics, i))
+        if (b->d->kinematics.tree->frames[i].has_strains)
             set_strains(b, i, sign, strains.rows, strains.columns, strains.damping);
     return strains;
 }

@@ -104,7 +104,7 @@ static expression spring_and_damper(const struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
     const struct joint *joint = &k->tree->frames[i].joint;
-    if (element_strains_has(k, i))
+    if (k->tree->frames[i].has_strains)
         return element_strains_force(k, i, given->is_resting ? STRAIN_ELASTIC : STRAIN_BOTH);
     const expression stretch = expr_sub(g, kinematics_coordinate_of(k, i, 0), joint->rest);
     const expression damper =
