@@ -211,14 +211,14 @@ struct plan {
     int parameter_count;
     int *anchored; /* the model's index of each parameter that `anchor` sets */
     int anchored_count;
-    expression *breaks;   /* times of known kinks: quantities.h */
+    expression *breaks;   /* times of known kinks: event_terms.c */
     expression *switches; /* values that change sign at other kinks */
     int break_count, switch_count;
     expression pace;                  /* largest angular frequency of the switches [rad/s] */
     struct requirement *requirements; /* of parameters that some function reads */
     expression *required;             /* for each requirement: whether it holds */
     int requirement_count;
-    expression *no_kinks; /* comparisons that are not kinks of the model: quantities.h */
+    expression *no_kinks; /* comparisons that are not kinks of the model: event_terms.c */
     int no_kink_count;
     struct function prepare;  /* its results are values of parameters alone, ascending */
     bool *is_statement;       /* scratch, by handle, of the function being planned or printed */

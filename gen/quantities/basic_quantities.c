@@ -246,6 +246,14 @@ void quantity_anchor(struct derivation *d, struct function *f) {
 
 /* ---- Spatial Jacobians ---- */
 
+/*
+ * The spatial Jacobian of points with `angular = true`: the quantities J and Jd_qd.
+ *
+ * Input: kinematics. Results: for each of these points, in their order, six rows: the velocity of the point,
+ * then the angular velocity of the body that carries it, both in ground axes, (rd, w) = J qd and (rdd, wd) =
+ * J qdd + Jd_qd. Theory, sect. 4.4.
+ */
+
 static int count_points(const struct derivation *d) {
     int count = 0;
     for (int p = 0; p < d->points; p++)

@@ -125,6 +125,15 @@ void quantity_event_terms(struct derivation *d, struct function *f) {
 
 /* ---- Times of kinks ---- */
 
+/*
+ * Times at which formulas of time alone have kinks or jumps: an integrator ends a step there.
+ *
+ * Input: the functions of a plan. Their minima, maxima, absolute values, comparisons and events have values
+ * that change sign. Those that depend on time, parameters and inputs alone are collected here. For values
+ * that are piecewise linear in t, plan->breaks has the zeros, as expressions without t. The other values are
+ * plan->switches, whose zeros are located during a motion; plan->pace is their largest frequency.
+ */
+
 enum {
     MOST_BREAKS = 1000, /* kinks in time that are reported */
     DEEPEST_KINK = 4    /* nested kinks that are examined */

@@ -1,4 +1,15 @@
-/* Derivatives of applied forces by q and qd, as entries and loops of a function: theory, sect. 7.3. */
+/*
+ * Derivatives of applied forces (tangent.h) by q and qd, as entries and as loops over arrays (plan.h):
+ * theory, sect. 7.3.
+ *
+ * Input: applied forces, and the motion at given accelerations. Adds to a function: entries of springs,
+ * dampers and forces on coordinates; products of arrays for forces at points that depend on the state;
+ * vectors for the loop over pairs, in which joints turn the columns of C.
+ *
+ * Joint j turns the columns of i beyond it: entry (i, j) gains e_j . rows_i, entry (j, i) gains e_j .
+ * columns_i. With the force F at C_i and the torque T on e_i, (e_j x C_i) . F = e_j . (C_i x F). Only nearer
+ * joints turn the axis of a torque, so that e_i x T appears in rows only.
+ */
 #include "gen/quantities/quantities.h"
 #include "gen/dynamics/dynamics.h"
 

@@ -74,7 +74,7 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
 /*
  * Lists kinks of formulas in coordinates and rates as model->kinks: the expressions that change sign at the
  * kinks of absolute values, minima, maxima and comparisons in forces, loads, energies and rows. The steps of
- * a motion end on them, as on events without a name. Kinks in time alone are in quantities.h.
+ * a motion end on them, as on events without a name. event_terms.c has kinks in time alone.
  */
 void state_kinks_list(struct memory *memory, struct model *model);
 

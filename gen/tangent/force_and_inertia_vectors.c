@@ -1,5 +1,13 @@
-/* The vectors from which exact derivatives by coordinates and rates are computed (theory, sect. 7.3 to
- * 7.6). */
+/*
+ * The vectors from which exact derivatives of M qdd - h - Q - u^T lambda by coordinates and rates, at given
+ * accelerations and multipliers, are computed in O(n^2).
+ *
+ * Input: the motion at given qdd. Output: vectors of each coordinate for the loops over pairs (plan.h):
+ * theory, sect. 7.3 to 7.6. The method is that of Singh, Russo and Wensing (IEEE RA-L 7, 2022), here with
+ * arms and velocities from the joints' own origins instead of spatial vectors about one point. With C_j,
+ * C_j', C_j'' the column of a mass element, M_ij = int C_i . C_j dm, and the derivative of row i of M qdd + c
+ * + g is 2 int C_i . C_j' dm by qd_j and int C_i . C_j'' dm + int dC_i/dq_j . (rdd - grav) dm by q_j.
+ */
 #include "gen/tangent/tangent.h"
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"

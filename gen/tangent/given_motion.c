@@ -1,7 +1,21 @@
-/* The motion at given accelerations, and its derivatives by one coordinate at a time. */
+/*
+ * The motion at given accelerations, and its derivatives by one coordinate at a time, while the accelerations
+ * of the coordinates stay the same: exact derivatives of the equations consist of them.
+ *
+ * Input: kinematics and accelerations by frame. Output: the accelerations of frames and points and, for an
+ * expression in symbols, its derivatives by q and qd (theory, sect. 7.1 and 7.2). The columns of C and their
+ * first two time derivatives suffice: a point's symbol of order i has the derivative (i over o)
+ * d^(i-o)C_j/dt^(i-o) by coordinate j's symbol of order o, since r = r(q, t) makes derivatives by q and by t
+ * commute.
+ */
 #include "gen/tangent/tangent.h"
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
+
+/* C_j, dC_j/dt and d2C_j/dt2 of one point or direction: one column for each frame. */
+struct column_rates {
+    struct vector *by_order[3];
+};
 
 static struct vector to_ground(const struct kinematics *k, int i, struct vector a) {
     return matrix_times(k->g, k->frames[i].rotation.at, a);
