@@ -9,6 +9,8 @@
 #include <math.h>
 #include <string.h>
 
+static const char *form_of(struct memory *memory, int function);
+
 /* ---- arguments: each function reads one and notes the first error ---- */
 
 static const struct value *argument(const struct module_call *call, int index) {
@@ -22,7 +24,7 @@ static void refuse_argument(struct module_call *call, int index, const char *nee
         call->fault = memory_format(memory, "rd.%s: argument %d is %s; must be %s, as in %s",
                                     module_function_name(memory, call->function), index + 1,
                                     value_kind_text(argument(call, index)->kind), needed,
-                                    module_form(memory, call->function));
+                                    form_of(memory, call->function));
 }
 
 static expression expression_argument(struct module_call *call, int index) {
@@ -492,7 +494,7 @@ const char *module_function_name(struct memory *memory, int function) {
     return name;
 }
 
-const char *module_form(struct memory *memory, int function) {
+static const char *form_of(struct memory *memory, int function) {
     static const char *const operands[] = {"", "(a)", "(a, b)", "(a, b, c)"};
     const char *form = function < FUNCTION_COUNT
                            ? functions[function].form
@@ -549,7 +551,7 @@ void module_run(struct module_call *call) {
         call->fault = memory_format(memory, "rd.%s: %d argument%s; must have %s%d, as in %s",
                                     module_function_name(memory, call->function), call->argument_count,
                                     call->argument_count == 1 ? "" : "s", is_operation ? "" : "at most ",
-                                    most, module_form(memory, call->function));
+                                    most, form_of(memory, call->function));
     else if (is_operation)
         run_operation(call, operation);
     else

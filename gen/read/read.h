@@ -10,11 +10,6 @@
 #ifndef REFDYN_GEN_READ_H
 #define REFDYN_GEN_READ_H
 
-#include <stdbool.h>
-
-#include "gen/base/base.h"
-#include "gen/graph/graph.h"
-#include "gen/model/model.h"
 #include "gen/tree/tree.h"
 
 /* ---- names ---- */
@@ -39,13 +34,10 @@ struct setting {
     const char *name, *value;
 };
 
-/* Kinds of Lua files. Each has its own functions in rd. */
-enum file_kind { FILE_MODEL, FILE_SWEEP };
-
 struct read_request {
     const char *file;
-    enum file_kind kind;
-    const struct setting *settings; /* --set NAME=VALUE; the last one of a name is used */
+    enum file_kind { FILE_MODEL, FILE_SWEEP } kind; /* each has its own functions in rd */
+    const struct setting *settings;                 /* --set NAME=VALUE; the last one of a name is used */
     int setting_count;
     bool fold; /* parameters become numbers, except for anchored ones */
     enum accelerations accelerations;
@@ -54,11 +46,9 @@ struct read_request {
 
 struct script;
 
-/*
- * Opens the file and runs it up to the table that it returns. NULL after an error that ends the reading;
+/* Opens the file and runs it up to the table that it returns. NULL after an error that ends the reading;
  * other errors are in `messages` only. The script is never closed: its memory is released with `memory`, and
- * no code of the model runs then.
- */
+ * no code of the model runs then. */
 struct script *script_open(struct memory *memory, struct graph *graph, const struct read_request *request,
                            struct messages *messages);
 /* Fills the model in the first of its two steps (model.h). After errors the model has harmless values for
@@ -71,18 +61,13 @@ void read_programme(struct script *script, const struct tree *tree, struct model
 void check_scene(const struct model *model, struct messages *messages);
 void check_programme(const struct model *model, const struct tree *tree, struct messages *messages);
 
-/*
- * Lists kinks of formulas in coordinates and rates as model->kinks: the expressions that change sign at the
- * kinks of absolute values, minima, maxima and comparisons in forces, loads, energies and rows. The steps of
- * a motion end on them, as on events without a name. event_terms.c has kinks in time alone.
- */
+/* Lists kinks of formulas in coordinates and rates as model->kinks. */
 void state_kinks_list(struct memory *memory, struct model *model);
 
 /* ---- sources ---- */
 
 struct source_file {
-    const char *path;
-    const char *text;
+    const char *path, *text;
     size_t length;
 };
 
@@ -109,8 +94,6 @@ enum value_kind {
     VALUE_TABLE,
     VALUE_GROUP /* parameters, or a part of the state: something with named values */
 };
-
-struct value_field;
 
 /* A Lua value with its file and line. List items are in order, named entries are sorted by name. */
 struct value {
@@ -171,14 +154,11 @@ void fields_refuse_name(const struct checker *checker, struct place place, const
 
 /* ---- tables of cases ---- */
 
-/* Kinds of values of a column. */
-enum case_values { CASES_NUMBERS, CASES_WHOLE, CASES_TRUTHS, CASES_TEXTS };
-
 /* The values of one name in all cases. */
 struct case_column {
     const char *name;
     struct place place;
-    enum case_values kind;
+    enum case_values { CASES_NUMBERS, CASES_WHOLE, CASES_TRUTHS, CASES_TEXTS } kind;
     double *values;     /* (count) numbers; of truths 0 or 1; of texts the index in `texts` */
     const char **texts; /* (text_count) of CASES_TEXTS */
     int text_count;

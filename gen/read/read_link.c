@@ -357,7 +357,7 @@ static void read_listed(const struct reader *reader, const struct value *table, 
                         struct solid *solid) {
     solid->placement = placement_identity();
     for (size_t i = 0; i < sizeof shape_rules / sizeof *shape_rules; i++) {
-        if (!fields_has_tag(table, fields_owner_tag(shape_rules[i].owner)))
+        if (!fields_has_tag(table, owner_rules[shape_rules[i].owner].tag))
             continue;
         read_shape(reader, &shape_rules[i], table, path, solid);
         return;
@@ -544,7 +544,7 @@ static const struct limits *read_limit(const struct reader *reader, const struct
                               .force = limit_of(table, FIELD_LIMITS_force, INFINITY)};
     if (table->field_count + table->item_count == 0)
         message_error(reader->check.messages, table->place, "%s: empty; write %s", path,
-                      owner_form(OWNER_LIMITS));
+                      owner_rules[OWNER_LIMITS].form);
     else if (isfinite(limits->from) && isfinite(limits->to) && !(limits->from < limits->to))
         message_error(reader->check.messages, table->place, "%s: from %.15g to %.15g; the range must ascend",
                       path, limits->from, limits->to);

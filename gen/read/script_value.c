@@ -257,7 +257,7 @@ static void convert_table(lua_State *L, int index, int depth, struct value *valu
     luaL_checkstack(L, 8, "tables nested too deeply");
     value->kind = VALUE_TABLE;
     if (table >= 0)
-        value->place = (struct place){script->lines.tables[table].file, script->lines.tables[table].line};
+        value->place = source_lines_of_table(&script->lines, table);
     script_get_note(L, script->tags, index);
     if (lua_type(L, -1) == LUA_TSTRING)
         value->tag = memory_text(script->memory, lua_tostring(L, -1));

@@ -8,6 +8,8 @@
 
 /* ---- markers: points and directions that formulas need in addition to the points of interest ---- */
 
+/* Each is made once and read by its symbols. A place on the ground is constant and needs no marker. */
+
 struct attachment markers_ground_attachment(void) {
     return (struct attachment){.link = -1, .placement = placement_identity()};
 }
@@ -84,6 +86,12 @@ struct vector markers_direction_vector(struct model *model, const struct attachm
 }
 
 /* ---- names of the state and of parameters ---- */
+
+/*
+ * s.t  s.q.NAME  s.qd.NAME  s.qdd.NAME  s.points.NAME.x ... zdd  s.points.NAME.axes.x.x ... zdd
+ * s.axes.LINK.x.x ... zdd  s.points.NAME.wx ... wzd  s.axes.LINK.wx ... wzd  s.inputs.NAME  s.start.<the
+ * same>  p.NAME
+ */
 
 static struct view_result no_field(const struct view_names *names, const char *path, const char *field,
                                    const char *kind, const char *const *known, int count) {
@@ -321,6 +329,12 @@ struct view_result state_symbols_field(const struct view_names *names, struct vi
 }
 
 /* ---- kinks of formulas in coordinates and rates ---- */
+
+/*
+ * Kinks are the expressions that change sign at the kinks of absolute values, minima, maxima and comparisons
+ * in forces, loads, energies and rows. The steps of a motion end on them, as on events without a name.
+ * event_terms.c has kinks in time alone.
+ */
 
 enum { MOST_KINKS = 100 }; /* with more of them, their location costs more than small steps */
 

@@ -12,12 +12,6 @@
 #include <math.h>
 #include <string.h>
 
-/* An element of a beam: the frame that carries it, and its beginning along the beam. */
-struct element {
-    struct fixed_frame at;
-    expression start; /* [m] from the beam's root */
-};
-
 /* An element or a solid on a frame. */
 struct part {
     int link, frame; /* link: an element's beam, or what a solid is welded to */

@@ -67,10 +67,16 @@ struct fixed_frame {
     struct placement placement;
 };
 
+/* An element of a beam: the frame that carries it, and its beginning along the beam. */
+struct element {
+    struct fixed_frame at;
+    expression start; /* [m] from the beam's root */
+};
+
 /* Where links and points attach: the frame that carries them, and their placement in it. */
 struct carrier {
     struct fixed_frame base, tip; /* the link's own frame (a beam's first element) and a beam's end */
-    struct element *elements;     /* of a beam: private to tree.c */
+    struct element *elements;     /* of a beam */
     int element_count;
 };
 
