@@ -11,23 +11,14 @@
 #include "gen/plan/plan.h"
 #include "gen/tangent/tangent.h"
 
-/* ---- The table: quantities.def explains its columns ---- */
+/* ---- The table ---- */
 
-enum quantity_use { BY_DEFAULT, IF_PRESENT, ALWAYS, ON_REQUEST, IN_BLOCKS };
-enum quantity_readers { ANY, RUNTIME };
 struct derivation;
 /* The function that fills the arrays of each quantity. */
 #define QUANTITY(name, about, exists, lacks, use, readers) \
     void quantity_##name(struct derivation *d, struct function *f);
 #include "gen/quantities/quantities.def"
 #undef QUANTITY
-
-/* asked_words.c: returns whether `name` is one of the comma-separated words of `list`. */
-bool quantities_is_in_list(const char *list, const char *name);
-/* The word for the form of the tangent that needs fewer operations. */
-extern const char quantities_implicit[];
-/* "d_qdd.q" */
-const char *quantities_block_word(struct memory *memory, const char *quantity, int block);
 
 /* ---- Shared terms of one model, each derived when first requested ---- */
 
