@@ -1,9 +1,6 @@
 /*
- * Foundations of the generator. Parts, in reading order:
- *   memory    an arena with bounds, and a stack of scratch
- *   messages  about a model, with file and line, collected and sorted
- *   text      growing texts, numbers to and from text, texts of authors as C
- *   UTF-8     characters, and those that are mistaken for ASCII
+ * Foundations of the generator. Parts, in reading order: memory; messages about a model; texts, numbers and
+ * UTF-8.
  */
 #ifndef REFDYN_GEN_BASE_H
 #define REFDYN_GEN_BASE_H

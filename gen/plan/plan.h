@@ -258,8 +258,8 @@ void plan_set_frame(struct memory *memory, const struct tree *tree, struct funct
 /* quantities.c: lists the functions of all requested quantities (`emit` as in gen_plan). Returns false if
  * the scene has none of them. */
 bool quantities_list_functions(struct plan *plan, const char *emit);
-/* Returns `emit` with each word for several quantities replaced by their names, and marks
- * in the plan what else these words request. */
+/* Returns `emit` with each word for several quantities replaced by their names, and marks in the plan what
+ * else these words request. */
 const char *quantities_of_words(struct plan *plan, const char *emit);
 /* The function whose parts `before` q, qd, t, x and p are all derivatives of a quantity; NULL: there is
  * none. */

@@ -1,18 +1,13 @@
 /*
- * Reads model files, for the rest of the program. Parts, in reading order:
- *   names        identifiers that reach C
- *   model files  from a Lua file to the model, and its checks
- *   sources      the Lua files of a model
- *   values       Lua values in plain C, for files of other kinds
- *   fields       messages about values
- *   tables       of cases, whose derived columns a Lua function computes
+ * Reads model files, for the rest of the program. Parts, in reading order: names; model files; sources;
+ * values; fields; tables of cases.
  */
 #ifndef REFDYN_GEN_READ_H
 #define REFDYN_GEN_READ_H
 
 #include "gen/tree/tree.h"
 
-/* ---- names ---- */
+/* ---- names: identifiers that reach C ---- */
 
 /* A name that reaches C as a member of a struct, in a function's name or in a file's name. */
 struct named {
@@ -27,7 +22,7 @@ void names_check_members(struct messages *messages, const char *kind, const stru
 /* The model's name begins the names of its files and functions, which must not be those of the system. */
 void names_check_model(struct messages *messages, struct named named);
 
-/* ---- model files ---- */
+/* ---- model files: from a Lua file to the model, and its checks ---- */
 
 /* A value of the command line for an option or a parameter of the model: --set NAME=VALUE. */
 struct setting {
@@ -77,11 +72,10 @@ struct sources {
     int count, capacity;
     size_t length; /* of all */
 };
-
 /* The files that a script was read from. They outlive the script. */
 const struct sources *script_sources(const struct script *script);
 
-/* ---- values ---- */
+/* ---- values of Lua in plain C, for files of other kinds ---- */
 
 enum value_kind {
     VALUE_NOTHING,
@@ -124,7 +118,7 @@ const char *value_kind_text(enum value_kind kind);
 /* The entry of this name, or NULL. */
 const struct value *value_find_field(const struct value *table, const char *name);
 
-/* ---- fields ---- */
+/* ---- fields: messages about values ---- */
 
 /* What checks of values use. */
 struct checker {
@@ -152,7 +146,7 @@ bool field_types_has_no_items(const struct checker *checker, const struct value 
 void fields_refuse_name(const struct checker *checker, struct place place, const char *path, const char *fact,
                         const char *name, const char *const *known, int count);
 
-/* ---- tables of cases ---- */
+/* ---- tables of cases, whose derived columns a Lua function computes ---- */
 
 /* The values of one name in all cases. */
 struct case_column {

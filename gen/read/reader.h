@@ -1,13 +1,6 @@
 /*
- * Shared by the files that read models. Parts, in reading order:
- *   lua_source.c       files, tokens, lines of tables; lint.c: mistakes in a source
- *   work_limits.c      memory and work of Lua
- *   script.c           runs a file in the sandbox; only the files script*.c know Lua
- *   module.c           functions of rd
- *   declarations.c     options, parameters, inputs, settings
- *   state_symbols.c    names in formulas, markers
- *   fields.c           values and the table of fields; their checks are in check_fields.c
- *   read_model.c       from values to the model, with the other files read_*.c; warnings.c: doubtful values
+ * Shared by the files that read models. Parts, in reading order: files and tokens of Lua; work; scripts, the
+ * functions of rd and what a file declares; symbols of formulas; fields; the readers of each part of a model.
  */
 #ifndef REFDYN_GEN_READER_H
 #define REFDYN_GEN_READER_H
@@ -61,7 +54,7 @@ struct place source_lines_of_table(const struct source_lines *lines, int table);
 /* Line of entry `name` (if NULL: of list item `index`) in table number `table`; 0 if unknown. */
 int source_lines_of_entry(const struct source_lines *lines, int table, const char *name, int index);
 
-/* ---- lint.c ---- */
+/* ---- lint.c: mistakes in a source ---- */
 
 /* Warns of mistakes that Lua accepts without an error. */
 void lint_source(struct memory *memory, struct messages *messages, const char *file, const char *source,
@@ -73,7 +66,7 @@ bool lint_characters(struct memory *memory, struct messages *messages, const cha
 /* Advice to follow Lua's message `text` about syntax of other languages; "" if there is none. */
 const char *lint_advice(const char *text);
 
-/* ---- work_limits.c ---- */
+/* ---- work_limits.c: memory and work of Lua ---- */
 
 /* Work that a model's Lua has done so far. */
 struct work {
@@ -110,7 +103,7 @@ struct pool {
 /* Lua's allocator: `old` bytes at `data` become `size` bytes. NULL if memory is short or size is 0. */
 void *pool_resize(struct pool *pool, void *data, size_t old, size_t size);
 
-/* ---- script.c (script_open and others are in read.h) ---- */
+/* ---- script.c: runs a file in the sandbox; only the files script*.c know Lua ---- */
 
 struct declarations *script_declarations(struct script *script);
 struct messages *script_messages(struct script *script);
@@ -121,7 +114,7 @@ void script_set_names(struct script *script, struct model *model, const char *co
  * messages. */
 bool script_call(struct script *script, const struct value *function, const char *name, struct value *result);
 
-/* ---- module.c ---- */
+/* ---- module.c: the functions of rd ---- */
 
 /* A call of a function of `rd`. */
 struct module_call {
@@ -148,9 +141,9 @@ bool module_makes(const char *name);
 const char *module_unknown(struct memory *memory, const char *name);
 void module_run(struct module_call *call);
 
-/* ---- declarations.c ---- */
+/* ---- declarations.c: options, parameters and inputs ---- */
 
-/* Options, parameters and inputs as the file declares them, with the settings (--set) applied. A name may be
+/* As the file declares them, with the settings (--set) applied. A name may be
  * declared once within its kind; check_model.c reports doubles. */
 struct declarations {
     struct memory *memory;
@@ -200,25 +193,12 @@ void declarations_refuse_unknown_settings(const struct declarations *declaration
 
 /* ---- state_symbols.c: what the author's functions see as `s`, and the model as `p`; markers ---- */
 
-/* Something with named fields. `order` is the time derivative of coordinates, `index` the number of a point,
- * direction or link. */
+/* Something with named fields; its members are private to state_symbols.c. */
 struct view {
-    enum view_kind {
-        VIEW_PARAMETERS,
-        VIEW_STATE,
-        VIEW_COORDINATES,
-        VIEW_POINTS,
-        VIEW_POINT,
-        VIEW_INPUTS,
-        VIEW_AXES, /* by link */
-        VIEW_AXES_OF_POINT,
-        VIEW_AXES_OF_LINK,
-        VIEW_AXES_OF_TIP,
-        VIEW_DIRECTION
-    } kind;
-    int order, index;
+    int kind, order, index;
     bool at_start;
 };
+extern const struct view view_of_state, view_of_parameters;
 
 /* The names that a view can have as fields. */
 struct view_names {
@@ -235,7 +215,6 @@ struct view_result {
     const char *fault; /* NULL, or an error message */
     bool is_reported;  /* the same error has been reported before */
 };
-
 struct view_result state_symbols_field(const struct view_names *names, struct view view, const char *field);
 
 struct attachment markers_ground_attachment(void);
@@ -353,7 +332,7 @@ void fields_get_vector(const struct checker *checker, const struct value *table,
 void fields_check(const struct checker *checker, const struct value *table, enum owner owner,
                   const char *path);
 
-/* ---- read_model.c, read_result.c ---- */
+/* ---- read_model.c and read_result.c: from values to the model ---- */
 
 /* What the files read_*.c share. Each reads values of the file and fills its part of the model. */
 struct reader {
@@ -411,7 +390,7 @@ void read_solids(const struct reader *reader, const struct value *table, const c
 void read_joints(const struct reader *reader, const struct value *table, const char *path, struct link *link);
 void read_beam(const struct reader *reader, const struct value *table, const char *path, struct beam *beam);
 
-/* ---- read_forces.c, read_constraints.c, read_events.c, warnings.c ---- */
+/* ---- read_forces.c, read_constraints.c and read_events.c; warnings.c: doubtful values ---- */
 
 void read_forces(const struct reader *reader, const struct value *result);
 void read_courses(const struct reader *reader, const struct value *table);

@@ -327,7 +327,7 @@ void script_push_value(lua_State *L, const struct value *value) {
         lua_pushinteger(L, value->curve);
         lua_pushcclosure(L, call_curve, 1);
     } else if (value->kind == VALUE_GROUP)
-        script_push_view(L, (struct view){.kind = VIEW_PARAMETERS});
+        script_push_view(L, view_of_parameters);
     else if (value->kind == VALUE_TEXT)
         lua_pushstring(L, value->text);
     else if (value->kind == VALUE_BOOLEAN)

@@ -88,10 +88,29 @@ struct vector markers_direction_vector(struct model *model, const struct attachm
 /* ---- names of the state and of parameters ---- */
 
 /*
+ * The names:
  * s.t  s.q.NAME  s.qd.NAME  s.qdd.NAME  s.points.NAME.x ... zdd  s.points.NAME.axes.x.x ... zdd
  * s.axes.LINK.x.x ... zdd  s.points.NAME.wx ... wzd  s.axes.LINK.wx ... wzd  s.inputs.NAME  s.start.<the
  * same>  p.NAME
  */
+
+/* The kinds of a view. Its `order` is the time derivative of coordinates, `index` the number of a point,
+ * direction or link. */
+enum view_kind {
+    VIEW_PARAMETERS,
+    VIEW_STATE,
+    VIEW_COORDINATES,
+    VIEW_POINTS,
+    VIEW_POINT,
+    VIEW_INPUTS,
+    VIEW_AXES, /* by link */
+    VIEW_AXES_OF_POINT,
+    VIEW_AXES_OF_LINK,
+    VIEW_AXES_OF_TIP,
+    VIEW_DIRECTION
+};
+
+const struct view view_of_state = {.kind = VIEW_STATE}, view_of_parameters = {.kind = VIEW_PARAMETERS};
 
 static struct view_result no_field(const struct view_names *names, const char *path, const char *field,
                                    const char *kind, const char *const *known, int count) {
@@ -305,7 +324,7 @@ static struct view_result input_field(const struct view_names *names, struct vie
 }
 
 struct view_result state_symbols_field(const struct view_names *names, struct view view, const char *field) {
-    switch (view.kind) {
+    switch ((enum view_kind)view.kind) {
     case VIEW_PARAMETERS:
         return parameter_field(names, field);
     case VIEW_STATE:
