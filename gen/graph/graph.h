@@ -43,8 +43,7 @@ struct symbol {
         SYMBOL_POINT,      /* index: 3 * point + axis, order 0..2, ground frame */
         SYMBOL_MULTIPLIER, /* index: row; lambda in the programme forces u^T lambda */
         SYMBOL_START, /* index: handle of a coordinate, point or time symbol; its value at a motion's start */
-        SYMBOL_ELEMENT, /* index: frame of a run (tree.h), order 0..2: the coordinate of the current element
-                         */
+        SYMBOL_ELEMENT, /* index: frame of a run (tree.h), order 0..2: coordinate of the current element */
         SYMBOL_LAST,    /* index: run; 1 in its last element, 0 in the others */
         SYMBOL_CARRIED, /* index: slot; its value at the beginning of an iteration */
         SYMBOL_FINAL    /* index: slot; its value after the loop */
@@ -94,8 +93,7 @@ struct spline {
 };
 enum { PIECE_COLUMNS = 5, SPLINE_ORDERS = 4 }; /* derivatives of order 0 to 3 */
 
-/* Value of `loop` for a symbol that every loop over its run may read. */
-enum { ANY_LOOP = 0xFFFF };
+enum { ANY_LOOP = 0xFFFF }; /* value of `loop` for a symbol that every loop over its run may read */
 
 /* A line for the reader of the emitted C: describes the nodes from handle `from` on. */
 struct remark {
@@ -168,7 +166,6 @@ const struct slot *graph_as_slot(const struct graph *g, expression e);
 /* A spline through samples; the knots must ascend; count >= 2. */
 struct spline spline_through(struct memory *memory, const double *knots, const double *values, int count);
 double spline_value(const struct spline *spline, double at, int order);
-
 /* The same as an entry of the graph; returns its number. */
 int graph_add_spline(struct graph *g, const double *knots, const double *values, int count);
 expression expr_spline(struct graph *g, int table, expression at);
@@ -183,19 +180,16 @@ bool expr_is_number(const struct graph *g, expression e, double *value);  /* val
 const struct symbol *expr_as_symbol(const struct graph *g, expression e); /* NULL if e is not a symbol */
 /* A value keeps the first name that it receives. `text` must live as long as the graph. */
 void graph_name_value(struct graph *g, expression e, const char *text);
-
 /* Names a value "OWNER_WHAT", or "shared_WHAT" if it already has another owner: a value that several
  * bodies, links or rows share is named after none of them. */
 void graph_name_shared(struct graph *g, expression e, const char *owner, const char *what);
-
 /* Starts a section of the graph with a remark. `text` must live as long as the graph. */
 void graph_remark(struct graph *g, const char *text);
 /* The section that contains e: the last remark before it, or NULL. */
 const char *graph_remark_of(const struct graph *g, expression e);
 
 int operation_arity(enum operation operation);
-/* Returns whether the operator is RATE_GAIN or POSITION_GAIN. */
-bool operation_is_gain(enum operation operation);
+bool operation_is_gain(enum operation operation); /* RATE_GAIN or POSITION_GAIN */
 const char *operation_text(enum operation operation);
 enum cost operation_cost(enum operation operation);
 double operation_value(enum operation operation, double a, double b, double c);

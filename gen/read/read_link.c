@@ -9,7 +9,12 @@
 #include <stddef.h>
 #include <string.h>
 
-const struct place_fields link_place = {FIELD_LINK_on, FIELD_LINK_along, FIELD_LINK_at, FIELD_LINK_turn};
+/* The fields of a table that describe a place. */
+struct place_fields {
+    enum field on, along, at, turn;
+};
+static const struct place_fields link_place = {FIELD_LINK_on, FIELD_LINK_along, FIELD_LINK_at,
+                                               FIELD_LINK_turn};
 static const struct place_fields point_place = {FIELD_POINT_on, FIELD_POINT_along, FIELD_POINT_at,
                                                 FIELD_POINT_turn};
 static const struct place_fields axis_place = {FIELD_AXIS_on, FIELD_AXIS_along, FIELD_AXIS_at,
@@ -181,9 +186,10 @@ static void read_along(const struct reader *reader, const struct value *along, c
     read_require(reader, requirement_along(at->along, beam_length(reader, &link->beam)), path, along->place);
 }
 
-bool read_attachment(const struct reader *reader, const struct value *table,
-                     const struct place_fields *fields, const char *path, bool may_be_point,
-                     struct attachment *at) {
+/* `may_be_point`: `on` may name a point of interest. */
+static bool read_attachment(const struct reader *reader, const struct value *table,
+                            const struct place_fields *fields, const char *path, bool may_be_point,
+                            struct attachment *at) {
     const struct checker *check = &reader->check;
     const struct value *on = fields_get(table, fields->on), *along = fields_get(table, fields->along);
     struct placement own = placement_identity();
@@ -196,6 +202,11 @@ bool read_attachment(const struct reader *reader, const struct value *table,
     read_turns(reader, fields_get(table, fields->turn), &own);
     at->placement = placement_compose(check->graph, &at->placement, &own);
     return is_found;
+}
+
+bool read_carrier(const struct reader *reader, const struct value *table, const char *path,
+                  struct attachment *at) {
+    return read_attachment(reader, table, &link_place, path, false, at);
 }
 
 bool read_place(const struct reader *reader, const struct value *value, const char *path, bool may_be_point,

@@ -361,17 +361,10 @@ void read_entries(const struct reader *reader, const struct value *list, const c
 
 /* ---- read_link.c, read_beam.c ---- */
 
-/* The fields of a table that describe a place; FIELD_COUNT for a field that the table does not have. */
-struct place_fields {
-    enum field on, along, at, turn;
-};
-extern const struct place_fields link_place;
-
-/* The next three return false if the place is unknown. `may_be_point`: `on` may name a point of interest. */
-bool read_attachment(const struct reader *reader, const struct value *table,
-                     const struct place_fields *fields, const char *path, bool may_be_point,
-                     struct attachment *at);
-/* The name of a link or point, or a table of OWNER_POINT. */
+/* The next three return false if the place is unknown. The first reads where a link is attached. */
+bool read_carrier(const struct reader *reader, const struct value *table, const char *path,
+                  struct attachment *at);
+/* The name of a link or, if `may_be_point`, of a point of interest, or a table of OWNER_POINT. */
 bool read_place(const struct reader *reader, const struct value *value, const char *path, bool may_be_point,
                 struct attachment *at);
 /* The field `field` of `table`: a place or the name of one. */

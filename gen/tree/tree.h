@@ -10,22 +10,14 @@
 
 #include "gen/model/model.h"
 
-/*
- * Frame i belongs to coordinate i. Its parent has a smaller index; -1 is the ground. T_i = T_p A_i D_i(q_i):
- * theory, sect. 2.1.
- */
 struct vector {
     expression at[3];
 };
-
-/* A symmetric 3 x 3 tensor in the order xx yy zz xy xz yz. */
 struct tensor {
-    expression at[6];
+    expression at[6]; /* symmetric, 3 x 3, in the order xx yy zz xy xz yz */
 };
-
-/* Any 3 x 3 matrix, row-major. */
 struct matrix {
-    expression at[9];
+    expression at[9]; /* 3 x 3, row-major */
 };
 
 /* Inertia about the frame's origin, along its axes. Together with the mass these are the entries of the
@@ -43,6 +35,8 @@ enum kept_axes { AXES_TURNED, AXES_KEPT_AFTER, AXES_KEPT };
 /* ENTRY and EXIT enclose the frames of one element of a run. They have no joint. */
 enum frame_kind { FRAME_JOINT, FRAME_ENTRY, FRAME_EXIT };
 
+/* Frame i belongs to coordinate i. Its parent has a smaller index; -1 is the ground. T_i = T_p A_i D_i(q_i):
+ * theory, sect. 2.1. */
 struct frame {
     const char *name; /* of the coordinate: base_z, arm_psi, arm_psi_1 ... */
     int parent;
@@ -104,10 +98,8 @@ void tree_expand(struct memory *memory, const struct model *model, struct tree *
 void tree_place_points(struct memory *memory, const struct model *model, struct tree *tree);
 int tree_find_coordinate(const struct tree *tree, const char *name); /* -1: none */
 const char **tree_coordinate_names(struct memory *memory, const struct tree *tree);
-
 /* "local z", or "(0, 0.6, 0.8)" in the link's axes, for the present values of parameters. */
 const char *joint_axis_text(struct memory *memory, const struct model *model, const struct joint *joint);
-
 /* The tree with kept axes wherever possible; the tree itself if there are none. */
 const struct tree *parallel_axes_keep(struct memory *memory, const struct tree *tree, enum kept_axes axes);
 
@@ -141,11 +133,9 @@ struct recursion recursion_over(struct memory *memory, struct graph *g, const st
 bool recursion_outward(struct recursion *recursion, int *i);
 /* The same inward; begin with *i = tree->count. */
 bool recursion_inward(struct recursion *recursion, int *i);
-
 /* The next frame with a joint, outward from *i = -1; in runs inside a loop. The caller must go through the
  * tree to its end. */
 bool recursion_next_joint(struct graph *g, const struct tree *tree, int *i);
-
 /* A sum over all frames with a joint and all elements: its terms, beginning with *i = -1, and their total. */
 struct recursion recursion_sum(struct memory *memory, struct graph *g, const struct tree *tree);
 bool recursion_next_term(struct recursion *sum, int *i);
