@@ -288,8 +288,6 @@ struct angle_range {
 struct angle_range angles_range(const struct plan *plan, const struct function *function);
 /* Returns whether a node is the sine or cosine of a coordinate alone. */
 bool angles_is_plain(const struct plan *plan, expression e);
-/* Finds the coordinates in the pass over angles. */
-void angles_find(const struct plan *plan, struct function *function);
 /* Returns whether every loop computes the value again instead of reading it: a result of the pass, or a
  * choice of one of two constants. */
 bool angles_is_repeated(const struct plan *plan, const struct function *function, expression e);
