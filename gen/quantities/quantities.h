@@ -213,7 +213,8 @@ void force_derivatives_add_product(struct builder *b, int target, int left, int 
 
 /* ---- Rules for parameters, spatial Jacobians, times of kinks ---- */
 
-/* Lists the rules of the quantity `required` in the plan. Call it after all other functions are listed. */
+/* Lists the rules of the quantity `required`, which the runtime evaluates before a motion. Call it after all
+ * other functions are listed. */
 void required_values_find(struct derivation *d);
 bool required_values_exist(const struct derivation *d);
 bool spatial_jacobian_exists(const struct derivation *d);
