@@ -5,10 +5,7 @@
 #ifndef REFDYN_GEN_GEN_H
 #define REFDYN_GEN_GEN_H
 
-#include "gen/base/base.h"
-#include "gen/model/model.h"
 #include "gen/read/read.h"
-#include "gen/tree/tree.h"
 
 #include <setjmp.h>
 #include <stdio.h>
@@ -20,8 +17,7 @@ struct generation {
     struct graph graph;
     struct messages messages;
     struct model model;
-    struct tree tree,
-        rolled; /* the tree of frames, as read and with runs of equal elements rolled (tree.h) */
+    struct tree tree, rolled; /* as read, and with runs of equal elements rolled (tree.h) */
     struct plan *plan;
     const char *emit; /* the requested quantities, as in gen_plan */
     bool has_lanes;   /* set before gen_plan: also emit the files for lanes */
@@ -57,13 +53,12 @@ void gen_print_summary(const struct generation *generation, FILE *out);
 /* Prints the tree of links, coordinates, constraints and parameters, as `refdyn check` shows it. */
 void gen_print_model(const struct generation *generation, FILE *out);
 void gen_release(struct generation *generation);
-
 /* The place in the model's files of the requirement with that number in the emitted table. */
 struct place gen_requirement_place(const struct generation *generation, int number);
 
-/* The files of the emitted C, as text. */
 /* Returns whether it is the name of a file for lanes. */
 bool gen_is_for_lanes(const char *name);
+/* The files of the emitted C, as text. */
 struct emitted_file {
     const char *name; /* without folder */
     const char *text;
@@ -98,11 +93,8 @@ struct result_part gen_result_part(const struct generation *generation, int func
 /* All existing quantities, whether the scene has them or not, by number from 0; NULL: there are no more. */
 const char *gen_quantity(int number);
 
-/*
- * The interpreter of the plan: the judge of the emitted C. The arguments are those of the emitted function; p
- * begins with the parameters, and the interpreter computes the derived values. Returns 0 if the function
- * exists.
- */
+/* The interpreter of the plan: the judge of the emitted C. The arguments are those of the emitted function; p
+ * begins with the parameters, and the interpreter computes the derived values. 0 if the function exists. */
 int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x,
                   double t, const double *q, const double *qd, double *out);
 

@@ -1,9 +1,6 @@
 /*
- * Foundations of the generator. Parts, in reading order:
- *   memory    an arena with bounds, and a stack of scratch
- *   messages  about a model, with file and line, collected and sorted
- *   text      growing texts, numbers to and from text, texts of authors as C
- *   UTF-8     characters, and those that are mistaken for ASCII
+ * Foundations of the generator. Parts, in reading order: memory; messages about a model; texts, numbers and
+ * UTF-8.
  */
 #ifndef REFDYN_GEN_BASE_H
 #define REFDYN_GEN_BASE_H
@@ -11,19 +8,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/*
- * Memory of the generator: one arena a run.
- *
- * It provides zeroed memory that lives until memory_release, and a stack of zeroed scratch. If a request
- * cannot be met, `fail` is called, so that no caller checks for NULL. `fail` must not return: it jumps back
- * to gen_* or, while Lua runs, raises a Lua error. `bound` limits all blocks together, so that a model that
- * needs more is refused at the same place on each machine. `work_bound` does the same for work, which is
- * counted and not timed. `allowance` counts allocations down and fails at zero, so that a test can make each
- * one fail.
- */
-
-struct memory_block;
-
+/* Memory of the generator: one arena a run, which memory_release frees, and a stack of scratch, all zeroed.
+ * If a request cannot be met, `fail` is called, so that no caller checks for NULL. */
 struct memory {
     struct memory_block *blocks, *scratch;
     size_t taken, bound;         /* bytes of all blocks, and their bound; 0: no bound */
@@ -59,14 +45,10 @@ char *memory_format(struct memory *memory, const char *format, ...) __attribute_
 void memory_release(struct memory *memory);
 
 /*
- * Messages about a model, collected so that one run reports them all.
- *
- * Each is one line `FILE:LINE: subject: fact; what to do`, or `FILE: subject ...` if it concerns no line. The
- * text of a warning starts with `warning: `. A message is one line that can be shown, whatever the author's
- * texts and file names contain. After MESSAGES_BOUND messages no more are kept, and an error ends the reading
- * by memory.fail.
+ * Messages about a model, collected so that one run reports them all. Each is one line that can be shown,
+ * `FILE:LINE: subject: fact; what to do`, or `FILE: subject ...` if it concerns no line. After MESSAGES_BOUND
+ * messages no more are kept, and an error ends the reading by memory.fail.
  */
-
 enum { MESSAGES_BOUND = 1000 };
 
 /* A line of a model file. Line 0 means the file as a whole. */
@@ -94,31 +76,23 @@ void message_error(struct messages *messages, struct place place, const char *fo
     __attribute__((format(printf, 3, 4)));
 void message_warning(struct messages *messages, struct place place, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-
-/*
- * Whether the author's text is a line that files and comments can contain as it is. It must be UTF-8 without
- * control characters, and without characters that turn the direction of reading and so hide what the text
- * says. Reports an error if it is not.
- */
+/* Whether the author's text is a line that files and comments can contain as it is: UTF-8 without control
+ * characters, and without characters that turn the direction of reading and so hide what the text says.
+ * Reports an error if it is not. */
 bool message_is_one_line(struct messages *messages, struct place place, const char *what, const char *text,
                          size_t length);
 /* The text with escapes of Lua for all other characters, and shortened if it is very long. */
 const char *message_safe_text(struct memory *memory, const char *text, size_t length);
-
 /* The name of the first character that is not ASCII, and what to write instead. NULL if all are ASCII. */
 const char *message_beyond_ascii(struct memory *memory, const char *text, size_t length,
                                  const char **instead);
-
 /* Advice for a text that is not a number, such as "; write 0.5" for "0,5"; "" if there is none. */
 const char *message_number_advice(struct memory *memory, const char *text);
-
 /* Whether this is the first message about an unknown name, which is reported once however often it is used.
  * `kind`: "link", "coordinate" ... */
 bool message_is_first_mention(struct messages *messages, const char *kind, const char *name);
-
 /* Sorts by line. Messages of one line stay in their order. */
 void message_sort(struct messages *messages);
-
 /* The entry of `known` (count names) nearest to `name` in edit distance, or NULL if none is near. */
 const char *message_nearest_name(const char *name, const char *const *known, int count);
 /* What to do about an unknown name: "; did you mean "mass"?" or, if none is near, "; use one of x, y". */
@@ -139,24 +113,18 @@ void text_add(struct text *text, const char *format, ...) __attribute__((format(
 size_t text_column(const struct text *text);
 
 enum { NUMBER_LENGTH = 32 };
-
 /* The value with the fewest of 15, 16 or 17 digits that read back exactly. Returns text. */
 const char *exact_text(double value, char text[static NUMBER_LENGTH]);
 /* The same, always with a point or an exponent, so that C reads a double. */
 const char *text_of_number(double value, char buffer[static NUMBER_LENGTH]);
-
 /* What messages call a value that is not finite: "nan", "inf" or "-inf". */
 const char *text_not_finite(double value);
-
 /* Reads a finite number in decimal digits such as "-1.5e3". If the text is anything else, returns false and
  * leaves `value` unchanged. */
 bool text_to_number(const char *text, double *value);
-
 bool text_ends_with(const char *text, const char *ending);
-
 /* Index of a text among `count` of them; -1 if it is not there. */
 int text_index(const char *text, const char *const *list, int count);
-
 /* An author's text as a literal of C with its quotes, which has the same bytes whatever they are. */
 const char *text_literal(struct memory *memory, const char *text);
 /* The same for a comment of C: on one line, and without marks that end a comment or begin one. */
@@ -171,7 +139,6 @@ struct look_alike {
     const char *name;
     char instead[32];
 };
-
 struct look_alike utf8_look_alike(unsigned code);
 
 #endif

@@ -1,4 +1,11 @@
-/* The generator's arena and scratch: lists of blocks from malloc, bounded in bytes and in work. */
+/*
+ * The generator's arena and scratch: lists of blocks from malloc, bounded in bytes and in work.
+ *
+ * `fail` must not return: it jumps back to gen_* or, while Lua runs, raises a Lua error. `bound` limits all
+ * blocks together, so that a model that needs more is refused at the same place on each machine. `work_bound`
+ * does the same for work, which is counted and not timed. `allowance` counts allocations down and fails at
+ * zero, so that a test can make each one fail.
+ */
 #include "gen/base/base.h"
 
 #include <stdarg.h>

@@ -86,9 +86,9 @@ static expression reciprocal(struct graph *g, expression e) {
     const struct node node = g->nodes[e];
     const struct symbol *s = node.operation == OP_WHERE ? expr_as_symbol(g, node.operand[0]) : NULL;
     if (s && s->kind == SYMBOL_LAST)
-        return expr_where(g, node.operand[0], expr_div(g, expr_one(g), node.operand[1]),
-                          expr_div(g, expr_one(g), node.operand[2]));
-    return expr_div(g, expr_one(g), e);
+        return expr_where(g, node.operand[0], expr_div(g, EXPR_ONE, node.operand[1]),
+                          expr_div(g, EXPR_ONE, node.operand[2]));
+    return expr_div(g, EXPR_ONE, e);
 }
 
 /* U = IA e is column `axis` of [J; H^T] for a revolute joint, of [H; M] for a prismatic one. */
@@ -106,11 +106,11 @@ static struct pivot pivot_of(struct graph *g, const struct joint *joint, const s
     p.D_inverse = reciprocal(g, expr_add(g, D, joint->rotor));
     p.U_over_D.moment = vector_scale(g, p.D_inverse, p.U.moment);
     p.U_over_D.force = vector_scale(g, p.D_inverse, p.U.force);
-    p.kept = expr_zero(g);
+    p.kept = EXPR_ZERO;
     if (joint->rotor)
         p.kept = expr_mul(g, joint->rotor, p.D_inverse);
     else /* along the joint's own axis U is D */
-        (joint->is_revolute ? &p.U_over_D.moment : &p.U_over_D.force)->at[axis] = expr_one(g);
+        (joint->is_revolute ? &p.U_over_D.moment : &p.U_over_D.force)->at[axis] = EXPR_ONE;
     return p;
 }
 
@@ -290,7 +290,7 @@ static expression last_pivot_inverse(struct graph *g, expression yy, expression 
     if (!yz)
         return reciprocal(g, zz);
     const expression determinant = expr_sub(g, expr_mul(g, yy, zz), expr_mul(g, yz, yz));
-    return expr_mul(g, yy, expr_div(g, expr_one(g), determinant));
+    return expr_mul(g, yy, expr_div(g, EXPR_ONE, determinant));
 }
 
 /* J = L D L^T */
@@ -311,9 +311,9 @@ static void factor_ball(struct graph *g, const struct tensor *J, struct ball *ba
 static void tilt_ball(const struct kinematics *k, const struct stage *stage, struct ball *ball) {
     const struct tree *tree = k->tree;
     const int first = tree->frames[stage->first].joint.axis, last = tree->frames[stage->last].joint.axis;
-    const struct vector axis = kinematics_to_child(k, stage->first + 1, vector_unit(k->g, first));
+    const struct vector axis = kinematics_to_child(k, stage->first + 1, vector_unit(first));
     ball->tilt = axis.at[last];
-    ball->cos_inverse = expr_div(k->g, expr_one(k->g), axis.at[first]);
+    ball->cos_inverse = expr_div(k->g, EXPR_ONE, axis.at[first]);
     kinematics_name_scalar(k, stage->first + 1, "cos_inverse", ball->cos_inverse);
 }
 
@@ -335,7 +335,7 @@ static struct vector turn_by_turn(const struct kinematics *k, const struct stage
 
 static void turn_ball(const struct kinematics *k, const struct stage *stage, struct ball *ball) {
     for (int column = 0; column < 3; column++) {
-        const struct vector v = turn_by_turn(k, stage, vector_unit(k->g, column));
+        const struct vector v = turn_by_turn(k, stage, vector_unit(column));
         for (int row = 0; row < 3; row++)
             ball->turn.at[3 * row + column] = v.at[row];
     }

@@ -1,6 +1,12 @@
 /*
- * Derivatives of expressions by the coordinates, and the rows of programme constraints: from residuals in
- * symbols to the terms of the motion equations (theory, sect. 6.1 to 6.3).
+ * Derivatives of expressions in symbols by the coordinates, for rows, forces and tangents; and the rows of
+ * programme constraints (theory, sect. 6.1 to 6.3).
+ *
+ * Input: expressions and the model's rows (residuals) of time, coordinates, rates and points. Output: the n
+ * derivatives by the coordinates' values, rates or accelerations; u, v, phi, psi, k. A point's symbol of
+ * order o depends on the coordinates' symbols of order o through the columns of C, at every order. One rule
+ * applies to all levels: d/dt of a symbol of order o is the symbol of order o + 1, at qdd = 0; the
+ * coefficients u are derivatives by the coordinates.
  */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
@@ -11,7 +17,7 @@ static expression place_symbol(void *context, struct graph *g, expression e) {
     const struct kinematics *k = context;
     const struct symbol s = *expr_as_symbol(g, e);
     if (s.kind == SYMBOL_COORDINATE && s.order == 2)
-        return expr_zero(g);
+        return EXPR_ZERO;
     if (s.kind != SYMBOL_POINT)
         return e;
     const struct point_motion *point = &k->points[s.index / 3];
@@ -22,7 +28,7 @@ static expression place_symbol(void *context, struct graph *g, expression e) {
 static expression rest_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
     if (s.order > 0 && (s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT))
-        return expr_zero(g);
+        return EXPR_ZERO;
     return place_symbol(context, g, e);
 }
 
@@ -40,12 +46,12 @@ static expression rate_of_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
     (void)context;
     if (s.kind == SYMBOL_TIME)
-        return expr_one(g);
+        return EXPR_ONE;
     if (s.kind == SYMBOL_COORDINATE && s.order == 0)
         return expr_symbol(g, s.kind, s.index, 1);
     if (s.kind == SYMBOL_POINT && s.order < 2)
         return expr_symbol(g, s.kind, s.index, s.order + 1);
-    return expr_zero(g);
+    return EXPR_ZERO;
 }
 
 expression coordinate_derivatives_rate(const struct kinematics *k, expression e) {

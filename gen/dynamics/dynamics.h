@@ -10,15 +10,7 @@
 
 #include "gen/tree/tree.h"
 
-/* ---- Kinematics ---- */
-
-/*
- * Rotations, angular velocities and bias accelerations of all frames, from the base outward.
- *
- * Input: the tree. Output: expressions in each frame's own axes (theory, sect. 4.1 to 4.4). A bias
- * acceleration is the acceleration at qdd = 0, sum_jk T_jk qd_j qd_k of theory, sect. 2.1. Points are in the
- * ground frame.
- */
+/* ---- Kinematics, in each frame's own axes; points in the ground frame ---- */
 
 struct joint_place {
     expression sine, cosine; /* of a turn's angle */
@@ -26,12 +18,10 @@ struct joint_place {
 };
 
 struct frame_motion {
-    expression cosine, sine;    /* of the angle from the frame's axes to those of its body; they differ if the
-                                   frame keeps its axes (tree.h) */
-    struct vector angular;      /* angular velocity w [rad/s] */
-    struct vector linear;       /* velocity of the origin [m/s] */
-    struct vector bias_angular; /* dw/dt at qdd = 0 [rad/s^2] */
-    struct vector bias_linear;  /* acceleration of the origin at qdd = 0 [m/s^2] */
+    expression cosine, sine; /* of the angle from the frame's axes to those of its body; they differ if the
+                                frame keeps its axes (tree.h) */
+    struct vector angular, linear;           /* angular velocity w [rad/s], velocity of the origin [m/s] */
+    struct vector bias_angular, bias_linear; /* at qdd = 0: dw/dt [rad/s^2], of the origin [m/s^2] */
     struct vector bias_less_gravity; /* the same minus gravity: the reading of an accelerometer [m/s^2] */
     struct matrix gradient; /* B, the gradient of bias_linear in space: B r = wd0 x r + w x (w x r) [1/s^2] */
     struct vector gravity;  /* gravitational acceleration, in own axes [m/s^2] */
@@ -57,7 +47,6 @@ struct kinematics {
 
 void kinematics_derive(struct memory *memory, const struct model *model, const struct tree *tree,
                        struct kinematics *kinematics);
-
 /* A recursion over its frames: see recursion_over in tree.h. */
 struct recursion kinematics_recursion(const struct kinematics *k, void *state, size_t size);
 /* q, qd or qdd of frame i; in a run, of the current element. */
@@ -81,14 +70,10 @@ struct vector kinematics_to_parent(const struct kinematics *k, int i, struct vec
 struct tensor kinematics_tensor_to_parent(const struct kinematics *k, int i, struct tensor t);
 /* The same with a few more operations, fewer of which wait for each other: for long recursions. */
 struct tensor kinematics_tensor_to_parent_quickly(const struct kinematics *k, int i, struct tensor t);
-
-/*
- * d of a point, in the ground frame, from the acceleration of its frame's origin minus gravity and from B,
- * for callers whose recursion has both. For a direction B is enough. Theory, sect. 4.4.
- */
+/* d of a point, in the ground frame, from the acceleration of its frame's origin minus gravity and from B,
+ * for callers whose recursion has both. For a direction B is enough. Theory, sect. 4.4. */
 struct vector kinematics_acceleration_less_gravity(const struct kinematics *k, int point,
                                                    struct vector less_gravity, const struct matrix *gradient);
-
 /* By frame: the vector from the origin of the previous joint to that of this joint, ground axes. */
 struct vector *kinematics_ground_shifts(const struct kinematics *k);
 
@@ -100,15 +85,7 @@ void kinematics_name_vector(const struct kinematics *k, int i, const char *what,
 void kinematics_name_matrix(const struct kinematics *k, int i, const char *what, const struct matrix *m);
 void kinematics_name_scalar(const struct kinematics *k, int i, const char *what, expression e);
 
-/* ---- Programme constraints ---- */
-
-/*
- * From residuals in symbols to the rows of the motion equations.
- *
- * Input: the rows of the model (residuals of time, coordinates, rates and points). Output: u, v, phi, psi, k
- * (theory, sect. 6.1 to 6.3). One rule applies to all levels: d/dt of a symbol of order o is the symbol of
- * order o + 1, at qdd = 0; the coefficients u are derivatives by the coordinates, below.
- */
+/* ---- Programme constraints: theory, sect. 6.1 to 6.3 ---- */
 
 struct row_terms {
     expression *u;             /* n coefficients */
@@ -120,34 +97,19 @@ struct row_terms {
 /* 2 alpha and beta^2: values of the parameter struct, which the runtime may replace. */
 expression constraints_rate_gain(struct graph *g, const struct row *row);
 expression constraints_position_gain(struct graph *g, const struct row *row);
-
 struct row_terms *constraints_derive(const struct kinematics *k);
 
 /* ---- Derivatives by the coordinates ---- */
 
-/*
- * Derivatives of an expression in symbols by the coordinates, for rows, forces and tangents: theory, sect.
- * 6.2.
- *
- * Input: an expression of time, coordinates and points. Output: its n derivatives by the coordinates' values,
- * rates or accelerations. A point's symbol of order o depends on the coordinates' symbols of order o through
- * the columns of C, at every order.
- */
-
 /* Derivatives of e by the symbols of one order: one for each frame's coordinate, then three for each
  * point. They are still in symbols. */
 expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order);
-
-/* The same with the symbols replaced by the kinematics. */
-
 /* The derivatives by the coordinates of all frames, with points replaced by their kinematics; `resting`:
  * at qd = 0. */
 expression *coordinate_derivatives_coefficients(const struct kinematics *k, expression e, int order,
                                                 bool resting);
-
 /* d/dt of an expression in symbols at qdd = 0, in symbols: theory, sect. 6.2. */
 expression coordinate_derivatives_rate(const struct kinematics *k, expression e);
-
 /* Replaces the symbols of points by their kinematics, with accelerations at qdd = 0. */
 expression coordinate_derivatives_with_points(const struct kinematics *k, expression e);
 /* The same at qd = 0. */
@@ -155,13 +117,7 @@ expression coordinate_derivatives_at_rest(const struct kinematics *k, expression
 
 /* ---- Inertia, bias forces, gravity and energy ---- */
 
-/*
- * Mass matrix, bias forces, gravity and energy, from the tips inward.
- *
- * Input: kinematics. Each function is one recursion of theory, sect. 4 or 5, in the axes of each frame. A
- * wrench refers to the origin of the frame in whose axes it is given.
- */
-
+/* About the origin of the frame in whose axes it is given. */
 struct wrench {
     struct vector moment, force; /* [N m], [N] */
 };
@@ -173,29 +129,21 @@ struct inertia dynamics_own_inertia(const struct kinematics *k, int i);
 struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w);
 /* The wrench about the origin of frame i's parent, in the parent's axes. */
 struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w);
-
-/*
- * Composite inertias Ic_i of everything beyond each joint (theory, sect. 4.5); entry [n] is the ground's.
- * Unless M is NULL, it receives the mass matrix (n x n, both halves) of a tree without runs.
- */
+/* Composite inertias Ic_i of everything beyond each joint (theory, sect. 4.5); entry [n] is the ground's.
+ * Unless M is NULL, it receives the mass matrix (n x n, both halves) of a tree without runs. */
 struct inertia *dynamics_composite_inertias(const struct kinematics *k, expression *M);
-
 /* W_i = Ic_i e_i, the wrench that accelerates everything beyond joint i by one unit of qdd_i: theory,
  * sect. 4.6. */
 struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct inertia *beyond);
 /* R m R^T for the rotation R from frame i to its parent. */
 struct matrix articulated_body_matrix_to_parent(const struct kinematics *k, int i, struct matrix m);
-
 /* c_i = tr{X_i Gc_i} = e_i . F_i, and with `less_gravity` c_i + g_i: theory, sect. 4.7. */
 expression *dynamics_bias_forces(const struct kinematics *k, bool less_gravity);
-
 /* g_i = dEp_g/dq_i, and dg_i/dq_j (n x n): theory, sect. 4.8. */
 expression *dynamics_gravity_forces(const struct kinematics *k, const struct inertia *composites);
 expression *dynamics_gravity_tangent(const struct kinematics *k, const struct inertia *composites);
-
 /* s_i = dEk/dq_i, the second sum of the printed form of h: theory, sect. 4.11. */
 expression *dynamics_printed_sum(const struct kinematics *k);
-
 expression dynamics_kinetic_energy(const struct kinematics *k);
 expression dynamics_gravity_energy(const struct kinematics *k, const struct inertia *composites);
 
@@ -214,8 +162,7 @@ struct wrench wrench_of_inertia(const struct kinematics *k, int i, struct vector
 
 /* ---- Solution of M x = f ---- */
 
-/* By articulated inertias, eliminated from the tips; each right side then costs O(n): theory, sect. 5.1 to
- * 5.4. */
+/* By articulated inertias, eliminated from the tips; each right side then costs O(n): theory, sect. 5. */
 struct elimination;
 struct elimination *articulated_body_eliminate(const struct kinematics *k);
 /* f minus the generalized forces of `loads` (by frame, or NULL), which the recursion sums. `references`:
@@ -241,55 +188,28 @@ struct reference *reference_accelerations_derive(const struct kinematics *k,
 /* Returns whether a load may act on frame i: not between turns that are eliminated together. */
 bool articulated_body_takes_load(const struct elimination *elimination, int i);
 
-/*
- * M x = f by M = L^T D L; any right side then costs O(n^2), less in branched trees. Only for trees without
- * runs.
- */
+/* M x = f by M = L^T D L; any right side then costs O(n^2), less in branched trees. Only for trees without
+ * runs. */
 struct factors;
 struct factors *mass_factor(const struct kinematics *k, const expression *mass_matrix);
 expression *mass_factor_solve(const struct factors *factors, const expression *f);
 /* Additions and multiplications of the factorisation of a matrix M without zero entries. */
 long mass_factor_operations(const struct tree *tree);
 
-/* ---- Strains of elements ---- */
+/* ---- Strains of the three turns of an element: theory, sect. 3.4 ---- */
 
-/*
- * Springs and dampers of an element with three turns, in a form that is symmetric in them: theory, sect. 3.4.
- *
- * Input: the turns psi, theta, phi of one spring-damping element. Output: the generalized forces of its
- * springs and dampers, their energy and their derivatives. The strains are the components of the rotation
- * vector of R = Rz Ry Rx to second order in the turns (Baker, Campbell, Hausdorff), w_psi = psi - theta phi /
- * 2,   w_theta = theta + psi phi / 2,   w_phi = phi - psi theta / 2.
- */
-
-/* Returns whether the spring and damper of frame i act on strains. The three turns are then consecutive
- * frames. */
-bool element_strains_has(const struct kinematics *k, int i);
-/* The frame of the element's first turn. */
+/* The frame of the first of the three turns; they are consecutive frames. */
 int element_strains_first(const struct kinematics *k, int i);
 
 enum strain_part { STRAIN_ELASTIC = 1, STRAIN_VISCOUS = 2, STRAIN_BOTH = 3 };
-
 /* The part of Q_i from springs, dampers or both: -(J^T S (w - w_rest))_i, -(J^T D J qd)_i, with J = dw/dq. */
 expression element_strains_force(const struct kinematics *k, int i, enum strain_part part);
-/* s_i (w_i - w_rest_i)^2 / 2 */
-expression element_strains_energy(const struct kinematics *k, int i);
 /* Derivatives of both parts of Q_i by the element's three turns (order 0) or their rates (order 1);
  * is_resting: at qd = 0. */
 void element_strains_derivatives(const struct kinematics *k, int i, int order, bool is_resting,
                                  expression by_turn[3]);
 
-/* ---- Applied forces ---- */
-
-/*
- * Springs and dampers on coordinates, and the forces of the author: on coordinates, loads at points,
- * energies.
- *
- * Input: the model's forces in symbols. Output: generalized forces Q_j, their potential, their power and
- * their tangent (theory, sect. 4.9). A load F at a point contributes Q = C^T F, a torque acts on the turns of
- * its body, and an energy V contributes Q = -dV/dq: a force -dV/dq_j on each coordinate and a load -dV/dr at
- * each point.
- */
+/* ---- Applied forces: theory, sect. 4.9 ---- */
 
 /* All forces, loads and energies of the model as forces on coordinates and loads at points, in symbols. */
 struct named_forces {
@@ -298,7 +218,6 @@ struct named_forces {
     int force_count, load_count;
     int own_forces, own_loads; /* the author's own come first; the others come from energies */
 };
-
 struct named_forces forces_collect(const struct kinematics *k);
 
 struct applied {
@@ -306,7 +225,6 @@ struct applied {
     expression *others;       /* n: dampers, and forces and loads of the author */
     expression *strained; /* n: the sum of both if springs act on strains, else 0, so that J^T occurs once */
 };
-
 struct applied forces_generalized(const struct kinematics *k);
 /* Energy of springs, 1/2 s (q - rest)^2 or the energy of strains, and of the author's potentials. */
 expression forces_energy(const struct kinematics *k);

@@ -1,6 +1,16 @@
 /*
- * Applied forces: springs, dampers and the forces of the author (theory, sect. 4.9). Springs and dampers of
- * an element's three turns act on strains (theory, sect. 3.4).
+ * Applied forces: springs and dampers on coordinates, and the forces of the author: on coordinates, loads at
+ * points, energies.
+ *
+ * Input: the model's forces in symbols. Output: generalized forces Q_j, their potential, their power and
+ * their tangent (theory, sect. 4.9). A load F at a point contributes Q = C^T F, a torque acts on the turns of
+ * its body, and an energy V contributes Q = -dV/dq: a force -dV/dq_j on each coordinate and a load -dV/dr at
+ * each point.
+ *
+ * Springs and dampers of an element's three turns psi, theta, phi act on strains, in a form that is symmetric
+ * in the turns (theory, sect. 3.4). The strains are the components of the rotation vector of R = Rz Ry Rx to
+ * second order in the turns (Baker, Campbell, Hausdorff), w_psi = psi - theta phi / 2, w_theta = theta + psi
+ * phi / 2, w_phi = phi - psi theta / 2.
  */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
@@ -19,10 +29,6 @@ static expression half_of(struct graph *g, expression e) {
     return expr_mul(g, expr_number(g, 0.5), e);
 }
 
-bool element_strains_has(const struct kinematics *k, int i) {
-    return k->tree->frames[i].has_strains;
-}
-
 int element_strains_first(const struct kinematics *k, int i) {
     return i - k->tree->frames[i].turn;
 }
@@ -38,7 +44,7 @@ static expression turn_of(const struct kinematics *k, int first, int turn, int o
 /* dw_a/dq_b = sign_a q_c / 2 for three turns a, b, c; 1 for a = b. */
 static expression strain_by_turn(const struct kinematics *k, int first, int a, int b) {
     if (a == b)
-        return expr_one(k->g);
+        return EXPR_ONE;
     return with_sign(k->g, a, half_of(k->g, turn_of(k, first, 3 - a - b, 0)));
 }
 
@@ -86,7 +92,8 @@ expression element_strains_force(const struct kinematics *k, int i, enum strain_
     return expr_neg(k->g, force);
 }
 
-expression element_strains_energy(const struct kinematics *k, int i) {
+/* s_i (w_i - w_rest_i)^2 / 2 */
+static expression strain_energy(const struct kinematics *k, int i) {
     const int first = element_strains_first(k, i), a = i - first;
     const expression w = strain(k, first, a);
     return expr_mul(k->g, half_of(k->g, joint_of(k, first, a)->stiffness), expr_mul(k->g, w, w));
@@ -124,8 +131,7 @@ static void add_energy(const struct kinematics *k, const struct potential *poten
             named->forces[named->force_count++] =
                 (struct force){.coordinate = j, .value = expr_neg(k->g, slope[j]), .place = potential->place};
     for (int p = 0; p < k->model->marker_count; p++) {
-        const struct vector pull =
-            vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), vector_of(slope + n + 3 * p));
+        const struct vector pull = vector_scale(k->g, expr_neg(k->g, EXPR_ONE), vector_of(slope + n + 3 * p));
         struct load load = {.point = p, .place = potential->place};
         memcpy(load.value, pull.at, sizeof load.value);
         if (!vector_is_zero(pull))
@@ -213,7 +219,7 @@ struct applied forces_generalized(const struct kinematics *k) {
         for (int a = 0; a < 3; a++)
             F[l].at[a] = coordinate_derivatives_with_points(k, named.loads[l].value[a]);
     for (int j = -1; recursion_next_joint(k->g, k->tree, &j);)
-        (element_strains_has(k, j) ? apply_strained : apply_forces)(k, &named, F, j, &applied);
+        (k->tree->frames[j].has_strains ? apply_strained : apply_forces)(k, &named, F, j, &applied);
     return applied;
 }
 
@@ -223,8 +229,8 @@ expression forces_energy(const struct kinematics *k) {
     for (int i = -1; recursion_next_term(&springs, &i);) {
         const expression half = expr_mul(g, expr_number(g, 0.5), k->tree->frames[i].joint.stiffness);
         recursion_add_term(&springs, i,
-                           element_strains_has(k, i)
-                               ? element_strains_energy(k, i)
+                           k->tree->frames[i].has_strains
+                               ? strain_energy(k, i)
                                : expr_mul(g, half, expr_mul(g, stretch(k, i), stretch(k, i))));
     }
     expression energy = recursion_total(&springs);
@@ -269,7 +275,7 @@ static void add_load_tangent(const struct kinematics *k, const struct load *load
 
 /* Sets row i of dQ/dq of springs. */
 static void set_spring_tangent(const struct kinematics *k, int i, expression *row) {
-    if (element_strains_has(k, i))
+    if (k->tree->frames[i].has_strains)
         element_strains_derivatives(k, i, 0, true, row + element_strains_first(k, i));
     else
         row[i] = expr_neg(k->g, k->tree->frames[i].joint.stiffness);
@@ -309,7 +315,7 @@ expression *forces_printed_rates(const struct kinematics *k) {
     expression *extra = new_values(k, (size_t)n);
     graph_remark(g, "printed form: sum_j qd_j dQ_j/dqd_i (9)");
     for (int i = 0; i < n; i++) /* dampers: -D qd with a symmetric D is its own extra term */
-        extra[i] = element_strains_has(k, i)
+        extra[i] = k->tree->frames[i].has_strains
                        ? element_strains_force(k, i, STRAIN_VISCOUS)
                        : expr_neg(g, expr_mul(g, k->tree->frames[i].joint.damping, rate(k, i)));
     for (int f = 0; f < named.force_count; f++)

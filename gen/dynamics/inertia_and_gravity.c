@@ -1,6 +1,8 @@
 /*
  * Mass matrix, bias forces, gravity and energy, from the tips inward (theory, sect. 4.5 to 4.11), and the
  * solution of M x = f with M written out.
+ *
+ * Input: kinematics. Each function is one recursion of theory, sect. 4 or 5, in the axes of each frame.
  */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
@@ -178,7 +180,7 @@ static void name_composite(const struct kinematics *k, int i, const struct inert
 struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct inertia *beyond) {
     struct graph *g = k->g;
     const struct joint *joint = &k->tree->frames[i].joint;
-    const struct vector axis = vector_unit(g, joint->axis), mc = beyond->moment;
+    const struct vector axis = vector_unit(joint->axis), mc = beyond->moment;
     if (joint->is_revolute)
         return (struct wrench){tensor_times(g, beyond->tensor, axis), vector_cross(g, axis, mc)};
     return (struct wrench){vector_cross(g, mc, axis), vector_scale(g, beyond->mass, axis)};
@@ -277,7 +279,7 @@ static expression printed_term(const struct kinematics *k, int i, struct wrench 
     struct graph *g = k->g;
     const struct frame_motion *m = &k->frames[i];
     const struct joint *joint = &k->tree->frames[i].joint;
-    const struct vector axis = vector_unit(g, joint->axis), turning = vector_cross(g, m->angular, axis);
+    const struct vector axis = vector_unit(joint->axis), turning = vector_cross(g, m->angular, axis);
     if (!joint->is_revolute)
         return vector_dot(g, turning, L.force);
     const expression shifting = vector_dot(g, vector_cross(g, m->linear, axis), L.force);
@@ -354,7 +356,7 @@ static int parent_of(const struct factors *x, int i) {
 static void eliminate_row(struct factors *x, expression *M, int i) {
     struct graph *g = x->k->g;
     const int n = x->k->tree->count;
-    x->D_inverse[i] = expr_div(g, expr_one(g), M[i * n + i]);
+    x->D_inverse[i] = expr_div(g, EXPR_ONE, M[i * n + i]);
     kinematics_name_scalar(x->k, i, "pivot_inverse", x->D_inverse[i]);
     for (int j = parent_of(x, i); j >= 0; j = parent_of(x, j)) {
         const expression ratio = x->L[i * n + j] = expr_mul(g, M[i * n + j], x->D_inverse[i]);

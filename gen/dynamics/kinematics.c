@@ -1,4 +1,10 @@
-/* Kinematics from the base outward: rotations, velocities and bias accelerations of frames and points. */
+/*
+ * Kinematics from the base outward: rotations, velocities and bias accelerations of frames and points.
+ *
+ * Input: the tree. Output: expressions in each frame's own axes (theory, sect. 4.1 to 4.4). A bias
+ * acceleration is the acceleration at qdd = 0, sum_jk T_jk qd_j qd_k of theory, sect. 2.1. Points are in the
+ * ground frame.
+ */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
 
@@ -124,7 +130,7 @@ static struct tensor tensor_turn_axis_quickly(struct graph *g, int axis, express
                                               struct tensor t) {
     const int j = (axis + 1) % 3, l = (axis + 2) % 3, jl = tensor_index(j, l);
     const expression ss = expr_mul(g, s, s), sc = expr_mul(g, s, c), twice = expr_add(g, sc, sc);
-    const expression cos2 = expr_sub(g, expr_one(g), expr_add(g, ss, ss)),
+    const expression cos2 = expr_sub(g, EXPR_ONE, expr_add(g, ss, ss)),
                      difference = expr_sub(g, t.at[j], t.at[l]);
     const expression moved = expr_add(g, expr_mul(g, ss, difference), expr_mul(g, twice, t.at[jl]));
     struct tensor turned = tensor_turn_axis(g, axis, c, s, t);
@@ -204,7 +210,7 @@ static void place_joint(struct kinematics *k, int i) {
     place->shift = kinematics_from_body(k, frame->parent, vector_of(frame->placement.position));
     if (frame->kind != FRAME_JOINT)
         return;
-    const struct vector axis = vector_unit(g, frame->joint.axis);
+    const struct vector axis = vector_unit(frame->joint.axis);
     const expression q = kinematics_coordinate_of(k, i, 0);
     if (frame->joint.is_revolute) {
         place->sine = expr_apply1(g, OP_SIN, q);
@@ -229,8 +235,8 @@ static void turn_body(struct kinematics *k, int i, const struct frame_motion *pa
     const struct frame *frame = &k->tree->frames[i];
     const struct joint_place *place = &k->joints[i];
     struct frame_motion *motion = &k->frames[i];
-    motion->cosine = frame->goes_on ? parent->cosine : expr_one(g);
-    motion->sine = frame->goes_on ? parent->sine : expr_zero(g);
+    motion->cosine = frame->goes_on ? parent->cosine : EXPR_ONE;
+    motion->sine = frame->goes_on ? parent->sine : EXPR_ZERO;
     if (!frame->keeps_axes || frame->kind != FRAME_JOINT)
         return;
     const expression c = motion->cosine, s = motion->sine;
@@ -257,7 +263,7 @@ static void place_in_ground(struct kinematics *k, int i, const struct frame_moti
 }
 
 struct vector kinematics_gyroscopic(const struct kinematics *k, int i, struct vector wd) {
-    const struct vector axis = vector_unit(k->g, k->tree->frames[i].joint.axis);
+    const struct vector axis = vector_unit(k->tree->frames[i].joint.axis);
     const struct vector rate = vector_scale(k->g, kinematics_coordinate_of(k, i, 1), axis);
     return vector_add(k->g, wd, vector_cross(k->g, k->frames[i].angular, rate));
 }
@@ -268,8 +274,7 @@ static void add_joint_motion(struct kinematics *k, int i) {
     struct graph *g = k->g;
     struct frame_motion *motion = &k->frames[i];
     const struct joint *joint = &k->tree->frames[i].joint;
-    const struct vector rate =
-        vector_scale(g, kinematics_coordinate_of(k, i, 1), vector_unit(g, joint->axis));
+    const struct vector rate = vector_scale(g, kinematics_coordinate_of(k, i, 1), vector_unit(joint->axis));
     const struct vector none = {{0, 0, 0}}, gyration = kinematics_gyroscopic(k, i, none);
     if (joint->is_revolute) {
         motion->bias_angular = vector_add(g, motion->bias_angular, gyration);
@@ -310,12 +315,12 @@ static void move_frame(struct kinematics *k, int i, const struct frame_motion *p
 static struct frame_motion ground_motion(const struct kinematics *k) {
     struct frame_motion ground = {.rotation = {{1, 0, 0, 0, 1, 0, 0, 0, 1}}};
     ground.gravity = vector_of(k->model->gravity);
-    ground.bias_less_gravity = vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), ground.gravity);
+    ground.bias_less_gravity = vector_scale(k->g, expr_neg(k->g, EXPR_ONE), ground.gravity);
     return ground;
 }
 
 struct vector kinematics_joint_axis(const struct kinematics *k, int i) {
-    const struct vector axis = vector_unit(k->g, k->tree->frames[i].joint.axis);
+    const struct vector axis = vector_unit(k->tree->frames[i].joint.axis);
     return matrix_times(k->g, k->frames[i].rotation.at, axis);
 }
 

@@ -47,7 +47,7 @@ static struct reference refer(const struct kinematics *k, const struct eliminati
 struct reference *reference_accelerations_derive(const struct kinematics *k,
                                                  const struct elimination *elimination) {
     const struct reference ground = {
-        .linear = vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), vector_of(k->model->gravity))};
+        .linear = vector_scale(k->g, expr_neg(k->g, EXPR_ONE), vector_of(k->model->gravity))};
     struct reference *list = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *list);
     struct recursion recursion = kinematics_recursion(k, list, sizeof *list);
     for (int i = -1; recursion_outward(&recursion, &i);) {

@@ -14,7 +14,6 @@ static const struct {
                   {"_step.c", "steps"},
                   {"_casadi.c", "CasADi"}};
 enum { COMPANIONS = sizeof companions / sizeof *companions };
-_Static_assert((int)COMPANIONS == (int)MOST_COMPANIONS, "the list of files has room for all");
 
 bool emit_companion(struct memory *memory, const char *model, int number, struct companion *companion) {
     if (number >= COMPANIONS)
@@ -24,9 +23,13 @@ bool emit_companion(struct memory *memory, const char *model, int number, struct
     return true;
 }
 
+static void add_file(struct plan *plan, const char *name, const struct text *text) {
+    plan->files[plan->file_count++] = (struct emitted_file){name, text->data, text->length};
+}
+
 static void add(struct emission *x, const char *ending, const struct text *text) {
     struct plan *plan = x->plan;
-    emit_add_file(plan, memory_format(plan->memory, "%s%s", plan->model->name, ending), text);
+    add_file(plan, memory_format(plan->memory, "%s%s", plan->model->name, ending), text);
     plan->companion_count++;
 }
 
@@ -106,7 +109,7 @@ static int emit_sources(struct emission *x, struct text *sources) {
 void emit_files(struct plan *plan) {
     struct emission x = start_emission(plan);
     struct text header = {.memory = plan->memory};
-    const size_t most = (size_t)plan->function_count + 2 + MOST_COMPANIONS;
+    const size_t most = (size_t)plan->function_count + 2 + COMPANIONS;
     struct text *sources = memory_get(plan->memory, most * sizeof *sources);
     plan->files = memory_get(plan->memory, most * sizeof *plan->files);
     const int parts = emit_sources(&x, sources);
@@ -115,8 +118,8 @@ void emit_files(struct plan *plan) {
     for (int i = 0; i < parts; i++)
         hash = hash_text(hash, sources[i].data);
     emit_tables(&x, &sources[0], memory_format(plan->memory, "%016llx", (unsigned long long)hash));
-    emit_add_file(plan, memory_format(plan->memory, "%s.h", x.name), &header);
+    add_file(plan, memory_format(plan->memory, "%s.h", x.name), &header);
     for (int i = 0; i < parts; i++)
-        emit_add_file(plan, emit_part_name(plan->memory, x.name, i + 1), &sources[i]);
+        add_file(plan, emit_part_name(plan->memory, x.name, i + 1), &sources[i]);
     emit_companions(&x);
 }

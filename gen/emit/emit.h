@@ -2,13 +2,12 @@
  * Printing a plan as C: the declarations that the files of this folder share. plan.h declares the folder's
  * entry, emit_files.
  *
- * The parts in order: the emission; values and expressions; splines, loops, sines and cosines; constants and
- * names of runs; functions and headers; companion files (steps, CasADi, lanes); tables.
+ * The parts in order: the emission; values and expressions; splines, loops, sines and cosines; functions and
+ * headers; companion files (steps, CasADi, lanes); tables.
  */
 #ifndef REFDYN_GEN_EMIT_H
 #define REFDYN_GEN_EMIT_H
 
-#include "gen/base/base.h"
 #include "gen/plan/plan.h"
 
 /* An array that a function expects after qd: by coordinate, by row. */
@@ -19,16 +18,13 @@ struct given_array {
     int place; /* of its first entry, counted from qd */
 };
 
-enum { MOST_COMPANIONS = 5 }; /* files in addition to those of the model */
-
 struct emission {
     struct plan *plan;
     struct graph *g;
-    const char
-        *name; /* the beginning of the names of functions and structs: the model's own name, or NAME_lanes */
-    const char *number;            /* the type of numbers: "double" or "lane" */
-    bool is_lanes;                 /* the file for lanes is being printed: emit_lanes.c */
-    bool *uses_spline;             /* in lanes, by spline */
+    const char *name;   /* the beginning of the names of functions and structs: NAME or NAME_lanes */
+    const char *number; /* the type of numbers: "double" or "lane" */
+    bool is_lanes;      /* the file for lanes is being printed: emit_lanes.c */
+    bool *uses_spline;  /* in lanes, by spline */
     bool uses_operation[OP_COUNT]; /* in lanes: as a function at the beginning of the file */
     const char **value_names; /* by handle: unique names from the derivation; NULL: the value gets a number in
                                  its function */
@@ -83,7 +79,6 @@ bool emit_is_written_by_loops(const struct function *function, int array);
 /* The text of an array in these loops. */
 const char *emit_array_text(struct emission *emission, const struct function *function, int array,
                             const char *local);
-enum { SINCOS_BYTES = 3 * FEWEST_ANGLES * (int)sizeof(double) }; /* of local arrays of the pass */
 /* emit_sincos.c: the pass over angles, once for each file. */
 void emit_sincos(struct emission *emission, struct text *text);
 /* In lanes: the parts of the pass that the current file uses, before its functions. */
@@ -95,7 +90,7 @@ void emit_angle_pass(struct emission *emission, struct text *text);
 /* Prints the array entry that has the value of e; false: there is none. */
 bool emit_angle(struct emission *emission, struct text *text, expression e);
 
-/* ---- Constants and names of runs ---- */
+/* ---- Constants, functions and headers ---- */
 
 /* The beginning of a name, without the number at its end. */
 struct stem {
@@ -110,14 +105,9 @@ int emit_named_run(const struct emission *emission, int i);
 /* The stem of the names of joint k of each element. */
 struct stem emit_name_stem(const struct emission *emission, const struct element_run *run, int k);
 
-/* ---- Functions and headers ---- */
-
-/* The parts of a model's files. */
 void emit_constants(const struct emission *emission, struct text *text);
-
 /* emit_tables.c: declare the tables of spatial Jacobians and of joint limits, if the model has any. */
 void emit_spatial_declaration(const struct emission *emission, struct text *text);
-
 void emit_limits_declaration(const struct emission *emission, struct text *text);
 void emit_header(struct emission *emission, struct text *text);
 /* Prints a function and returns the bytes of its local arrays. */
@@ -125,11 +115,8 @@ long emit_function(struct emission *emission, struct text *text, const struct fu
 
 /* ---- Companion files ---- */
 
-const char *emit_lanes_name(struct memory *memory, const char *model, const char *ending);
-const char *emit_lanes_lead(struct memory *memory, const char *model);
 /* The first line of a companion file, which says what it is. */
 const char *emit_lead(struct memory *memory, const char *model, const char *what);
-void emit_add_file(struct plan *plan, const char *name, const struct text *text);
 
 /* emit_step.c: NAME_step.h and NAME_step.c. */
 void emit_step(struct emission *emission, struct text *header, struct text *source);
@@ -143,10 +130,8 @@ struct step_place {
     int offset, columns;
 };
 struct step_place emit_step_place(const struct plan *plan, const char *part);
-
 /* emit_casadi.c: NAME_casadi.c. */
 void emit_casadi(struct emission *emission, struct text *text);
-
 /* emit_lanes.c: NAME_lanes.h and NAME_lanes.c, which follow the files of the model. */
 void emit_lanes(struct emission *emission, struct text *header, struct text *source);
 /* The beginning of the name of an operator's function: "sin" of sin_lanes. */

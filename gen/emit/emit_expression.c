@@ -279,7 +279,7 @@ void emit_value(struct emission *x, struct text *text, expression e) {
 
 /* ---- Splines ---- */
 
-/* For each spline a table of pieces and a function, with the same search and polynomial as spline.c. */
+/* For each spline a table of pieces and a function, with the same search and polynomial as graph.c. */
 
 static void emit_table(struct emission *x, struct text *text, const struct spline *spline, int index) {
     char digits[32];

@@ -601,6 +601,8 @@ static void emit_whole(struct writer *w) {
     emit_calls(w);
 }
 
+enum { SINCOS_BYTES = 3 * FEWEST_ANGLES * (int)sizeof(double) }; /* of local arrays of the pass */
+
 long emit_function(struct emission *x, struct text *text, const struct function *function) {
     struct writer w = {.x = x, .text = text, .function = function, .indent = "    ", .local = ""};
     x->function = function;

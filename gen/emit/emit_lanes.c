@@ -118,8 +118,8 @@ static void put_prototypes(struct emission *x, struct text *text) {
 static void put_source_begin(const struct emission *x, struct text *text) {
     const char *model = x->plan->model->name;
     text_add(text, "%s#include \"%s.h\"\n#include \"%s.h\"\n\n#include <math.h>\n#include <string.h>\n\n",
-             emit_lanes_lead(x->plan->memory, model), x->name, model);
-    emit_refusal(text, emit_lanes_name(x->plan->memory, model, ".c"));
+             emit_lead(x->plan->memory, model, "lanes"), x->name, model);
+    emit_refusal(text, memory_format(x->plan->memory, "%s_lanes.c", model));
     put_types(text);
 }
 
@@ -146,13 +146,13 @@ static void put_header(const struct emission *x, struct text *text) {
         "/* %s.c compiled with -DLANES=1, 2, 4 and 8. */\n"
         "extern const struct refdyn_lane_model %s_1, %s_2, %s_4, %s_8;\n\n"
         "#ifdef __cplusplus\n}\n#endif\n\n#endif\n",
-        emit_lanes_lead(x->plan->memory, model), x->name, x->name, x->name, x->name, x->name, x->name,
+        emit_lead(x->plan->memory, model, "lanes"), x->name, x->name, x->name, x->name, x->name, x->name,
         x->name);
 }
 
 void emit_lanes(struct emission *x, struct text *header, struct text *source) {
     struct text body = {.memory = x->plan->memory};
-    x->name = emit_lanes_name(x->plan->memory, x->plan->model->name, "");
+    x->name = memory_format(x->plan->memory, "%s_lanes", x->plan->model->name);
     x->number = "lane";
     x->is_lanes = true;
     x->has_sincos = false;

@@ -73,7 +73,7 @@ static const char *name_of_operation(const struct emission *x, const struct node
         return affixed(memory, "", first, "_squared");
     if (is_product && !strcmp(second, "0_5"))
         return affixed(memory, "half_", first, "");
-    if (is_quotient && a == expr_one(x->g))
+    if (is_quotient && a == EXPR_ONE)
         return affixed(memory, "", second, "_inverse");
     return joined(memory, first, words[node->operation], second);
 }

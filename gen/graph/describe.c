@@ -1,5 +1,12 @@
-/* Prints expressions as text for people: in messages of checks and in `refdyn gen --explain`. The notation
- * is that of graph.h. */
+/*
+ * Expressions as text for people who change the generator: in messages of checks and in `refdyn gen
+ * --explain`.
+ *
+ * A value appears as its name and handle, "w_x#412", or as its handle alone, "#412". Numbers and symbols are
+ * spelled out: p[2] is a parameter, x[0] an input, q[3], qd[3], qdd[3] a coordinate, e.q[7] the coordinate of
+ * frame 7 in the current element, carried[5] and final[5] the value of slot 5 at the beginning of an
+ * iteration and after the loop.
+ */
 #include "gen/graph/graph.h"
 
 #include <string.h>

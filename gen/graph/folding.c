@@ -239,8 +239,7 @@ expression expr_spline(struct graph *g, int table, expression at) {
 expression expr_spline_derivative(struct graph *g, expression e) {
     const struct node node = g->nodes[e];
     const uint32_t code = node.operand[1];
-    return code % SPLINE_ORDERS == SPLINE_ORDERS - 1 ? expr_zero(g)
-                                                     : spline_node(g, code + 1, node.operand[0]);
+    return code % SPLINE_ORDERS == SPLINE_ORDERS - 1 ? EXPR_ZERO : spline_node(g, code + 1, node.operand[0]);
 }
 
 expression expr_rebuild(struct graph *g, expression e, const expression operands[3]) {

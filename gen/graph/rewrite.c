@@ -10,7 +10,8 @@
 #include <assert.h>
 #include <math.h>
 
-expression operation_partial(struct graph *g, expression r, int which) {
+/* The partial derivative of node r with respect to operand `which` (0, 1, 2). */
+static expression operation_partial(struct graph *g, expression r, int which) {
     const struct node node = g->nodes[r];
     const expression a = node.operand[0], b = node.operand[1];
     switch (node.operation) {

@@ -11,7 +11,6 @@
 #ifndef REFDYN_GEN_MODEL_H
 #define REFDYN_GEN_MODEL_H
 
-#include "gen/base/base.h"
 #include "gen/graph/graph.h"
 
 enum { AXIS_X, AXIS_Y, AXIS_Z };
@@ -74,12 +73,10 @@ struct beam {
     int segment_count;
 };
 
-/* The link's own frame (first element of a beam), the beam's end, or a place along it. */
-enum attachment_where { AT_FRAME, AT_TIP, AT_ALONG };
-
+/* A place at the link's own frame (first element of a beam), at the beam's end, or along the beam. */
 struct attachment {
     int link; /* -1: the ground */
-    enum attachment_where where;
+    enum { AT_FRAME, AT_TIP, AT_ALONG } where;
     expression along; /* [m], AT_ALONG only */
     struct placement placement;
 };
@@ -159,11 +156,9 @@ struct course {
     struct place place;
 };
 
-enum row_level { ROW_POSITION, ROW_VELOCITY, ROW_ACCELERATION };
-
 /* A programme constraint: residual = 0. */
 struct row {
-    enum row_level level;
+    enum row_level { ROW_POSITION, ROW_VELOCITY, ROW_ACCELERATION } level;
     expression residual;
     expression alpha, beta; /* Baumgarte gains [1/s] */
     const char *name;       /* for reports: "row 1" or the author's name */
@@ -171,19 +166,16 @@ struct row {
     bool is_closure;        /* part of a closed loop or joint, some of whose rows may be redundant */
     expression rests;       /* of a contact: the parameter that is 1 while the contact rests and its row acts,
                                and 0 otherwise. No expression (0) if the row always acts */
-    const char *
-        *starts;     /* (start_count) parameters that the row reads and that have values of the start of */
-    int start_count; /* the motion; only of formulas that the author writes */
+    const char **starts; /* parameters that the row's own formula reads and that have values of the start */
+    int start_count;     /* of the motion */
     struct place place;
 };
 
 enum number_range { RANGE_ANY, RANGE_POSITIVE, RANGE_NOT_NEGATIVE, RANGE_POISSON, RANGE_SHARE };
 
 /* What an event changes. */
-enum changed { CHANGED_RATE, CHANGED_INPUT, CHANGED_PARAMETER };
-
 struct change {
-    enum changed what;
+    enum changed { CHANGED_RATE, CHANGED_INPUT, CHANGED_PARAMETER } what;
     int index;        /* of the coordinate, input or parameter */
     expression value; /* of the state before the event */
     const char *path; /* its name in messages: "events[1].rates.arm_psi" */
@@ -274,7 +266,6 @@ struct model {
 
 /* Value of an expression in parameters, with their values in the model file and on the command line. */
 double parameters_evaluate(struct graph *graph, const struct parameter *parameters, expression e);
-
 /* The error message for a number, such as "value -5; must be positive"; NULL if it is in its range. */
 const char *requirement_fault(struct memory *memory, enum number_range range, double value);
 
@@ -296,7 +287,6 @@ struct requirement requirement_moments(const expression inertia[6]);
 struct requirement requirement_products(const expression inertia[6]);
 struct requirement requirement_direction(const expression components[3]);
 struct requirement requirement_length(struct graph *g, const expression components[3]);
-
 /* The error message, without its place, if the parameters' values break the requirement; NULL otherwise. */
 const char *requirement_broken(struct memory *memory, struct graph *graph, const struct parameter *parameters,
                                const struct requirement *requirement);

@@ -27,22 +27,22 @@ double parameters_evaluate(struct graph *graph, const struct parameter *paramete
 /* ---- Truth values: 1 or 0 ---- */
 
 static expression is_less(struct graph *g, expression a, expression b) {
-    return expr_where(g, expr_apply2(g, OP_LESS, a, b), expr_one(g), expr_zero(g));
+    return expr_where(g, expr_apply2(g, OP_LESS, a, b), EXPR_ONE, EXPR_ZERO);
 }
 
 static expression is_not_less(struct graph *g, expression a, expression b) {
-    return expr_where(g, expr_apply2(g, OP_LESS, a, b), expr_zero(g), expr_one(g));
+    return expr_where(g, expr_apply2(g, OP_LESS, a, b), EXPR_ZERO, EXPR_ONE);
 }
 
 /* A parameter is always finite. A value computed from parameters may not be. */
 static expression is_finite(struct graph *g, expression value) {
     if (expr_as_symbol(g, value))
-        return expr_one(g);
+        return EXPR_ONE;
     return is_less(g, expr_apply1(g, OP_ABS, value), expr_number(g, DBL_MAX));
 }
 
 static expression is_in_range(struct graph *g, enum number_range range, expression value) {
-    const expression zero = expr_zero(g);
+    const expression zero = EXPR_ZERO;
     switch (range) {
     case RANGE_POSITIVE:
         return is_less(g, zero, value);
@@ -51,9 +51,9 @@ static expression is_in_range(struct graph *g, enum number_range range, expressi
     case RANGE_POISSON:
         return expr_mul(g, is_less(g, expr_number(g, -1), value), is_not_less(g, expr_number(g, 0.5), value));
     case RANGE_SHARE:
-        return expr_mul(g, is_not_less(g, value, zero), is_not_less(g, expr_one(g), value));
+        return expr_mul(g, is_not_less(g, value, zero), is_not_less(g, EXPR_ONE, value));
     default:
-        return expr_one(g);
+        return EXPR_ONE;
     }
 }
 
@@ -93,13 +93,13 @@ static expression half_sum(struct graph *g, const expression I[3]) {
 /* An author may leave out the moment about an axis about which the link never turns. The others are not
  * compared then. */
 static expression is_complete(struct graph *g, const expression I[3]) {
-    return expr_apply2(g, OP_LESS, expr_zero(g), smallest(g, I));
+    return expr_apply2(g, OP_LESS, EXPR_ZERO, smallest(g, I));
 }
 
 static expression has_moments(struct graph *g, const struct requirement *requirement, const expression *I) {
     (void)requirement;
     const expression bound = expr_mul(g, half_sum(g, I), expr_number(g, 1 + 1e-9));
-    return expr_where(g, is_complete(g, I), is_not_less(g, bound, largest(g, I)), expr_one(g));
+    return expr_where(g, is_complete(g, I), is_not_less(g, bound, largest(g, I)), EXPR_ONE);
 }
 
 /* a b - c^2 */
@@ -137,7 +137,7 @@ static expression has_products(struct graph *g, const struct requirement *requir
     (void)requirement;
     for (int i = 0; i < 6; i++) {
         I[i] = i < 3 ? moments[i] : numbers[i - 3];
-        second[i] = expr_sub(g, i < 3 ? half : expr_zero(g), I[i]);
+        second[i] = expr_sub(g, i < 3 ? half : EXPR_ZERO, I[i]);
     }
     return expr_where(g, is_complete(g, moments), is_positive_semidefinite(g, second),
                       is_positive_semidefinite(g, I));
@@ -152,7 +152,7 @@ static expression largest_component(struct graph *g, const expression v[3]) {
 
 static expression has_length(struct graph *g, const struct requirement *requirement, const expression *v) {
     (void)requirement;
-    return is_less(g, expr_zero(g), largest_component(g, v));
+    return is_less(g, EXPR_ZERO, largest_component(g, v));
 }
 
 /* The square of the length must be a finite number above 0. Length 0 is not a direction; another rule says
@@ -162,8 +162,8 @@ static expression has_square(struct graph *g, const struct requirement *requirem
     const expression length = numbers[0];
     (void)requirement;
     return expr_mul(g,
-                    expr_where(g, expr_apply2(g, OP_LESS, expr_zero(g), length),
-                               is_not_less(g, length, expr_number(g, 1e-100)), expr_one(g)),
+                    expr_where(g, expr_apply2(g, OP_LESS, EXPR_ZERO, length),
+                               is_not_less(g, length, expr_number(g, 1e-100)), EXPR_ONE),
                     is_not_less(g, expr_number(g, 1e100), length));
 }
 
@@ -227,7 +227,7 @@ struct requirement requirement_direction(const expression components[3]) {
 /* Length of a vector whose components may have squares that overflow or underflow. */
 static expression length_of(struct graph *g, const expression v[3]) {
     const expression size = expr_apply2(g, OP_MAX, largest_component(g, v), expr_number(g, DBL_MIN));
-    expression sum = expr_zero(g);
+    expression sum = EXPR_ZERO;
     for (int i = 0; i < 3; i++) {
         const expression part = expr_div(g, v[i], size);
         sum = expr_add(g, sum, expr_mul(g, part, part));

@@ -1,6 +1,17 @@
 /*
  * The arrays of a function: its results, those that its loops read, and the entries that straight-line code
  * writes into them. The operations of its loops.
+ *
+ * This file counts the operations of loops, emit_loops.c prints them, interpreter.c runs them. All visit the
+ * entries in the same order, so that every rounding is the same.
+ *
+ * PAIRS computes entries for two coordinates, one of which carries the other. Each coordinate has vectors in
+ * ground axes: far ones (wrenches about its own origin) and near ones (motions of its joint). The loop visits
+ * each coordinate j from the tips. There the far vectors of all coordinates beyond j refer to the origin of
+ * j; the entries are their dot products with the near vectors of j. Then they are moved to the origin of j's
+ * parent: moment += shift x force. Moving from joint to joint, instead of through the ground's origin, keeps
+ * the digits of short elements. Vectors are stored by position, an order in which all coordinates beyond a
+ * joint follow it.
  */
 #include "gen/plan/plan.h"
 

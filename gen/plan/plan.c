@@ -18,6 +18,8 @@ enum {
     LONGEST_PIECE = 400
 };
 
+/* ---- Statements and pieces ---- */
+
 static int slot_index(const struct graph *g, expression e) {
     return graph_as_slot(g, e) ? expr_as_symbol(g, e)->index : -1;
 }

@@ -1,33 +1,20 @@
 /*
  * The plan: from the expressions of each quantity to statements, blocks, loops and functions.
  *
- * The parts in order: loops over arrays; the plan of a function and of a model; building results; quantities,
- * which fill the plan; planning, with ordering, `prepare`, the pass over angles and the schedule; queries;
- * checks; the files that are printed from a plan.
+ * The parts in order: loops over arrays; functions and the plan; building results; quantities, which fill the
+ * plan; planning; queries; files, which are printed from a plan.
  */
 #ifndef REFDYN_GEN_PLAN_H
 #define REFDYN_GEN_PLAN_H
 
 #include "gen/gen.h"
-#include "gen/graph/graph.h"
 
 /* ---- Loops over arrays ---- */
 
 /*
- * Loops of an emitted function run after its straight-line values, over arrays of them.
- *
- * A function's plan has a list of loops, which run in order. Each reads and writes arrays of the function by
- * their numbers: parts of the result, or local arrays. Loops add to the entries that straight-line code has
- * computed. arrays_and_loops.c counts their operations, emit_loops.c prints them, interpreter_loops.c runs
- * them. All visit the entries in the same order, so that every rounding is the same.
- *
- * PAIRS computes entries for two coordinates, one of which carries the other. Each coordinate has vectors in
- * ground axes: far ones (wrenches about its own origin) and near ones (motions of its joint). The loop visits
- * each coordinate j from the tips. There the far vectors of all coordinates beyond j refer to the origin of
- * j; the entries are their dot products with the near vectors of j. Then they are moved to the origin of j's
- * parent: moment += shift x force. Moving from joint to joint, instead of through the ground's origin, keeps
- * the digits of short elements. Vectors are stored by position, an order in which all coordinates beyond a
- * joint follow it.
+ * Loops run in order after a function's straight-line values and add to its entries. They read and write
+ * arrays by their numbers: parts of the result, or local arrays. PAIRS computes entries for two coordinates,
+ * one of which carries the other: arrays_and_loops.c explains it.
  */
 
 enum { NOTHING = -1 }; /* instead of an array: all of its entries are zero */
@@ -95,10 +82,8 @@ struct solving {
     int matrix, array;
 };
 
-enum loop_kind { LOOP_PAIRS, LOOP_PRODUCT, LOOP_FACTORING, LOOP_SOLVING };
-
 struct loop {
-    enum loop_kind kind;
+    enum loop_kind { LOOP_PAIRS, LOOP_PRODUCT, LOOP_FACTORING, LOOP_SOLVING } kind;
     const char *about; /* a line for the reader of the C */
     union {
         struct pairs pairs;
@@ -109,7 +94,6 @@ struct loop {
 };
 
 struct function;
-struct operation_count;
 
 /* Adds the operations of one loop, including its repetitions. */
 void loops_count_operations(const struct function *function, const struct loop *loop,
@@ -121,18 +105,11 @@ struct array_list {
     int count;
 };
 struct array_list loops_list_arrays(struct loop *loop);
-/* Runs one loop over the values of all arrays. */
-void interpreter_run_loop(const struct function *function, const struct loop *loop, double *values);
 
 /* ---- Functions and the plan ---- */
 
-/*
- * The plan: which functions are emitted, which nodes each one computes, in which order and in which pieces.
- *
- * Input: the results of the quantities (quantities.c). Output: all that a printer or the interpreter needs.
- * Values of parameters alone are moved to `prepare`, which computes them once for each set of parameters.
- * Unused values are not in the plan.
- */
+/* Values of parameters alone are moved to `prepare`, which computes them once for each set of parameters.
+ * Unused values are not in the plan. */
 
 /* A nonzero entry that straight-line code computes. */
 struct single {
@@ -161,9 +138,8 @@ struct run_result {
 
 /* Statements in a row, executed once or in a loop over the elements of a run. */
 struct code_block {
-    int run;   /* -1: once */
-    int group; /* of loops of the graph that run as one; 0: executed once, or a loop that only writes results
-                */
+    int run;     /* -1: once */
+    int group;   /* of loops that run as one; 0: executed once, or a loop that only writes results */
     bool inward; /* from the last element to the first */
     int end;     /* end of its statements */
 };
@@ -194,9 +170,8 @@ struct function {
     bool keeps_parameters; /* computes values of parameters alone itself, instead of reading them from
                               `prepare` */
     bool is_for_runtime;   /* describes the start, the events or the rules of a motion: quantities.def */
-    bool
-        has_blocks; /* returns a struct even if it has only one part, whose name is the name of an argument */
-    struct array *arrays; /* parts of the result, then local arrays, which loops read */
+    bool has_blocks;       /* a struct even if it has one part, whose name is the name of an argument */
+    struct array *arrays;  /* parts of the result, then local arrays, which loops read */
     int array_count, local_count, array_capacity;
     int out_count, local_out_count; /* entries of all arrays */
     struct composed_array *parts;   /* of a composed function, which computes nothing itself; parts from one
@@ -217,8 +192,7 @@ struct function {
     struct repeat *repeats;
     int repeat_count, repeat_capacity;
     int first_angle, angle_count; /* coordinates in the pass over angles; count 0: there is no pass */
-    bool
-        *is_stored; /* by handle: a loop's value that is kept for all elements, because other loops read it */
+    bool *is_stored; /* by handle: a loop's value that is kept for all elements, for other loops */
     bool *is_needed; /* by handle: slots of loops among them */
     int *piece_ends; /* blocks are cut into piece_count static functions if there are many statements */
     int piece_count;
@@ -237,14 +211,14 @@ struct plan {
     int parameter_count;
     int *anchored; /* the model's index of each parameter that `anchor` sets */
     int anchored_count;
-    expression *breaks,
-        *switches; /* times of known kinks; values that change sign at other kinks: quantities.h */
+    expression *breaks;   /* times of known kinks: event_terms.c */
+    expression *switches; /* values that change sign at other kinks */
     int break_count, switch_count;
     expression pace;                  /* largest angular frequency of the switches [rad/s] */
     struct requirement *requirements; /* of parameters that some function reads */
     expression *required;             /* for each requirement: whether it holds */
     int requirement_count;
-    expression *no_kinks; /* comparisons that are not kinks of the model: quantities.h */
+    expression *no_kinks; /* comparisons that are not kinks of the model: event_terms.c */
     int no_kink_count;
     struct function prepare;  /* its results are values of parameters alone, ascending */
     bool *is_statement;       /* scratch, by handle, of the function being planned or printed */
@@ -274,7 +248,6 @@ int plan_open_local(struct memory *memory, struct function *function, const char
 void plan_set_entry(struct memory *memory, struct function *function, int array, int entry, expression value);
 void plan_set_entries(struct memory *memory, struct function *function, int array, int first,
                       const expression *values, int count);
-
 /* Sets entry `first` + step * e of an array to the value of a frame with a joint, where e is the element
  * in a run and otherwise 0. */
 void plan_set_frame(struct memory *memory, const struct tree *tree, struct function *function, int array,
@@ -285,8 +258,8 @@ void plan_set_frame(struct memory *memory, const struct tree *tree, struct funct
 /* quantities.c: lists the functions of all requested quantities (`emit` as in gen_plan). Returns false if
  * the scene has none of them. */
 bool quantities_list_functions(struct plan *plan, const char *emit);
-/* asked_words.c: returns `emit` with each word for several quantities replaced by their names, and marks
- * in the plan what else these words request. */
+/* Returns `emit` with each word for several quantities replaced by their names, and marks in the plan what
+ * else these words request. */
 const char *quantities_of_words(struct plan *plan, const char *emit);
 /* The function whose parts `before` q, qd, t, x and p are all derivatives of a quantity; NULL: there is
  * none. */
@@ -322,9 +295,6 @@ struct angle_range {
 struct angle_range angles_range(const struct plan *plan, const struct function *function);
 /* Returns whether a node is the sine or cosine of a coordinate alone. */
 bool angles_is_plain(const struct plan *plan, expression e);
-/* angles.c: finds the coordinates in the pass over angles; returns whether a node is one of its results. */
-void angles_find(const struct plan *plan, struct function *function);
-bool angles_is_in_pass(const struct plan *plan, const struct function *function, expression e);
 /* Returns whether every loop computes the value again instead of reading it: a result of the pass, or a
  * choice of one of two constants. */
 bool angles_is_repeated(const struct plan *plan, const struct function *function, expression e);
@@ -340,28 +310,21 @@ void plan_count_node(const struct plan *plan, expression e, struct operation_cou
 /* Marks is_statement for one function: call it before printing the function. */
 void plan_mark_statements(struct plan *plan, const struct function *function);
 bool plan_is_output_copied(const struct array *array, int entry); /* false in the mirrored upper half */
-/* Returns whether an array has so many zeros that one loop clears all of it before other entries are
- * written. */
+/* Whether an array has so many zeros that one loop clears all of it before other entries are written. */
 bool plan_is_cleared(const struct plan *plan, const struct function *function, int array);
 /* Returns whether the result is a struct of its parts, not an array. */
 bool plan_is_struct_result(const struct function *function);
-/* Entries of a row; all of them in a vector. */
-int plan_columns_of(const struct array *array);
-/* Results and local arrays. */
-int plan_count_arrays(const struct function *function);
-/* Entries of all arrays. */
-int plan_value_count(const struct function *function);
-
+int plan_columns_of(const struct array *array);         /* entries of a row; all of them in a vector */
+int plan_count_arrays(const struct function *function); /* results and local arrays */
+int plan_value_count(const struct function *function);  /* entries of all arrays */
 /* Counts and marks a function's results, by handle. */
 void plan_count_results(const struct function *function, uint32_t *uses);
 void plan_mark_results(const struct function *function, bool *needed);
 /* Marks, by handle, all nodes of the functions listed so far. */
 bool *plan_mark_nodes_of_functions(const struct plan *plan);
-
 /* saturation.c: returns whether a rate drives a term of the accelerations to its limit, or makes it jump,
  * as in friction. */
 bool plan_saturates(const struct plan *plan);
-
 /* plan_invariants.c: the first rule of this header that planned functions break, with the offending value;
  * NULL if they keep all. */
 const char *plan_violation(struct plan *plan);

@@ -59,10 +59,10 @@ static expression pivot_inverse(struct derivation *d, expression pivot, expressi
     struct graph *g = d->g;
     const expression least = expr_mul(g, expr_number(g, redundant), diagonal);
     if (!pivot)
-        return expr_zero(g);
+        return EXPR_ZERO;
     const expression is_own = expr_apply2(g, OP_LESS, least, pivot);
     time_events_leave_out(d->plan, is_own);
-    return expr_where(g, is_own, expr_div(g, expr_one(g), pivot), expr_zero(g));
+    return expr_where(g, is_own, expr_div(g, EXPR_ONE, pivot), EXPR_ZERO);
 }
 
 /* Solves S x = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
@@ -132,8 +132,7 @@ static struct wrench *loads_of_row(struct derivation *d, const struct row_terms 
             continue;
         const struct vector pull =
             matrix_transpose_times(d->g, k->frames[fixed->frame].rotation.at, row->pulls[p]);
-        const struct vector force = vector_scale(d->g, expr_neg(d->g, expr_one(d->g)), pull),
-                            none = {{0, 0, 0}};
+        const struct vector force = vector_scale(d->g, expr_neg(d->g, EXPR_ONE), pull), none = {{0, 0, 0}};
         const struct vector rho = kinematics_from_body(k, fixed->frame, vector_of(fixed->placement.position));
         const struct vector moment = vector_cross(d->g, rho, force);
         const struct wrench load = {moment, d->model->points[p].is_direction ? none : force};
@@ -196,7 +195,7 @@ static void leave_out_free_contacts(struct derivation *d, struct solution *solut
         const expression rests = d->model->rows[i].rests;
         expression *diagonal = &solution->S[i * d->m + i];
         if (rests)
-            *diagonal = expr_add(g, *diagonal, expr_sub(g, expr_one(g), rests));
+            *diagonal = expr_add(g, *diagonal, expr_sub(g, EXPR_ONE, rests));
     }
 }
 

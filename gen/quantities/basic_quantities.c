@@ -177,7 +177,7 @@ static expression row_speed(struct derivation *d, int a) {
 }
 
 static expression programme_power(struct derivation *d, const expression *lambda) {
-    expression sum = expr_zero(d->g);
+    expression sum = EXPR_ZERO;
     for (int a = 0; a < d->m; a++)
         sum = expr_add(d->g, sum, expr_mul(d->g, lambda[a], row_speed(d, a)));
     return sum;
@@ -245,6 +245,14 @@ void quantity_anchor(struct derivation *d, struct function *f) {
 }
 
 /* ---- Spatial Jacobians ---- */
+
+/*
+ * The spatial Jacobian of points with `angular = true`: the quantities J and Jd_qd.
+ *
+ * Input: kinematics. Results: for each of these points, in their order, six rows: the velocity of the point,
+ * then the angular velocity of the body that carries it, both in ground axes, (rd, w) = J qd and (rdd, wd) =
+ * J qdd + Jd_qd. Theory, sect. 4.4.
+ */
 
 static int count_points(const struct derivation *d) {
     int count = 0;

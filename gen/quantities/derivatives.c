@@ -198,7 +198,7 @@ struct variable {
 static expression derivative_by_variable(void *context, struct graph *g, expression e) {
     const struct variable *by = context;
     const struct symbol *s = expr_as_symbol(g, e);
-    return s->kind == by->kind && s->index == by->index ? expr_one(g) : expr_zero(g);
+    return s->kind == by->kind && s->index == by->index ? EXPR_ONE : EXPR_ZERO;
 }
 
 /* Sets the derivatives of all blocks of variables that have columns, in one sweep. */
@@ -563,7 +563,7 @@ static struct row_arrays add_row_arrays(struct builder *b) {
     a.inverse = add_matrix(d, b->f, "inverse", m, m);
     for (int row = 0; row < m; row++) {
         expression *unit = derivation_new_values(d, m);
-        unit[row] = expr_one(d->g);
+        unit[row] = EXPR_ONE;
         accelerations_solve_rows(d, d->solution->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
         plan_set_entries(d->memory, b->f, a.inverse, row * m, unit, m);
     }

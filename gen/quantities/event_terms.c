@@ -125,6 +125,15 @@ void quantity_event_terms(struct derivation *d, struct function *f) {
 
 /* ---- Times of kinks ---- */
 
+/*
+ * Times at which formulas of time alone have kinks or jumps: an integrator ends a step there.
+ *
+ * Input: the functions of a plan. Their minima, maxima, absolute values, comparisons and events have values
+ * that change sign. Those that depend on time, parameters and inputs alone are collected here. For values
+ * that are piecewise linear in t, plan->breaks has the zeros, as expressions without t. The other values are
+ * plan->switches, whose zeros are located during a motion; plan->pace is their largest frequency.
+ */
+
 enum {
     MOST_BREAKS = 1000, /* kinks in time that are reported */
     DEEPEST_KINK = 4    /* nested kinks that are examined */
@@ -134,12 +143,12 @@ static const double pi = 3.14159265358979323846;
 /* d/dt with everything else constant, and the value at t = 0. */
 static expression time_derivative(void *context, struct graph *g, expression e) {
     (void)context;
-    return expr_as_symbol(g, e)->kind == SYMBOL_TIME ? expr_one(g) : expr_zero(g);
+    return expr_as_symbol(g, e)->kind == SYMBOL_TIME ? EXPR_ONE : EXPR_ZERO;
 }
 
 static expression at_time_zero(void *context, struct graph *g, expression e) {
     (void)context;
-    return expr_as_symbol(g, e)->kind == SYMBOL_TIME ? expr_zero(g) : e;
+    return expr_as_symbol(g, e)->kind == SYMBOL_TIME ? EXPR_ZERO : e;
 }
 
 static bool has_kink(const struct graph *g, expression e) {
@@ -180,7 +189,7 @@ static bool add_zero(struct plan *plan, expression s) {
     struct graph *g = plan->g;
     expression start;
     const expression derivative = rewrite_derivative(g, s, time_derivative, NULL);
-    if (derivative == expr_zero(g))
+    if (derivative == EXPR_ZERO)
         return true;
     if (g->nodes[derivative].depends & ON_TIME)
         return false;
@@ -204,10 +213,8 @@ static bool add_breaks(struct plan *plan, expression s, int depth) {
         return false;
     const struct node node = g->nodes[kink];
     const bool is_less = node.operation == OP_LESS, is_abs = node.operation == OP_ABS;
-    const expression first = is_less ? expr_one(g) : node.operand[0];
-    const expression second = is_less  ? expr_zero(g)
-                              : is_abs ? expr_neg(g, node.operand[0])
-                                       : node.operand[1];
+    const expression first = is_less ? EXPR_ONE : node.operand[0];
+    const expression second = is_less ? EXPR_ZERO : is_abs ? expr_neg(g, node.operand[0]) : node.operand[1];
     const bool known = add_breaks(plan, rewrite_replace(g, s, kink, first), depth + 1);
     return add_breaks(plan, rewrite_replace(g, s, kink, second), depth + 1) && known;
 }
@@ -228,7 +235,7 @@ static bool is_left_out(const struct plan *plan, expression e) {
 /* ---- Frequency of the sign changes ---- */
 
 static expression larger(struct graph *g, expression a, expression b) {
-    return a == b || b == expr_zero(g) ? a : a == expr_zero(g) ? b : expr_apply2(g, OP_MAX, a, b);
+    return a == b || b == EXPR_ZERO ? a : a == EXPR_ZERO ? b : expr_apply2(g, OP_MAX, a, b);
 }
 
 /* |d/dt| of e, times a factor. */
@@ -255,7 +262,7 @@ static expression pace_of_node(struct graph *g, expression e, const expression *
     const expression *operand = node.operand;
     double exponent;
     if (!(node.depends & ON_TIME) || expr_as_symbol(g, e))
-        return expr_zero(g);
+        return EXPR_ZERO;
     switch (node.operation) {
     case OP_SIN:
     case OP_COS:
@@ -272,7 +279,7 @@ static expression pace_of_node(struct graph *g, expression e, const expression *
     case OP_ATAN2:
         return expr_add(g, pace[operand[0]], pace[operand[1]]);
     default: {
-        expression most = expr_zero(g);
+        expression most = EXPR_ZERO;
         for (int k = 0; k < operation_arity((enum operation)node.operation); k++)
             most = larger(g, most, pace[operand[k]]);
         return most;
@@ -283,7 +290,7 @@ static expression pace_of_node(struct graph *g, expression e, const expression *
 /* The largest angular frequency of the switches: an expression of t, parameters and inputs. */
 static expression find_pace(struct plan *plan) {
     struct graph *g = plan->g;
-    expression most = expr_zero(g);
+    expression most = EXPR_ZERO;
     for (int i = 0; i < plan->switch_count; i++) {
         const expression s = plan->switches[i];
         bool *inside = memory_get(plan->memory, (s + 1) * sizeof *inside);

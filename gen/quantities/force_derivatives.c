@@ -1,4 +1,15 @@
-/* Derivatives of applied forces by q and qd, as entries and loops of a function: theory, sect. 7.3. */
+/*
+ * Derivatives of applied forces (tangent.h) by q and qd, as entries and as loops over arrays (plan.h):
+ * theory, sect. 7.3.
+ *
+ * Input: applied forces, and the motion at given accelerations. Adds to a function: entries of springs,
+ * dampers and forces on coordinates; products of arrays for forces at points that depend on the state;
+ * vectors for the loop over pairs, in which joints turn the columns of C.
+ *
+ * Joint j turns the columns of i beyond it: entry (i, j) gains e_j . rows_i, entry (j, i) gains e_j .
+ * columns_i. With the force F at C_i and the torque T on e_i, (e_j x C_i) . F = e_j . (C_i x F). Only nearer
+ * joints turn the axis of a torque, so that e_i x T appears in rows only.
+ */
 #include "gen/quantities/quantities.h"
 #include "gen/dynamics/dynamics.h"
 
@@ -98,7 +109,7 @@ static struct own_derivatives own_derivatives_of(const struct builder *b, int i,
     struct own_derivatives own = {.first = i, .count = 1};
     if (!b->applied_forces->has_springs)
         return own;
-    if (!element_strains_has(k, i)) {
+    if (!k->tree->frames[i].has_strains) {
         own.at[0] = expr_mul(k->g, expr_neg(k->g, factor), order ? joint->damping : joint->stiffness);
         return own;
     }
@@ -298,14 +309,14 @@ static void set_strains(const struct builder *b, int i, double sign, struct vect
         damping[i].at[before - 1] = by_qd.at[frame->turn - before];
     }
     if (frame->turn == 2)
-        rows[i].at[2] = expr_one(b->d->g);
+        rows[i].at[2] = EXPR_ONE;
 }
 
 struct strain_derivatives force_derivatives_strains(const struct builder *b, double sign) {
     struct strain_derivatives strains = {new_vectors(b->d, b->d->frames), new_vectors(b->d, b->d->frames),
                                          new_vectors(b->d, b->d->frames)};
     for (int i = -1; recursion_next_joint(b->d->g, b->d->kinematics.tree, &i);)
-        if (element_strains_has(&b->d->kinematics, i))
+        if (b->d->kinematics.tree->frames[i].has_strains)
             set_strains(b, i, sign, strains.rows, strains.columns, strains.damping);
     return strains;
 }
@@ -315,7 +326,7 @@ static void add_coupled_coordinates(struct builder *b, struct derivatives *deriv
         if (!couples(b, i))
             continue;
         expression *column = derivation_new_values(b->d, b->d->frames);
-        column[i] = expr_one(b->d->g);
+        column[i] = EXPR_ONE;
         const expression force = b->applied_forces->coordinates[i];
         append(b, derivatives,
                (struct derivative){column,

@@ -1,4 +1,9 @@
-/* Builds local arrays and loops over pairs of coordinates from vectors by frame. */
+/*
+ * Local arrays and loops over pairs of coordinates of one function (plan.h), from vectors of coordinates.
+ *
+ * Input: vectors by frame. Output: arrays by position, an order in which all coordinates beyond a joint
+ * follow it. Arrays of the result come first; local arrays follow the last of them.
+ */
 #include "gen/quantities/quantities.h"
 #include "gen/base/base.h"
 

@@ -1,5 +1,6 @@
 /*
- * Chooses the quantities of an emission, builds them in order, and composes functions of others.
+ * Chooses the quantities of an emission from the words of `--emit`, builds them in order, and composes
+ * functions of others.
  *
  * Input: the model, its tree and the list of --emit. Output: the functions of plan.h. quantities.def says
  * which quantities exist, when a scene has them and when they are emitted. Terms that several quantities
@@ -74,12 +75,15 @@ static bool has_switches(const struct derivation *d) {
 }
 
 static bool has_pace(const struct derivation *d) {
-    return has_switches(d) && d->plan->pace != expr_zero(d->plan->g);
+    return has_switches(d) && d->plan->pace != EXPR_ZERO;
 }
 
 static bool has_anchors(const struct derivation *d) {
     return d->plan->anchored_count > 0;
 }
+
+enum quantity_use { BY_DEFAULT, IF_PRESENT, ALWAYS, ON_REQUEST, IN_BLOCKS };
+enum quantity_readers { ANY, RUNTIME };
 
 /* quantities.def explains the columns. */
 struct quantity {
@@ -104,11 +108,142 @@ static const struct quantity quantities[] = {
 };
 #undef QUANTITY
 
+/* ---- The words of `--emit` ---- */
+
+/* Words for several quantities are replaced by the names of these, with the derivatives that an emission for
+ * CasADi needs in addition. The plan records what else is emitted. */
+
+/* A step calls qdd and its derivatives, with respect to the parameters only on request. */
+static const char step[] = "step", step_with_parameters[] = "step.p";
+static const char step_calls[] = "qdd,d_qdd.q,d_qdd.qd,d_qdd.t,d_qdd.x", parameters_calls[] = ",d_qdd.p";
+
+static bool is_word_for_several(const char *word) {
+    return !strcmp(word, step) || !strcmp(word, step_with_parameters);
+}
+
+static const struct derivatives_of differentiable[] = {
+    {"qdd", "d_qdd", ""},      {"qdd_free", "d_qdd_free", ""}, {"force", "d_force", ""},
+    {"phi", "d_rows", "phi_"}, {"psi", "d_rows", "psi_"},      {"k", "d_rows", "k_"}};
+enum { DIFFERENTIABLE = sizeof differentiable / sizeof *differentiable };
+
+const struct derivatives_of *quantities_derivatives_of(const char *quantity) {
+    for (int i = 0; i < DIFFERENTIABLE; i++)
+        if (!strcmp(quantity, differentiable[i].quantity))
+            return &differentiable[i];
+    return NULL;
+}
+
+/* CasADi has the derivatives of a function as a second function. */
+static const char *with_derivatives(struct memory *memory, const char *word) {
+    const char *list = word;
+    for (int i = 0; i < DIFFERENTIABLE; i++)
+        if (!strcmp(word, "all") || !strcmp(word, differentiable[i].quantity))
+            list = memory_format(memory, "%s,%s", list, differentiable[i].function);
+    return list;
+}
+
+static const char *meaning_of(struct plan *plan, const char *word) {
+    const bool has_parameters = !strcmp(word, step_with_parameters) || plan->has_casadi;
+    if (!is_word_for_several(word))
+        return plan->has_casadi ? with_derivatives(plan->memory, word) : word;
+    plan->has_step = true;
+    plan->has_step_parameters |= has_parameters;
+    return memory_format(plan->memory, "%s%s", step_calls, has_parameters ? parameters_calls : "");
+}
+
+const char *quantities_of_words(struct plan *plan, const char *emit) {
+    char *rest = memory_text(plan->memory, emit ? emit : plan->has_casadi ? "all" : "");
+    const char *list = plan->has_casadi ? "start" : NULL;
+    if (!emit && !plan->has_casadi)
+        return NULL;
+    while (rest) {
+        const char *word = rest;
+        rest = strchr(word, ',');
+        if (rest)
+            *rest++ = 0;
+        word = meaning_of(plan, word);
+        list = list ? memory_format(plan->memory, "%s,%s", list, word) : word;
+    }
+    return list;
+}
+
+const char *gen_quantity(int number) {
+    return number < QUANTITY_COUNT ? quantities[number].name : NULL;
+}
+
+/* Returns whether `name` is one of the comma-separated words of `list`. */
+static bool is_in_list(const char *list, const char *name) {
+    const size_t length = strlen(name);
+    for (const char *at = list; (at = strstr(at, name)); at += length)
+        if ((at == list || at[-1] == ',') && (at[length] == ',' || !at[length]))
+            return true;
+    return false;
+}
+
+/* The word for the form of the tangent that needs fewer operations. */
+static const char implicit[] = "implicit";
+
+/* "d_qdd.q" */
+static const char *block_word(struct memory *memory, const char *quantity, int block) {
+    return memory_format(memory, "%s.%s", quantity, derivatives_block_name(block));
+}
+
+/* The message about a wrong block of derivatives; NULL: the block exists. */
+static const char *wrong_block(struct memory *memory, const char *word) {
+    const char *names = "", *parts = "";
+    for (int k = 0; derivatives_block_name(k); k++)
+        parts = memory_format(memory, "%s .%s", parts, derivatives_block_name(k));
+    for (int i = 0; i < QUANTITY_COUNT; i++) {
+        if (quantities[i].use != IN_BLOCKS)
+            continue;
+        names = memory_format(memory, "%s%s%s", names, *names ? " " : "", quantities[i].name);
+        for (int k = 0; derivatives_block_name(k); k++)
+            if (!strcmp(block_word(memory, quantities[i].name, k), word))
+                return NULL;
+    }
+    return memory_format(memory, "'%s' is not a part of a quantity; %s have%s", word, names, parts);
+}
+
+/* The message about a word that names no quantity, with the allowed words; NULL: the word is right. */
+static const char *wrong_word(struct memory *memory, const char *word) {
+    const char *names[QUANTITY_COUNT], *all = "all implicit step step.p";
+    if (!strcmp(word, "all") || !strcmp(word, implicit) || is_word_for_several(word))
+        return NULL;
+    if (strchr(word, '.'))
+        return wrong_block(memory, word);
+    for (int i = 0; i < QUANTITY_COUNT; i++) {
+        names[i] = quantities[i].name;
+        all = memory_format(memory, "%s %s", all, names[i]);
+        if (!strcmp(names[i], word))
+            return NULL;
+    }
+    const char *near = message_nearest_name(word, names, QUANTITY_COUNT);
+    if (near)
+        return memory_format(memory, "no quantity is called '%s', the nearest is %s", word, near);
+    return memory_format(memory, "no quantity is called '%s', known: %s", word, all);
+}
+
+const char *gen_wrong_emit(struct generation *generation, const char *emit) {
+    if (setjmp(generation->out_of_memory))
+        return "out of memory";
+    char *rest = memory_text(&generation->memory, emit);
+    const char *wrong = NULL;
+    while (rest && !wrong) {
+        const char *word = rest;
+        rest = strchr(word, ',');
+        if (rest)
+            *rest++ = 0;
+        wrong = *word ? wrong_word(&generation->memory, word)
+                      : memory_format(&generation->memory, "a name in '%s' is empty", emit);
+    }
+    return wrong;
+}
+
 /* ---- Functions composed of others ---- */
 
 /* Everything is requested without a list, and by "all" in one. */
 static bool asks_for_all(const struct derivation *d) {
-    return !d->emit || quantities_is_in_list(d->emit, "all");
+    return !d->emit || is_in_list(d->emit, "all");
 }
 
 /* Returns the function of a quantity, and builds it first if necessary. */
@@ -228,20 +363,20 @@ enum { MEMBERSHIP_COUNT = sizeof memberships / sizeof *memberships };
 /* The requested blocks of derivatives, one bit each; all of them if the quantity is named as a whole. */
 static unsigned wanted_blocks(const struct derivation *d, const struct quantity *quantity) {
     unsigned wanted = 0;
-    if (quantity->use != IN_BLOCKS || !d->emit || quantities_is_in_list(d->emit, quantity->name))
+    if (quantity->use != IN_BLOCKS || !d->emit || is_in_list(d->emit, quantity->name))
         return ~0u;
     for (int k = 0; derivatives_block_name(k); k++)
-        if (quantities_is_in_list(d->emit, quantities_block_word(d->memory, quantity->name, k)))
+        if (is_in_list(d->emit, block_word(d->memory, quantity->name, k)))
             wanted |= 1u << k;
     return wanted;
 }
 
 static bool is_asked_for(const struct derivation *d, const struct quantity *quantity) {
     const char *emit = d->emit;
-    if (emit && (quantities_is_in_list(emit, quantity->name) ||
-                 (quantity->use == IN_BLOCKS && wanted_blocks(d, quantity))))
+    if (emit &&
+        (is_in_list(emit, quantity->name) || (quantity->use == IN_BLOCKS && wanted_blocks(d, quantity))))
         return true;
-    if (emit && quantities_is_in_list(emit, quantities_implicit) &&
+    if (emit && is_in_list(emit, implicit) &&
         quantity->build == (d->has_vectors ? quantity_tangent_vectors : quantity_tangent))
         return true;
     return (quantity->use == BY_DEFAULT || quantity->use == ALWAYS ||
@@ -297,7 +432,7 @@ static bool is_wanted(const struct derivation *d, const struct quantity *quantit
 }
 
 static bool is_named(const struct derivation *d, const struct quantity *quantity) {
-    return d->emit && quantities_is_in_list(d->emit, quantity->name);
+    return d->emit && is_in_list(d->emit, quantity->name);
 }
 
 static const struct quantity *find_quantity(const char *name) {
@@ -371,8 +506,7 @@ bool quantities_list_functions(struct plan *plan, const char *emit) {
     struct derivation *d = choice_of_tree(plan);
     const char *last_reason = NULL;
     d->emit = emit;
-    d->has_vectors = emit && quantities_is_in_list(emit, quantities_implicit) && is_corrected(d) &&
-                     derivatives_prefer_vectors(d);
+    d->has_vectors = emit && is_in_list(emit, implicit) && is_corrected(d) && derivatives_prefer_vectors(d);
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];

@@ -1,42 +1,26 @@
 /*
  * Quantities: the emitted functions, built from the terms of kinematics, dynamics and rows.
  *
- * quantities.def is the table of them; plan.h declares the call that lists the requested ones. This header is
- * for the builders of quantities. The parts in order: the table; shared terms and their costs; matrices;
- * derivatives; loops over pairs; derivatives of forces; rules for parameters; spatial Jacobians; times of
- * kinks.
+ * quantities.def is the table of them; plan.h declares the call that lists the requested ones. The parts in
+ * order: the table; shared terms and their costs; matrices; derivatives; loops over pairs; derivatives of
+ * forces; other terms.
  */
 #ifndef REFDYN_GEN_QUANTITIES_H
 #define REFDYN_GEN_QUANTITIES_H
 
-#include "gen/dynamics/dynamics.h"
 #include "gen/plan/plan.h"
 #include "gen/tangent/tangent.h"
 
 /* ---- The table ---- */
 
-/* Columns of quantities.def, which explains them. */
-enum quantity_use { BY_DEFAULT, IF_PRESENT, ALWAYS, ON_REQUEST, IN_BLOCKS };
-enum quantity_readers { ANY, RUNTIME };
-
 struct derivation;
-
 /* The function that fills the arrays of each quantity. */
 #define QUANTITY(name, about, exists, lacks, use, readers) \
     void quantity_##name(struct derivation *d, struct function *f);
 #include "gen/quantities/quantities.def"
 #undef QUANTITY
 
-/* asked_words.c: returns whether `name` is one of the comma-separated words of `list`. */
-bool quantities_is_in_list(const char *list, const char *name);
-/* The word for the form of the tangent that needs fewer operations. */
-extern const char quantities_implicit[];
-/* "d_qdd.q" */
-const char *quantities_block_word(struct memory *memory, const char *quantity, int block);
-
-/* ---- Shared terms ---- */
-
-/* Terms of one model that several quantities share: each is derived when first requested. */
+/* ---- Shared terms of one model, each derived when first requested ---- */
 
 /* The terms of one way of solving M x = f, u x = k. NULL: not derived yet. */
 struct solution {
@@ -50,17 +34,13 @@ struct solution {
     struct reference *references; /* the accelerations of the frames are relative to these */
 };
 
-enum {
-    MOST_WRITTEN_OUT = 40
-}; /* coordinates: for more, written-out matrices and runs are not even counted */
-
-/* How a matrix is computed. */
-enum matrix_form { FORM_OPEN, FORM_LOOPS, FORM_WRITTEN };
+/* Coordinates: for more, written-out matrices and runs are not even counted. */
+enum { MOST_WRITTEN_OUT = 40 };
 
 struct derivation {
     struct derivation *flat; /* the same model without runs, once requested */
     bool is_second;          /* it is such a second derivation: its choices are not reported */
-    enum matrix_form mass_form, statics_form;
+    enum matrix_form { FORM_OPEN, FORM_LOOPS, FORM_WRITTEN } mass_form, statics_form;
     const char *emit;       /* the requested quantities, as in gen_plan */
     unsigned wanted_blocks; /* of the derivatives that are being built: bit k selects the block that
                                derivatives_block_name(k) names */
@@ -125,14 +105,12 @@ void operation_cost_note_choice(struct derivation *d, const char *choice);
 /* mass_matrix.c: adds an array for M. Fill it after all other arrays exist. */
 int mass_matrix_add(struct derivation *d, struct function *f);
 void mass_matrix_fill(struct derivation *d, struct function *f, int array);
-
 /* Spreads values by frame to entries first + stride * coordinate of an array. */
 void derivation_spread(struct derivation *d, struct function *f, int array, int first, int stride,
                        const expression *by_frame);
 /* Adds one part to a function's result and returns its number. */
 int derivation_add_array(struct derivation *d, struct function *f, const char *name, const char *about,
                          int count, int columns);
-
 /* Adds the rotors' inertias to the diagonal of an array of M that loops fill. */
 void mass_matrix_add_rotors(struct derivation *d, struct function *f, int array);
 /* dQ/dq at qd = 0 in the cheaper form. Call it after all other arrays of the result exist. */
@@ -150,13 +128,6 @@ void derivatives_keep_emitted_parameters(struct plan *plan);
 
 /* ---- Loops over pairs of coordinates ---- */
 
-/*
- * Local arrays and loops of one function: from vectors of coordinates to the plan's loops over pairs.
- *
- * Input: vectors by frame. Output: arrays by position, an order in which all coordinates beyond a joint
- * follow it. Arrays of the result come first; local arrays follow the last of them.
- */
-
 struct pair_arrays {
     struct memory *memory;
     struct plan *plan;
@@ -170,7 +141,7 @@ struct pair_arrays {
 /* shifts: by frame, from the origin of the previous joint, ground axes; NULL: no moment is moved. */
 struct pair_arrays pair_loops_open(struct plan *plan, const struct kinematics *k, struct function *function,
                                    const struct vector *shifts);
-/* The same for arrays that are parts of the result. */
+/* For arrays that are parts of the result. */
 struct pair_arrays pair_loops_open_results(struct plan *plan, const struct kinematics *k,
                                            struct function *function);
 /* Adds a local array under a unique name and returns its number. */
@@ -193,16 +164,7 @@ void pair_loops_add_term(struct pair_terms *terms, double factor, struct vector_
  * all loops exist. */
 void pair_loops_drop_unread(struct memory *memory, struct function *function);
 
-/* ---- Derivatives of forces ---- */
-
-/*
- * Derivatives of applied forces (tangent.h) by q and qd, as entries and as loops over arrays (plan.h):
- * theory, sect. 7.3.
- *
- * Input: applied forces, and the motion at given accelerations. Adds to a function: entries of springs,
- * dampers and forces on coordinates; products of arrays for forces at points that depend on the state;
- * vectors for the loop over pairs, in which joints turn the columns of C.
- */
+/* ---- Derivatives of applied forces (tangent.h) by q and qd: theory, sect. 7.3 ---- */
 
 /* The numbers of the arrays to which derivatives are added; NOTHING: left out. */
 struct targets {
@@ -220,11 +182,7 @@ struct builder {
     const struct vector *shifts; /* by frame, ground axes */
 };
 
-/*
- * Joint j turns the columns of i beyond it: entry (i, j) gains e_j . rows_i, entry (j, i) gains e_j .
- * columns_i. With the force F at C_i and the torque T on e_i, (e_j x C_i) . F = e_j . (C_i x F). Only nearer
- * joints turn the axis of a torque, so that e_i x T appears in rows only. Theory, sect. 7.3.
- */
+/* By frame: the wrenches that nearer joints turn, as force_derivatives.c explains. */
 struct turned_applied_forces {
     struct vector *rows, *columns;
 };
@@ -238,8 +196,7 @@ void force_derivatives_add_turning_pairs(struct builder *b, const struct turned_
 /* Sets the entries of springs, dampers and forces on coordinates. */
 void force_derivatives_set_coordinate_derivatives(struct builder *b, const struct targets *targets);
 /* For `tangent_vectors`: sets the derivatives, by coordinate, of springs, dampers and forces that depend
- * on their own coordinate alone. The last function adds the arrays of forces that couple coordinates,
- * count x n each, and returns the count. */
+ * on their own coordinate alone. */
 void force_derivatives_set_own_derivatives(struct builder *b, double sign, int stiffness, int damping);
 /* The derivatives of turns that share strains, apart from these diagonals, by frame: REFDYN_STRAIN_ROWS
  * and the following entries in refdyn_model.h. */
@@ -247,46 +204,24 @@ struct strain_derivatives {
     struct vector *rows, *columns, *damping;
 };
 struct strain_derivatives force_derivatives_strains(const struct builder *b, double sign);
+/* Adds the arrays of forces that couple coordinates, count x n each, and returns the count. */
 int force_derivatives_add_couplings(struct builder *b, double sign);
 /* Adds forces and torques at points, after all arrays of the result. */
 void force_derivatives_add_loops(struct builder *b, const struct targets *targets);
 void force_derivatives_add_product(struct builder *b, int target, int left, int right, double factor,
                                    const char *about);
 
-/* ---- Rules for parameters ---- */
+/* ---- Rules for parameters, spatial Jacobians, times of kinks ---- */
 
-/* The quantity `required`, which the runtime evaluates before a motion. */
-
-/* Lists the rules in the plan. Call it after all other functions are listed. */
+/* Lists the rules of the quantity `required`, which the runtime evaluates before a motion. Call it after all
+ * other functions are listed. */
 void required_values_find(struct derivation *d);
 bool required_values_exist(const struct derivation *d);
-
-/* ---- Spatial Jacobians ---- */
-
-/*
- * The spatial Jacobian of points with `angular = true`: the quantities J and Jd_qd.
- *
- * Input: kinematics. Results: for each of these points, in their order, six rows: the velocity of the point,
- * then the angular velocity of the body that carries it, both in ground axes, (rd, w) = J qd and (rdd, wd) =
- * J qdd + Jd_qd. Theory, sect. 4.4.
- */
-
 bool spatial_jacobian_exists(const struct derivation *d);
-
-/* ---- Times of kinks ---- */
-
-/*
- * Times at which formulas of time alone have kinks or jumps: an integrator ends a step there.
- *
- * Input: the functions of a plan. Their minima, maxima, absolute values, comparisons and events have values
- * that change sign. Those that depend on time, parameters and inputs alone are collected here. For values
- * that are piecewise linear in t, plan->breaks has the zeros, as expressions without t. The other values are
- * plan->switches, whose zeros are located during a motion; plan->pace is their largest frequency.
- */
-
 /* Excludes a comparison e that only detects rounding: it is no kink of the model. Call it before
  * time_events_find. */
 void time_events_leave_out(struct plan *plan, expression e);
+/* Sets breaks, switches and pace of the plan from its functions. */
 void time_events_find(struct plan *plan);
 
 #endif

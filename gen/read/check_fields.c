@@ -298,7 +298,7 @@ static void check_tables_by_joint(const struct checker *checker, const struct va
         if (table->kind == VALUE_TABLE)
             fields_check(checker, table, owner, own_path);
         else
-            refuse_kind(checker, table, own_path, owner_form(owner));
+            refuse_kind(checker, table, own_path, owner_rules[owner].form);
     }
 }
 
@@ -338,7 +338,7 @@ static void check_list(const struct checker *checker, const struct value *value,
 
 /* An example of such a table, with the function of the module that has made this one. */
 static const char *form_of(const struct checker *checker, const struct value *table, enum owner owner) {
-    const char *form = owner_form(owner);
+    const char *form = owner_rules[owner].form;
     return table->tag ? memory_format(checker->memory, "rd.%s %s", table->tag, form) : form;
 }
 
@@ -397,7 +397,7 @@ static void refuse_stranger(const struct checker *checker, const struct value *t
     const char *names =
         field_names_text(checker, table, table->field_count < MOST_SHOWN ? table->field_count : MOST_SHOWN);
     message_error(checker->messages, table->place, "%s: has no field of %s%s%s%s; write %s", path,
-                  fields_owner_text(owner), *names ? " (has " : "", names, *names ? ")" : "",
+                  owner_rules[owner].text, *names ? " (has " : "", names, *names ? ")" : "",
                   form_of(checker, table, owner));
 }
 
@@ -405,7 +405,7 @@ void fields_check(const struct checker *checker, const struct value *table, enum
                   const char *path) {
     if (!fields_is_made_for(table, owner)) {
         message_error(checker->messages, table->place, "%s: made by rd.%s; must be %s such as %s", path,
-                      table->tag, fields_owner_text(owner), owner_form(owner));
+                      table->tag, owner_rules[owner].text, owner_rules[owner].form);
         return;
     }
     if (fields_is_stranger(table, owner)) {
@@ -424,7 +424,7 @@ void fields_check(const struct checker *checker, const struct value *table, enum
             check_field(checker, value, rule, own_path);
         else if (rule->need == NEED_NEEDED && !has_stray && !fields_is_misspelled(table, owner, rule->name))
             message_error(checker->messages, table->place, "%s: missing; %s needs it", own_path,
-                          fields_owner_text(owner));
+                          owner_rules[owner].text);
     }
     check_pairs(checker, table, owner, path);
     check_unknown(checker, table, owner, path);

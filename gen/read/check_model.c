@@ -157,7 +157,7 @@ static double find_not_finite(const struct check *check, expression e) {
             continue;
         if (expr_is_number(graph, i, &value) && !isfinite(value))
             return value;
-        if (graph->nodes[i].operation == OP_DIV && graph->nodes[i].operand[1] == expr_zero(graph))
+        if (graph->nodes[i].operation == OP_DIV && graph->nodes[i].operand[1] == EXPR_ZERO)
             return INFINITY;
         int arity = operation_arity((enum operation)graph->nodes[i].operation);
         for (int operand = 0; operand < arity; operand++)

@@ -42,9 +42,7 @@ const struct field_rule field_rules[FIELD_COUNT] = {
 #undef FIELD
 };
 
-static const struct {
-    const char *text, *tag, *form;
-} owners[] = {
+const struct owner_rule owner_rules[OWNER_COUNT] = {
 #define OWNER(name, text, tag, form) {text, tag, form},
     OWNERS
 #undef OWNER
@@ -91,25 +89,13 @@ const struct type_rule type_rules[TYPE_COUNT] = {
     [TYPE_FUNCTION] = {"a function", TAKES_FUNCTION, OWNER_COUNT},
 };
 
-const char *fields_owner_text(enum owner owner) {
-    return owners[owner].text;
-}
-
-const char *owner_form(enum owner owner) {
-    return owners[owner].form;
-}
-
-const char *fields_owner_tag(enum owner owner) {
-    return owners[owner].tag;
-}
-
 static const char *const row_tags[] = {"position", "velocity", "acceleration"};
 
 int fields_list_tags(const char **tags) {
     int count = 0;
     for (int i = 0; i < OWNER_COUNT; i++)
-        if (owners[i].tag)
-            tags[count++] = owners[i].tag;
+        if (owner_rules[i].tag)
+            tags[count++] = owner_rules[i].tag;
     for (int i = 0; i < 3; i++)
         tags[count++] = row_tags[i];
     return count;
@@ -117,19 +103,13 @@ int fields_list_tags(const char **tags) {
 
 const char *fields_tag_form(const char *tag) {
     for (int i = 0; i < OWNER_COUNT; i++)
-        if (owners[i].tag && strcmp(owners[i].tag, tag) == 0)
-            return owners[i].form;
+        if (owner_rules[i].tag && strcmp(owner_rules[i].tag, tag) == 0)
+            return owner_rules[i].form;
     return "{ expression }"; /* rows */
 }
 
 bool fields_has_tag(const struct value *value, const char *tag) {
     return value->kind == VALUE_TABLE && value->tag && tag && strcmp(value->tag, tag) == 0;
-}
-
-const char *fields_range_text(enum number_range range) {
-    static const char *const texts[] = {"", "positive", "not below 0", "above -1, up to 0.5", "from 0 to 1"};
-    _Static_assert(sizeof texts / sizeof *texts == RANGE_SHARE + 1, "each range has a text");
-    return texts[range];
 }
 
 const char *fields_path_name(const struct checker *checker, const char *path, const char *name) {
@@ -205,7 +185,7 @@ bool fields_is_stranger(const struct value *table, enum owner owner) {
 
 /* Rows of all three levels have the same fields. */
 bool fields_is_made_for(const struct value *table, enum owner owner) {
-    const char *tag = owner == OWNER_COUNT ? NULL : owners[owner].tag;
+    const char *tag = owner == OWNER_COUNT ? NULL : owner_rules[owner].tag;
     bool is_row = false;
     for (int i = 0; i < 3; i++)
         is_row = is_row || fields_has_tag(table, row_tags[i]);
@@ -241,8 +221,7 @@ bool fields_has(const struct value *table, enum field field) {
 
 expression fields_get_value(const struct checker *checker, const struct value *table, enum field field) {
     const struct value *value = fields_get(table, field);
-    expression e =
-        field_rules[field].need != NEED_OPTIONAL ? expr_one(checker->graph) : expr_zero(checker->graph);
+    expression e = field_rules[field].need != NEED_OPTIONAL ? EXPR_ONE : EXPR_ZERO;
     if (value)
         value_expression(checker->graph, value, &e);
     return e;
@@ -252,7 +231,7 @@ void fields_get_vector(const struct checker *checker, const struct value *table,
                        expression *vector) {
     const struct value *value = fields_get(table, field);
     for (int i = 0; i < 3; i++) {
-        vector[i] = expr_zero(checker->graph);
+        vector[i] = EXPR_ZERO;
         if (value && i < value->item_count)
             value_expression(checker->graph, &value->items[i], &vector[i]);
     }

@@ -2,6 +2,11 @@
  * Mistakes in the source of a model: formulas that Lua decides while the model is read, characters outside
  * ASCII, and advice on syntax errors. Reads tokens of the source or Lua's message; returns warnings, errors
  * or advice.
+ *
+ * The formulas are `==` between an expression and a number (always false), an expression as a condition
+ * (always true), and a decimal comma (a value that is dropped). As expressions it recognises fields of the
+ * argument of `forces`, `constraints` and `events`, fields of rd.parameters, results of rd.parameter and
+ * rd.input, and names that are set to one of these.
  */
 #include "gen/read/reader.h"
 

@@ -307,6 +307,29 @@ int local_variables_list(struct memory *memory, const char *source, size_t lengt
 
 /* ---- lines of the tables in a source ---- */
 
+/*
+ * Lua does not record where a table was written. The source is therefore rewritten: each constructor `{...}`
+ * becomes `__at(NUMBER, {...})`, and `f{...}` becomes `f(__at(NUMBER, {...}))`. A local `__at`, the argument
+ * of the chunk, is added in front without a line break, so that the lines of Lua's own messages stay the
+ * same. `tables[NUMBER]` has the lines of the table and its entries. The source must be free of syntax
+ * errors.
+ */
+
+/* An entry of a constructor: `name = ...` or `["name"] = ...`, or list item `index` (from 1) if name is NULL.
+ */
+struct table_entry {
+    const char *name;
+    int index;
+    int line;
+};
+
+struct table_source {
+    const char *file;
+    int line;
+    struct table_entry *entries; /* list items in order, then names sorted */
+    int count, capacity;
+};
+
 #define TABLE_MARK "__at"
 
 /* An open bracket or block. Fields of a table are recorded only while the table is innermost. */
@@ -497,6 +520,10 @@ void source_lines_mark_tables(struct memory *memory, struct messages *messages, 
     sort_entries(lines, first_table);
     for (int i = first_table; i < lines->count; i++)
         refuse_doubles(memory, messages, file, &lines->tables[i]);
+}
+
+struct place source_lines_of_table(const struct source_lines *lines, int table) {
+    return (struct place){lines->tables[table].file, lines->tables[table].line};
 }
 
 int source_lines_of_entry(const struct source_lines *lines, int table, const char *name, int index) {

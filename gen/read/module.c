@@ -9,6 +9,8 @@
 #include <math.h>
 #include <string.h>
 
+static const char *form_of(struct memory *memory, int function);
+
 /* ---- arguments: each function reads one and notes the first error ---- */
 
 static const struct value *argument(const struct module_call *call, int index) {
@@ -22,11 +24,11 @@ static void refuse_argument(struct module_call *call, int index, const char *nee
         call->fault = memory_format(memory, "rd.%s: argument %d is %s; must be %s, as in %s",
                                     module_function_name(memory, call->function), index + 1,
                                     value_kind_text(argument(call, index)->kind), needed,
-                                    module_form(memory, call->function));
+                                    form_of(memory, call->function));
 }
 
 static expression expression_argument(struct module_call *call, int index) {
-    expression e = expr_zero(call->declarations->graph);
+    expression e = EXPR_ZERO;
     if (!value_expression(call->declarations->graph, argument(call, index), &e))
         refuse_argument(call, index, "a number or an expression");
     return e;
@@ -98,13 +100,13 @@ static const double pi = 3.14159265358979323846;
 /* (t - t0) / (t1 - t0), kept between 0 and 1. */
 static expression clamped(struct graph *g, expression t, expression t0, expression t1) {
     expression part = expr_div(g, expr_sub(g, t, t0), expr_sub(g, t1, t0));
-    return expr_apply2(g, OP_MIN, expr_apply2(g, OP_MAX, part, expr_zero(g)), expr_one(g));
+    return expr_apply2(g, OP_MIN, expr_apply2(g, OP_MAX, part, EXPR_ZERO), EXPR_ONE);
 }
 
 /* 0 before t0, 1 after t1, (1 - cos) / 2 between. */
 static expression ramp(struct graph *g, expression t, expression t0, expression t1) {
     expression angle = expr_mul(g, expr_number(g, pi), clamped(g, t, t0, t1));
-    return expr_mul(g, expr_number(g, 0.5), expr_sub(g, expr_one(g), expr_apply1(g, OP_COS, angle)));
+    return expr_mul(g, expr_number(g, 0.5), expr_sub(g, EXPR_ONE, expr_apply1(g, OP_COS, angle)));
 }
 
 /* 0 before t0, 1 after t1, 3 c^2 - 2 c^3 between. */
@@ -151,7 +153,7 @@ static struct section rectangle_section(struct graph *g, expression width_y, exp
     return (struct section){.area = area,
                             .Iy = expr_mul(g, twelfth, expr_mul(g, area, expr_mul(g, height_z, height_z))),
                             .Iz = expr_mul(g, twelfth, expr_mul(g, area, expr_mul(g, width_y, width_y))),
-                            .It = expr_mul(g, third, expr_sub(g, expr_one(g), lack))};
+                            .It = expr_mul(g, third, expr_sub(g, EXPR_ONE, lack))};
 }
 
 /* -level tanh(rate / width): dry friction, smooth within `width` of rest. */
@@ -211,7 +213,7 @@ static expression size_argument(struct module_call *call, int index, bool may_be
 
 static void run_round(struct module_call *call) {
     struct graph *graph = call->declarations->graph;
-    give_section(call, tube_section(graph, size_argument(call, 0, false), expr_zero(graph)));
+    give_section(call, tube_section(graph, size_argument(call, 0, false), EXPR_ZERO));
 }
 
 static void run_tube(struct module_call *call) {
@@ -492,7 +494,7 @@ const char *module_function_name(struct memory *memory, int function) {
     return name;
 }
 
-const char *module_form(struct memory *memory, int function) {
+static const char *form_of(struct memory *memory, int function) {
     static const char *const operands[] = {"", "(a)", "(a, b)", "(a, b, c)"};
     const char *form = function < FUNCTION_COUNT
                            ? functions[function].form
@@ -549,7 +551,7 @@ void module_run(struct module_call *call) {
         call->fault = memory_format(memory, "rd.%s: %d argument%s; must have %s%d, as in %s",
                                     module_function_name(memory, call->function), call->argument_count,
                                     call->argument_count == 1 ? "" : "s", is_operation ? "" : "at most ",
-                                    most, module_form(memory, call->function));
+                                    most, form_of(memory, call->function));
     else if (is_operation)
         run_operation(call, operation);
     else

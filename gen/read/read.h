@@ -1,23 +1,13 @@
 /*
- * Reads model files, for the rest of the program. Parts, in reading order:
- *   names        identifiers that reach C
- *   model files  from a Lua file to the model, and its checks
- *   sources      the Lua files of a model
- *   values       Lua values in plain C, for files of other kinds
- *   fields       messages about values
- *   tables       of cases, whose derived columns a Lua function computes
+ * Reads model files, for the rest of the program. Parts, in reading order: names; model files; sources;
+ * values; fields; tables of cases.
  */
 #ifndef REFDYN_GEN_READ_H
 #define REFDYN_GEN_READ_H
 
-#include <stdbool.h>
-
-#include "gen/base/base.h"
-#include "gen/graph/graph.h"
-#include "gen/model/model.h"
 #include "gen/tree/tree.h"
 
-/* ---- names ---- */
+/* ---- names: identifiers that reach C ---- */
 
 /* A name that reaches C as a member of a struct, in a function's name or in a file's name. */
 struct named {
@@ -32,20 +22,17 @@ void names_check_members(struct messages *messages, const char *kind, const stru
 /* The model's name begins the names of its files and functions, which must not be those of the system. */
 void names_check_model(struct messages *messages, struct named named);
 
-/* ---- model files ---- */
+/* ---- model files: from a Lua file to the model, and its checks ---- */
 
 /* A value of the command line for an option or a parameter of the model: --set NAME=VALUE. */
 struct setting {
     const char *name, *value;
 };
 
-/* Kinds of Lua files. Each has its own functions in rd. */
-enum file_kind { FILE_MODEL, FILE_SWEEP };
-
 struct read_request {
     const char *file;
-    enum file_kind kind;
-    const struct setting *settings; /* --set NAME=VALUE; the last one of a name is used */
+    enum file_kind { FILE_MODEL, FILE_SWEEP } kind; /* each has its own functions in rd */
+    const struct setting *settings;                 /* --set NAME=VALUE; the last one of a name is used */
     int setting_count;
     bool fold; /* parameters become numbers, except for anchored ones */
     enum accelerations accelerations;
@@ -54,11 +41,9 @@ struct read_request {
 
 struct script;
 
-/*
- * Opens the file and runs it up to the table that it returns. NULL after an error that ends the reading;
+/* Opens the file and runs it up to the table that it returns. NULL after an error that ends the reading;
  * other errors are in `messages` only. The script is never closed: its memory is released with `memory`, and
- * no code of the model runs then.
- */
+ * no code of the model runs then. */
 struct script *script_open(struct memory *memory, struct graph *graph, const struct read_request *request,
                            struct messages *messages);
 /* Fills the model in the first of its two steps (model.h). After errors the model has harmless values for
@@ -71,18 +56,13 @@ void read_programme(struct script *script, const struct tree *tree, struct model
 void check_scene(const struct model *model, struct messages *messages);
 void check_programme(const struct model *model, const struct tree *tree, struct messages *messages);
 
-/*
- * Lists kinks of formulas in coordinates and rates as model->kinks: the expressions that change sign at the
- * kinks of absolute values, minima, maxima and comparisons in forces, loads, energies and rows. The steps of
- * a motion end on them, as on events without a name. Kinks in time alone are in quantities.h.
- */
+/* Lists kinks of formulas in coordinates and rates as model->kinks. */
 void state_kinks_list(struct memory *memory, struct model *model);
 
 /* ---- sources ---- */
 
 struct source_file {
-    const char *path;
-    const char *text;
+    const char *path, *text;
     size_t length;
 };
 
@@ -92,11 +72,10 @@ struct sources {
     int count, capacity;
     size_t length; /* of all */
 };
-
 /* The files that a script was read from. They outlive the script. */
 const struct sources *script_sources(const struct script *script);
 
-/* ---- values ---- */
+/* ---- values of Lua in plain C, for files of other kinds ---- */
 
 enum value_kind {
     VALUE_NOTHING,
@@ -109,8 +88,6 @@ enum value_kind {
     VALUE_TABLE,
     VALUE_GROUP /* parameters, or a part of the state: something with named values */
 };
-
-struct value_field;
 
 /* A Lua value with its file and line. List items are in order, named entries are sorted by name. */
 struct value {
@@ -141,7 +118,7 @@ const char *value_kind_text(enum value_kind kind);
 /* The entry of this name, or NULL. */
 const struct value *value_find_field(const struct value *table, const char *name);
 
-/* ---- fields ---- */
+/* ---- fields: messages about values ---- */
 
 /* What checks of values use. */
 struct checker {
@@ -169,16 +146,13 @@ bool field_types_has_no_items(const struct checker *checker, const struct value 
 void fields_refuse_name(const struct checker *checker, struct place place, const char *path, const char *fact,
                         const char *name, const char *const *known, int count);
 
-/* ---- tables of cases ---- */
-
-/* Kinds of values of a column. */
-enum case_values { CASES_NUMBERS, CASES_WHOLE, CASES_TRUTHS, CASES_TEXTS };
+/* ---- tables of cases, whose derived columns a Lua function computes ---- */
 
 /* The values of one name in all cases. */
 struct case_column {
     const char *name;
     struct place place;
-    enum case_values kind;
+    enum case_values { CASES_NUMBERS, CASES_WHOLE, CASES_TRUTHS, CASES_TEXTS } kind;
     double *values;     /* (count) numbers; of truths 0 or 1; of texts the index in `texts` */
     const char **texts; /* (text_count) of CASES_TEXTS */
     int text_count;

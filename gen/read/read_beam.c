@@ -73,7 +73,7 @@ static void read_section(const struct source *source, struct segment *segment) {
     const struct checker *check = &source->reader->check;
     const char *path;
     const struct value *section = shared_table(source, section_field, &path);
-    segment->area = segment->Iy = segment->Iz = segment->It = expr_one(check->graph);
+    segment->area = segment->Iy = segment->Iz = segment->It = EXPR_ONE;
     if (!section)
         return;
     segment->area = fields_get_value(check, section, FIELD_SECTION_area);

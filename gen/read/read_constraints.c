@@ -111,7 +111,7 @@ static void check_gains(const struct reader *reader, const struct value *value, 
 static void read_written_row(const struct reader *reader, const struct value *value, const char *path,
                              enum row_level level) {
     const struct value *residual = fields_get(value, FIELD_ROW_residual);
-    expression e = expr_zero(reader->check.graph);
+    expression e = EXPR_ZERO;
     if (!residual)
         return;
     check_gains(reader, value, level, path);
@@ -136,7 +136,7 @@ static void read_acceleration(const struct reader *reader, const struct value *v
 /* ---- vectors ---- */
 
 static struct vector unit_of(struct graph *g, struct vector v) {
-    return vector_scale(g, expr_div(g, expr_one(g), expr_sqrt(g, vector_dot(g, v, v))), v);
+    return vector_scale(g, expr_div(g, EXPR_ONE, expr_sqrt(g, vector_dot(g, v, v))), v);
 }
 
 /* Two unit vectors at right angles to `along` and to each other: the other axes if it is an axis, else cross
@@ -153,16 +153,16 @@ static void normals_of(const struct reader *reader, struct vector along, struct 
     for (int i = 0; zeros == 2 && i < 3; i++) {
         if (!along.at[i])
             continue;
-        normal[0] = vector_unit(g, (i + 1) % 3);
-        normal[1] = vector_unit(g, (i + 2) % 3);
+        normal[0] = vector_unit((i + 1) % 3);
+        normal[1] = vector_unit((i + 2) % 3);
         return;
     }
-    normal[0] = unit_of(g, vector_cross(g, along, vector_unit(g, farthest)));
+    normal[0] = unit_of(g, vector_cross(g, along, vector_unit(farthest)));
     normal[1] = unit_of(g, vector_cross(g, along, normal[0]));
 }
 
 static struct vector axis_of(const struct reader *reader, const struct attachment *at, int axis) {
-    return markers_direction_vector(reader->model, at, vector_unit(reader->check.graph, axis));
+    return markers_direction_vector(reader->model, at, vector_unit(axis));
 }
 
 static struct vector gap(const struct reader *reader, const struct attachment *a,
@@ -328,7 +328,7 @@ static void read_orientation(const struct reader *reader, const struct value *va
     const struct group group = start_group(reader, value, path, GAINS(ORIENTATION), NULL);
     const struct matrix R = relative_rotation(reader, &target, &end.at);
     const expression trace = expr_add(g, expr_add(g, R.at[0], R.at[4]), R.at[8]);
-    const expression scale = expr_div(g, expr_number(g, 2), expr_add(g, expr_one(g), trace));
+    const expression scale = expr_div(g, expr_number(g, 2), expr_add(g, EXPR_ONE, trace));
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         const expression twice_sine = expr_sub(g, R.at[3 * k + j], R.at[3 * j + k]);
@@ -408,7 +408,7 @@ static void add_closed_turns(const struct group *group, const struct closing *cl
     const struct reader *reader = group->reader;
     const int first = closing->turns[0], second = closing->turns[1];
     if (closing->turn_count == 1) {
-        const struct axis axis = {.at = *b, .direction = vector_unit(reader->check.graph, first)};
+        const struct axis axis = {.at = *b, .direction = vector_unit(first)};
         add_parallel(group, axis_of(reader, a, first), &axis, parts);
     } else if (closing->turn_count == 2) {
         add_row(group, ROW_POSITION, dot(reader, axis_of(reader, a, second), axis_of(reader, b, first)),
@@ -511,7 +511,7 @@ static void add_contact_event(const struct group *group, expression gap, express
                                                          .place = group->value->place};
     model->changes[model->change_count++] = (struct change){.what = CHANGED_PARAMETER,
                                                             .index = mode,
-                                                            .value = expr_zero(group->reader->check.graph),
+                                                            .value = EXPR_ZERO,
                                                             .path = group->path,
                                                             .place = group->value->place};
 }

@@ -19,7 +19,7 @@ static void read_coordinate_force(const struct reader *reader, const struct valu
     else if (!value_expression(check->graph, &named->value, &force.value))
         message_error(check->messages, force.place, "%s: %s; must be a number or an expression", path,
                       value_kind_text(named->value.kind));
-    else if (!expr_is_number(check->graph, force.value, NULL) || force.value != expr_zero(check->graph))
+    else if (!expr_is_number(check->graph, force.value, NULL) || force.value != EXPR_ZERO)
         model->forces[model->force_count++] = force;
 }
 
@@ -145,7 +145,7 @@ static void read_damper(const struct reader *reader, const struct value *value, 
 
 static expression free_value(const struct reader *reader, const struct value *table, enum field field) {
     const struct value *value = fields_get(table, field);
-    expression e = expr_zero(reader->check.graph);
+    expression e = EXPR_ZERO;
     if (value)
         value_expression(reader->check.graph, value, &e);
     return e;
@@ -179,7 +179,7 @@ static struct vector ground_components(const struct reader *reader, const struct
     for (int i = 0; i < 3; i++) {
         if (!own.at[i])
             continue;
-        const struct vector axis = markers_direction_vector(reader->model, &at, vector_unit(g, i));
+        const struct vector axis = markers_direction_vector(reader->model, &at, vector_unit(i));
         sum = vector_add(g, sum, vector_scale(g, own.at[i], axis));
     }
     return sum;
@@ -212,7 +212,7 @@ static void read_torque(const struct reader *reader, const struct value *value, 
     if (has_on)
         add_load(reader, &on, true, T, value, path);
     if (has_against)
-        add_load(reader, &against, true, vector_scale(g, expr_neg(g, expr_one(g)), T), value, path);
+        add_load(reader, &against, true, vector_scale(g, expr_neg(g, EXPR_ONE), T), value, path);
 }
 
 static void read_energy(const struct reader *reader, const struct value *value, const char *path) {

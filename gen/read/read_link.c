@@ -9,7 +9,12 @@
 #include <stddef.h>
 #include <string.h>
 
-const struct place_fields link_place = {FIELD_LINK_on, FIELD_LINK_along, FIELD_LINK_at, FIELD_LINK_turn};
+/* The fields of a table that describe a place. */
+struct place_fields {
+    enum field on, along, at, turn;
+};
+static const struct place_fields link_place = {FIELD_LINK_on, FIELD_LINK_along, FIELD_LINK_at,
+                                               FIELD_LINK_turn};
 static const struct place_fields point_place = {FIELD_POINT_on, FIELD_POINT_along, FIELD_POINT_at,
                                                 FIELD_POINT_turn};
 static const struct place_fields axis_place = {FIELD_AXIS_on, FIELD_AXIS_along, FIELD_AXIS_at,
@@ -60,8 +65,8 @@ static void rotation_about(struct graph *g, int axis, expression angle, expressi
     }
     int j = (axis + 1) % 3, k = (axis + 2) % 3;
     for (int i = 0; i < 9; i++)
-        rotation[i] = expr_zero(g);
-    rotation[4 * axis] = expr_one(g);
+        rotation[i] = EXPR_ZERO;
+    rotation[4 * axis] = EXPR_ONE;
     rotation[4 * j] = c;
     rotation[4 * k] = c;
     rotation[3 * j + k] = expr_neg(g, s);
@@ -89,7 +94,7 @@ struct vector read_direction(const struct reader *reader, const struct value *va
     struct vector v = {{0, 0, 0}};
     if (value->kind == VALUE_TEXT) {
         const int axis = *value->text - 'x';
-        return vector_unit(g, axis >= AXIS_X && axis <= AXIS_Z ? axis : AXIS_X);
+        return vector_unit(axis >= AXIS_X && axis <= AXIS_Z ? axis : AXIS_X);
     }
     for (int i = 0; i < value->item_count && i < 3; i++)
         value_expression(g, &value->items[i], &v.at[i]);
@@ -156,7 +161,7 @@ static bool find_carrier(const struct reader *reader, const struct value *value,
 }
 
 static expression beam_length(const struct reader *reader, const struct beam *beam) {
-    expression length = expr_zero(reader->check.graph);
+    expression length = EXPR_ZERO;
     for (int i = 0; i < beam->segment_count; i++)
         length = expr_add(reader->check.graph, length, beam->segments[i].length);
     return length;
@@ -181,9 +186,10 @@ static void read_along(const struct reader *reader, const struct value *along, c
     read_require(reader, requirement_along(at->along, beam_length(reader, &link->beam)), path, along->place);
 }
 
-bool read_attachment(const struct reader *reader, const struct value *table,
-                     const struct place_fields *fields, const char *path, bool may_be_point,
-                     struct attachment *at) {
+/* `may_be_point`: `on` may name a point of interest. */
+static bool read_attachment(const struct reader *reader, const struct value *table,
+                            const struct place_fields *fields, const char *path, bool may_be_point,
+                            struct attachment *at) {
     const struct checker *check = &reader->check;
     const struct value *on = fields_get(table, fields->on), *along = fields_get(table, fields->along);
     struct placement own = placement_identity();
@@ -196,6 +202,11 @@ bool read_attachment(const struct reader *reader, const struct value *table,
     read_turns(reader, fields_get(table, fields->turn), &own);
     at->placement = placement_compose(check->graph, &at->placement, &own);
     return is_found;
+}
+
+bool read_carrier(const struct reader *reader, const struct value *table, const char *path,
+                  struct attachment *at) {
+    return read_attachment(reader, table, &link_place, path, false, at);
 }
 
 bool read_place(const struct reader *reader, const struct value *value, const char *path, bool may_be_point,
@@ -297,7 +308,7 @@ static struct shape cylinder_shape(const struct reader *reader, const struct val
     const struct checker *check = &reader->check;
     const int axis = read_axis_name(reader, fields_get(table, FIELD_CYLINDER_axis), path);
     return hollow_shape(check->graph, axis, fields_get_value(check, table, FIELD_CYLINDER_diameter),
-                        expr_zero(check->graph), fields_get_value(check, table, FIELD_CYLINDER_length));
+                        EXPR_ZERO, fields_get_value(check, table, FIELD_CYLINDER_length));
 }
 
 static struct shape tube_shape(const struct reader *reader, const struct value *table, const char *path) {
@@ -305,8 +316,7 @@ static struct shape tube_shape(const struct reader *reader, const struct value *
     const int axis = read_axis_name(reader, fields_get(table, FIELD_TUBE_axis), path);
     const expression outer = fields_get_value(check, table, FIELD_TUBE_outer);
     const struct value *inner = fields_get(table, FIELD_TUBE_inner);
-    const expression hole =
-        inner ? fields_get_value(check, table, FIELD_TUBE_inner) : expr_zero(check->graph);
+    const expression hole = inner ? fields_get_value(check, table, FIELD_TUBE_inner) : EXPR_ZERO;
     if (inner)
         read_require(reader, requirement_hole(hole, outer), fields_path_name(check, path, "inner"),
                      inner->place);
@@ -358,7 +368,7 @@ static void read_listed(const struct reader *reader, const struct value *table, 
                         struct solid *solid) {
     solid->placement = placement_identity();
     for (size_t i = 0; i < sizeof shape_rules / sizeof *shape_rules; i++) {
-        if (!fields_has_tag(table, fields_owner_tag(shape_rules[i].owner)))
+        if (!fields_has_tag(table, owner_rules[shape_rules[i].owner].tag))
             continue;
         read_shape(reader, &shape_rules[i], table, path, solid);
         return;
@@ -517,7 +527,7 @@ static struct joint *joint_of_entry(const struct reader *reader, const struct va
 static expression reflected_inertia(const struct checker *check, const struct value *rotor) {
     struct graph *g = check->graph;
     const expression gear =
-        fields_has(rotor, FIELD_ROTOR_gear) ? fields_get_value(check, rotor, FIELD_ROTOR_gear) : expr_one(g);
+        fields_has(rotor, FIELD_ROTOR_gear) ? fields_get_value(check, rotor, FIELD_ROTOR_gear) : EXPR_ONE;
     return expr_mul(g, fields_get_value(check, rotor, FIELD_ROTOR_inertia), expr_mul(g, gear, gear));
 }
 
@@ -545,7 +555,7 @@ static const struct limits *read_limit(const struct reader *reader, const struct
                               .force = limit_of(table, FIELD_LIMITS_force, INFINITY)};
     if (table->field_count + table->item_count == 0)
         message_error(reader->check.messages, table->place, "%s: empty; write %s", path,
-                      owner_form(OWNER_LIMITS));
+                      owner_rules[OWNER_LIMITS].form);
     else if (isfinite(limits->from) && isfinite(limits->to) && !(limits->from < limits->to))
         message_error(reader->check.messages, table->place, "%s: from %.15g to %.15g; the range must ascend",
                       path, limits->from, limits->to);

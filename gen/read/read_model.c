@@ -77,7 +77,7 @@ static void find_parents(const struct reader *reader, struct entry *entries, int
         model->links[model->link_count++] = entries[i].link;
     for (int i = 0; i < count; i++) {
         struct attachment *on = &entries[i].link.on;
-        read_attachment(reader, entries[i].value, &link_place, entries[i].path, false, on);
+        read_carrier(reader, entries[i].value, entries[i].path, on);
         entries[i].parent = on->link;
         entries[i].position = -1;
     }

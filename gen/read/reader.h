@@ -1,33 +1,16 @@
 /*
- * Shared by the files that read models. Parts, in reading order:
- *   lua_source.c       files, tokens, lines of tables
- *   lint.c             mistakes in a source
- *   work_limits.c      memory and work of Lua
- *   script.c           runs a file in the sandbox; the only part that knows Lua, with the other files
- * script*.c module.c           functions of rd declarations.c     options, parameters, inputs, settings
- *   state_symbols.c    names in formulas, markers
- *   fields.c           values and the table of fields; their checks are in check_fields.c
- *   read_model.c       from values to the model, with read_link.c, read_beam.c, read_forces.c,
- *                      read_constraints.c, read_events.c and, for their results, read_result.c
- *   warnings.c         doubtful values
+ * Shared by the files that read models. Parts, in reading order: files and tokens of Lua; work; scripts, the
+ * functions of rd and what a file declares; symbols of formulas; fields; the readers of each part of a model.
  */
 #ifndef REFDYN_GEN_READER_H
 #define REFDYN_GEN_READER_H
 
-#include <stdbool.h>
-#include <stddef.h>
-
-#include "gen/base/base.h"
-#include "gen/graph/graph.h"
-#include "gen/model/model.h"
 #include "gen/read/read.h"
-#include "gen/tree/tree.h"
 
-/* ---- lua_source.c: files ---- */
+/* ---- lua_source.c: files, tokens, lines of tables ---- */
 
 /* The name of a file in Lua's messages, followed by its number. */
 #define SOURCE_CHUNK "model"
-
 /* Reads one more regular file (others may have no end, or wait). NULL, or the reason of a failure. */
 const char *source_file_add(struct memory *memory, struct sources *sources, const char *path);
 /* The path of NAME.lua in the folder of the file `neighbour`. */
@@ -37,12 +20,8 @@ const char *source_file_path(struct memory *memory, const char *neighbour, const
 bool source_file_place(const struct sources *sources, const char *text, struct place *place,
                        const char **rest);
 
-/* ---- lua_source.c: tokens ---- */
-
-enum token_kind { TOKEN_END, TOKEN_NAME, TOKEN_WORD, TOKEN_STRING, TOKEN_NUMBER, TOKEN_SYMBOL };
-
 struct token {
-    enum token_kind kind;
+    enum { TOKEN_END, TOKEN_NAME, TOKEN_WORD, TOKEN_STRING, TOKEN_NUMBER, TOKEN_SYMBOL } kind;
     const char *start, *end;
     int line;
 };
@@ -59,33 +38,9 @@ bool scanner_token_is(const struct token *token, const char *text);
 int local_variables_list(struct memory *memory, const char *source, size_t length, const char **names,
                          int room);
 
-/* ---- lua_source.c: lines of tables ---- */
-
-/*
- * Lua does not record where a table was written. The source is therefore rewritten: each constructor `{...}`
- * becomes `__at(NUMBER, {...})`, and `f{...}` becomes `f(__at(NUMBER, {...}))`. A local `__at`, the argument
- * of the chunk, is added in front without a line break, so that the lines of Lua's own messages stay the
- * same. `tables[NUMBER]` has the lines of the table and its entries. The source must be free of syntax
- * errors.
- */
-
-/* An entry of a constructor: `name = ...` or `["name"] = ...`, or list item `index` (from 1) if name is NULL.
- */
-struct table_entry {
-    const char *name;
-    int index;
-    int line;
-};
-
-struct table_source {
-    const char *file;
-    int line;
-    struct table_entry *entries; /* list items in order, then names sorted */
-    int count, capacity;
-};
-
+/* A source whose table constructors are marked with numbers, and the lines of these tables and entries. */
 struct source_lines {
-    struct table_source *tables;
+    struct table_source *tables; /* private to lua_source.c */
     int count, capacity;
     char *text; /* the rewritten source */
     size_t length;
@@ -95,17 +50,13 @@ struct source_lines {
  * which Lua would use the last. */
 void source_lines_mark_tables(struct memory *memory, struct messages *messages, const char *file,
                               const char *source, size_t length, struct source_lines *lines);
+struct place source_lines_of_table(const struct source_lines *lines, int table);
 /* Line of entry `name` (if NULL: of list item `index`) in table number `table`; 0 if unknown. */
 int source_lines_of_entry(const struct source_lines *lines, int table, const char *name, int index);
 
-/* ---- lint.c ---- */
+/* ---- lint.c: mistakes in a source ---- */
 
-/*
- * Warns of mistakes that Lua accepts without an error: `==` between an expression and a number (always
- * false), an expression as a condition (always true), and a decimal comma (a value that is dropped). It
- * recognises as expressions: fields of the argument of `forces`, `constraints` and `events`, fields of
- * rd.parameters, results of rd.parameter and rd.input, and names that are set to one of these.
- */
+/* Warns of mistakes that Lua accepts without an error. */
 void lint_source(struct memory *memory, struct messages *messages, const char *file, const char *source,
                  size_t length);
 /* Reports characters outside ASCII in code, and texts that end with a typographic quotation mark, at most one
@@ -115,15 +66,9 @@ bool lint_characters(struct memory *memory, struct messages *messages, const cha
 /* Advice to follow Lua's message `text` about syntax of other languages; "" if there is none. */
 const char *lint_advice(const char *text);
 
-/* ---- work_limits.c ---- */
+/* ---- work_limits.c: memory and work of Lua ---- */
 
-/*
- * Work that a model's Lua has done so far, counted in steps of Lua and not in seconds, so that each machine
- * reads or refuses the same models. A step may compare, convert or hash a text as long as the longest so far,
- * which is slow if texts contain bytes 0. It may also compute a remainder, which is slow for distant numbers.
- * Each step is counted at the cost that it may have. Library functions that make more than one pass over
- * their arguments count the most that they may do.
- */
+/* Work that a model's Lua has done so far. */
 struct work {
     double steps;
     int millions;        /* of steps that are allowed */
@@ -131,7 +76,6 @@ struct work {
     bool has_remainders; /* a source contains the operator % */
     bool has_zeros;      /* a text may contain bytes 0: Lua compares such texts piece by piece */
 };
-
 enum { WORK_MILLIONS = 100 }; /* of steps while a file is read */
 
 void work_add(struct work *work, double steps);
@@ -152,18 +96,14 @@ double work_search_steps(size_t length, size_t searched);
 /* Memory for Lua from the generator's arena. Freed pieces are kept by size and used again, and all are
  * released with the arena, so that a jump out of the generator leaves nothing allocated. */
 enum { POOL_CLASSES = 96 };
-
-struct pool_piece;
-
 struct pool {
     struct memory *memory;
     struct pool_piece *free[POOL_CLASSES];
 };
-
 /* Lua's allocator: `old` bytes at `data` become `size` bytes. NULL if memory is short or size is 0. */
 void *pool_resize(struct pool *pool, void *data, size_t old, size_t size);
 
-/* ---- script.c (script_open and others are in read.h) ---- */
+/* ---- script.c: runs a file in the sandbox; only the files script*.c know Lua ---- */
 
 struct declarations *script_declarations(struct script *script);
 struct messages *script_messages(struct script *script);
@@ -174,7 +114,7 @@ void script_set_names(struct script *script, struct model *model, const char *co
  * messages. */
 bool script_call(struct script *script, const struct value *function, const char *name, struct value *result);
 
-/* ---- module.c ---- */
+/* ---- module.c: the functions of rd ---- */
 
 /* A call of a function of `rd`. */
 struct module_call {
@@ -189,8 +129,6 @@ struct module_call {
 
 int module_function_count(void);
 const char *module_function_name(struct memory *memory, int function);
-/* Example of a call: "rd.tube(outer, inner)". */
-const char *module_form(struct memory *memory, int function);
 /* Whether the function evaluates expressions, which takes a pass over the whole graph. */
 bool module_evaluates(int function);
 /* Whether the function reads samples, which may be more than the entries of other lists. */
@@ -203,9 +141,9 @@ bool module_makes(const char *name);
 const char *module_unknown(struct memory *memory, const char *name);
 void module_run(struct module_call *call);
 
-/* ---- declarations.c ---- */
+/* ---- declarations.c: options, parameters and inputs ---- */
 
-/* Options, parameters and inputs as the file declares them, with the settings (--set) applied. A name may be
+/* As the file declares them, with the settings (--set) applied. A name may be
  * declared once within its kind; check_model.c reports doubles. */
 struct declarations {
     struct memory *memory;
@@ -253,35 +191,14 @@ expression declarations_parameter_expression(const struct declarations *declarat
 void declarations_refuse_unknown_settings(const struct declarations *declarations,
                                           const char *const *coordinates, int coordinate_count);
 
-/* ---- state_symbols.c: what the author's functions see as `s`, and the model as `p` ---- */
+/* ---- state_symbols.c: what the author's functions see as `s`, and the model as `p`; markers ---- */
 
-/*
- * s.t  s.q.NAME  s.qd.NAME  s.qdd.NAME  s.points.NAME.x ... zdd  s.points.NAME.axes.x.x ... zdd
- * s.axes.LINK.x.x ... zdd  s.points.NAME.wx ... wzd  s.axes.LINK.wx ... wzd  s.inputs.NAME  s.start.<the
- * same>  p.NAME
- */
-
-enum view_kind {
-    VIEW_PARAMETERS,
-    VIEW_STATE,
-    VIEW_COORDINATES,
-    VIEW_POINTS,
-    VIEW_POINT,
-    VIEW_INPUTS,
-    VIEW_AXES, /* by link */
-    VIEW_AXES_OF_POINT,
-    VIEW_AXES_OF_LINK,
-    VIEW_AXES_OF_TIP,
-    VIEW_DIRECTION
-};
-
-/* Something with named fields. `order` is the time derivative of coordinates, `index` the number of a point,
- * direction or link. */
+/* Something with named fields; its members are private to state_symbols.c. */
 struct view {
-    enum view_kind kind;
-    int order, index;
+    int kind, order, index;
     bool at_start;
 };
+extern const struct view view_of_state, view_of_parameters;
 
 /* The names that a view can have as fields. */
 struct view_names {
@@ -298,15 +215,7 @@ struct view_result {
     const char *fault; /* NULL, or an error message */
     bool is_reported;  /* the same error has been reported before */
 };
-
 struct view_result state_symbols_field(const struct view_names *names, struct view view, const char *field);
-
-/* ---- state_symbols.c: markers ---- */
-
-/*
- * Points and directions that forces and rows need in addition to the points of interest. Each is made once
- * and read by its symbols. A place on the ground is constant and needs no marker.
- */
 
 struct attachment markers_ground_attachment(void);
 /* Number of the marker of a point on a link. */
@@ -366,14 +275,12 @@ enum field_type {
     TYPE_COUNT
 };
 
-enum field_need { NEED_OPTIONAL, NEED_NEEDED, NEED_SHARED };
-
 struct field_rule {
     enum owner owner;
     const char *name;
     int item;
     enum field_type type;
-    enum field_need need;
+    enum { NEED_OPTIONAL, NEED_NEEDED, NEED_SHARED } need;
     enum number_range range;
     const char *unit, *text;
 };
@@ -386,20 +293,17 @@ extern const struct type_rule {
     enum owner owner; /* of a table of this type; OWNER_COUNT if none */
 } type_rules[TYPE_COUNT];
 
-const char *fields_owner_text(enum owner owner); /* "a link" */
-const char *owner_form(enum owner owner);        /* "{ \"arm\", joint = \"z\" }" */
-/* The function of the module that makes such a table, or NULL. The three functions of rows are not included.
- */
-const char *fields_owner_tag(enum owner owner);
+extern const struct owner_rule {
+    const char *text; /* "a link" */
+    const char *tag;  /* the function of the module that makes such a table, or NULL; not those of rows */
+    const char *form; /* "{ \"arm\", joint = \"z\" }" */
+} owner_rules[OWNER_COUNT];
 /* Lists all such functions, and those of rows: at most OWNER_COUNT + 3. */
 int fields_list_tags(const char **tags);
 /* An example of the table that such a function expects. */
 const char *fields_tag_form(const char *tag);
-const char *fields_range_text(enum number_range range); /* "positive", or "" */
-/* Number of fields that may be given without a name. */
-int item_room(enum owner owner);
-/* Lists the names of the owner's fields. */
-int owner_names(enum owner owner, const char **names);
+int item_room(enum owner owner);                       /* number of fields that may be given without a name */
+int owner_names(enum owner owner, const char **names); /* lists the names of the owner's fields */
 
 bool is_empty_text(const struct value *value);
 bool field_types_matches(const struct value *value, enum field_type type);
@@ -428,7 +332,7 @@ void fields_get_vector(const struct checker *checker, const struct value *table,
 void fields_check(const struct checker *checker, const struct value *table, enum owner owner,
                   const char *path);
 
-/* ---- read_model.c ---- */
+/* ---- read_model.c and read_result.c: from values to the model ---- */
 
 /* What the files read_*.c share. Each reads values of the file and fills its part of the model. */
 struct reader {
@@ -437,8 +341,6 @@ struct reader {
     const struct tree *tree; /* while forces, rows and events are read */
     bool lacks_links;        /* some have errors, so that unknown links are not reported */
 };
-
-/* ---- read_result.c ---- */
 
 /* Whether the result of the function `name` is a table of the author. Reports an error if it is not. */
 bool read_is_result(const struct reader *reader, const struct value *result, const char *name,
@@ -459,17 +361,10 @@ void read_entries(const struct reader *reader, const struct value *list, const c
 
 /* ---- read_link.c, read_beam.c ---- */
 
-/* The fields of a table that describe a place; FIELD_COUNT for a field that the table does not have. */
-struct place_fields {
-    enum field on, along, at, turn;
-};
-extern const struct place_fields link_place;
-
-/* The next three return false if the place is unknown. `may_be_point`: `on` may name a point of interest. */
-bool read_attachment(const struct reader *reader, const struct value *table,
-                     const struct place_fields *fields, const char *path, bool may_be_point,
-                     struct attachment *at);
-/* The name of a link or point, or a table of OWNER_POINT. */
+/* The next three return false if the place is unknown. The first reads where a link is attached. */
+bool read_carrier(const struct reader *reader, const struct value *table, const char *path,
+                  struct attachment *at);
+/* The name of a link or, if `may_be_point`, of a point of interest, or a table of OWNER_POINT. */
 bool read_place(const struct reader *reader, const struct value *value, const char *path, bool may_be_point,
                 struct attachment *at);
 /* The field `field` of `table`: a place or the name of one. */
@@ -488,14 +383,12 @@ void read_solids(const struct reader *reader, const struct value *table, const c
 void read_joints(const struct reader *reader, const struct value *table, const char *path, struct link *link);
 void read_beam(const struct reader *reader, const struct value *table, const char *path, struct beam *beam);
 
-/* ---- read_forces.c, read_constraints.c, read_events.c ---- */
+/* ---- read_forces.c, read_constraints.c and read_events.c; warnings.c: doubtful values ---- */
 
 void read_forces(const struct reader *reader, const struct value *result);
 void read_courses(const struct reader *reader, const struct value *table);
 void read_constraints(const struct reader *reader, const struct value *result);
 void read_events(const struct reader *reader, const struct value *result);
-
-/* ---- warnings.c ---- */
 
 /* Warns of rows whose residual does not change its sign where it is zero. */
 void read_check_slopes(const struct reader *reader);

@@ -487,7 +487,7 @@ static int run_file(lua_State *L) {
 static int run_function(lua_State *L) {
     const struct job *job = script_job(L);
     lua_rawgeti(L, LUA_REGISTRYINDEX, job->function->function);
-    script_push_view(L, (struct view){.kind = VIEW_STATE});
+    script_push_view(L, view_of_state);
     lua_call(L, 1, LUA_MULTRET);
     script_check_events(L);
     const char *what = memory_format(job->script->memory, "%s: the function returns", job->name);

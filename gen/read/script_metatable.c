@@ -16,7 +16,7 @@ static int arithmetic(lua_State *L) {
             return luaL_error(L, "arithmetic on an expression and %s; must be a number or an expression",
                               luaL_typename(L, i));
     script_push_expression(L, operation == OP_POW ? expr_power(graph, a, b)
-                                                  : expr_apply(graph, operation, a, b, expr_zero(graph)));
+                                                  : expr_apply(graph, operation, a, b, EXPR_ZERO));
     return 1;
 }
 

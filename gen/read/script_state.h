@@ -1,18 +1,11 @@
 /*
- * Shared by the files script*.c, the only ones that include this header and Lua's. Parts, in reading order:
- *   values      Lua values and plain values (script_value.c)
- *   calls       the sandbox and its protected calls (script.c)
- *   sweeps      functions of sweep files (script_sweep.c)
- *   metatables  of expressions, groups of values and authors' tables (script_metatable.c)
- *   library     what a model may use of Lua's libraries (script_library.c)
- *
- * Stack effects are given as (-popped, +pushed).
+ * Shared by the files script*.c, the only ones that include this header and Lua's. Stack effects are given as
+ * (-popped, +pushed).
  */
 #ifndef REFDYN_GEN_SCRIPT_STATE_H
 #define REFDYN_GEN_SCRIPT_STATE_H
 
 #include "gen/read/reader.h"
-#include "gen/read/read.h"
 
 #include <lua.h>
 #include <lauxlib.h>
@@ -44,7 +37,7 @@ struct script {
     struct value result;
 };
 
-/* ---- script_value.c ---- */
+/* ---- script_value.c: Lua values and plain values ---- */
 
 struct script *script_of(lua_State *L);
 /* The word for the file in messages: "model" or "sweep". */
@@ -75,18 +68,17 @@ void script_convert(lua_State *L, int index, struct place place, int depth, stru
 /* Pushes the result of a function of the module. (-0, +1) */
 void script_push_value(lua_State *L, const struct value *value);
 
-/* ---- script.c ---- */
+/* ---- script.c: protected calls ---- */
 
 /* Runs a function of C in Lua. False after an error, which is in messages. The function must first call
  * script_job, which returns `job` and leaves an empty stack. */
 bool script_run(struct script *script, int function(lua_State *L), void *job);
 void *script_job(lua_State *L);
 
-/* ---- script_sweep.c ---- */
+/* ---- script_sweep.c: functions of sweep files ---- */
 
 /* Name of the function that makes a sweep. */
 #define SWEEP_TAG "sweep"
-
 /* Puts rd.grid and the other functions of sweep files into the table on top of the stack. (-0, +0) */
 void script_add_sweep_functions(lua_State *L);
 /* The error message for a name that the module does not have in sweep files. */
@@ -94,7 +86,7 @@ const char *script_unknown_in_sweep(struct memory *memory, const char *name);
 /* Whether the module has a function of this name in sweep files only. */
 bool script_is_of_sweeps(const char *name);
 
-/* ---- script_metatable.c ---- */
+/* ---- script_metatable.c: expressions, groups of values and authors' tables ---- */
 
 /* The metatables of expressions and of groups of values. */
 void script_make_expressions(lua_State *L);
@@ -109,7 +101,7 @@ void script_guard_table(lua_State *L, const char *name);
 /* Refuses TABLE:NAME(...), whose argument 1 would be the guarded table itself. (-0, +0) */
 void script_refuse_colon(lua_State *L, const char *table, const char *name);
 
-/* ---- script_library.c ---- */
+/* ---- script_library.c: what a model may use of Lua's libraries ---- */
 
 /* table.sort by merging. Equal entries keep their order, and a contradictory order function does no harm. */
 int script_sort_table(lua_State *L);

@@ -257,7 +257,7 @@ static void convert_table(lua_State *L, int index, int depth, struct value *valu
     luaL_checkstack(L, 8, "tables nested too deeply");
     value->kind = VALUE_TABLE;
     if (table >= 0)
-        value->place = (struct place){script->lines.tables[table].file, script->lines.tables[table].line};
+        value->place = source_lines_of_table(&script->lines, table);
     script_get_note(L, script->tags, index);
     if (lua_type(L, -1) == LUA_TSTRING)
         value->tag = memory_text(script->memory, lua_tostring(L, -1));
@@ -311,7 +311,7 @@ void script_convert(lua_State *L, int index, struct place place, int depth, stru
 /* A curve of an expression, or of a number. */
 static int call_curve(lua_State *L) {
     struct graph *graph = script_of(L)->graph;
-    expression at = expr_zero(graph);
+    expression at = EXPR_ZERO;
     if (lua_gettop(L) != 1)
         return luaL_error(L, "a curve of %d values; must be of one number or expression", lua_gettop(L));
     if (!script_get_expression(L, 1, &at))
@@ -327,7 +327,7 @@ void script_push_value(lua_State *L, const struct value *value) {
         lua_pushinteger(L, value->curve);
         lua_pushcclosure(L, call_curve, 1);
     } else if (value->kind == VALUE_GROUP)
-        script_push_view(L, (struct view){.kind = VIEW_PARAMETERS});
+        script_push_view(L, view_of_parameters);
     else if (value->kind == VALUE_TEXT)
         lua_pushstring(L, value->text);
     else if (value->kind == VALUE_BOOLEAN)

@@ -8,6 +8,8 @@
 
 /* ---- markers: points and directions that formulas need in addition to the points of interest ---- */
 
+/* Each is made once and read by its symbols. A place on the ground is constant and needs no marker. */
+
 struct attachment markers_ground_attachment(void) {
     return (struct attachment){.link = -1, .placement = placement_identity()};
 }
@@ -32,7 +34,7 @@ static const char *marker_name(const struct model *model, const struct attachmen
     const char *link = model->links[at->link].name;
     const expression *c = at->placement.position;
     for (int axis = 0; is_direction && at->where != AT_ALONG && axis < 3; axis++)
-        if (c[axis] == expr_one(model->graph) && !c[(axis + 1) % 3] && !c[(axis + 2) % 3])
+        if (c[axis] == EXPR_ONE && !c[(axis + 1) % 3] && !c[(axis + 2) % 3])
             return memory_format(memory, "%s%s_axis_%c", link, wheres[at->where], "xyz"[axis]);
     return memory_format(memory, "%s%s_%s_%d", link, wheres[at->where], is_direction ? "direction" : "marker",
                          model->marker_count + 1);
@@ -84,6 +86,31 @@ struct vector markers_direction_vector(struct model *model, const struct attachm
 }
 
 /* ---- names of the state and of parameters ---- */
+
+/*
+ * The names:
+ * s.t  s.q.NAME  s.qd.NAME  s.qdd.NAME  s.points.NAME.x ... zdd  s.points.NAME.axes.x.x ... zdd
+ * s.axes.LINK.x.x ... zdd  s.points.NAME.wx ... wzd  s.axes.LINK.wx ... wzd  s.inputs.NAME  s.start.<the
+ * same>  p.NAME
+ */
+
+/* The kinds of a view. Its `order` is the time derivative of coordinates, `index` the number of a point,
+ * direction or link. */
+enum view_kind {
+    VIEW_PARAMETERS,
+    VIEW_STATE,
+    VIEW_COORDINATES,
+    VIEW_POINTS,
+    VIEW_POINT,
+    VIEW_INPUTS,
+    VIEW_AXES, /* by link */
+    VIEW_AXES_OF_POINT,
+    VIEW_AXES_OF_LINK,
+    VIEW_AXES_OF_TIP,
+    VIEW_DIRECTION
+};
+
+const struct view view_of_state = {.kind = VIEW_STATE}, view_of_parameters = {.kind = VIEW_PARAMETERS};
 
 static struct view_result no_field(const struct view_names *names, const char *path, const char *field,
                                    const char *kind, const char *const *known, int count) {
@@ -190,7 +217,7 @@ static struct view_result angular_field(const struct view_names *names, const st
     if (view->at_start && order == 2)
         return no_acceleration();
     for (int axis = 0; axis < 3; axis++) {
-        const int marker = markers_direction(names->model, at, vector_unit(g, axis));
+        const int marker = markers_direction(names->model, at, vector_unit(axis));
         const struct vector a = direction_vector(names, view, marker, 0),
                             rate = direction_vector(names, view, marker, order);
         sum = vector_add(g, sum, vector_cross(g, a, rate));
@@ -266,7 +293,7 @@ static struct view_result axis_field(const struct view_names *names, struct view
     if (at.link < 0)
         return (struct view_result){.fault = on_ground};
     view.kind = VIEW_DIRECTION;
-    view.index = markers_direction(model, &at, vector_unit(names->declarations->graph, axis));
+    view.index = markers_direction(model, &at, vector_unit(axis));
     return (struct view_result){.is_view = true, .view = view};
 }
 
@@ -278,7 +305,7 @@ static struct view_result parameter_field(const struct view_names *names, const 
         known[i] = declarations->parameters[i].name;
     int index = text_index(field, known, count);
     if (index < 0 && declarations->lacks_parameters)
-        return (struct view_result){.expression = expr_one(declarations->graph)};
+        return (struct view_result){.expression = EXPR_ONE};
     if (index < 0)
         return no_field(names, "p", field, "parameter", known, count);
     return (struct view_result){.expression = declarations_parameter_expression(declarations, index)};
@@ -297,7 +324,7 @@ static struct view_result input_field(const struct view_names *names, struct vie
 }
 
 struct view_result state_symbols_field(const struct view_names *names, struct view view, const char *field) {
-    switch (view.kind) {
+    switch ((enum view_kind)view.kind) {
     case VIEW_PARAMETERS:
         return parameter_field(names, field);
     case VIEW_STATE:
@@ -321,6 +348,12 @@ struct view_result state_symbols_field(const struct view_names *names, struct vi
 }
 
 /* ---- kinks of formulas in coordinates and rates ---- */
+
+/*
+ * Kinks are the expressions that change sign at the kinks of absolute values, minima, maxima and comparisons
+ * in forces, loads, energies and rows. The steps of a motion end on them, as on events without a name.
+ * event_terms.c has kinks in time alone.
+ */
 
 enum { MOST_KINKS = 100 }; /* with more of them, their location costs more than small steps */
 

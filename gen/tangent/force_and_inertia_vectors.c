@@ -1,5 +1,13 @@
-/* The vectors from which exact derivatives by coordinates and rates are computed (theory, sect. 7.3 to
- * 7.6). */
+/*
+ * The vectors from which exact derivatives of M qdd - h - Q - u^T lambda by coordinates and rates, at given
+ * accelerations and multipliers, are computed in O(n^2).
+ *
+ * Input: the motion at given qdd. Output: vectors of each coordinate for the loops over pairs (plan.h):
+ * theory, sect. 7.3 to 7.6. The method is that of Singh, Russo and Wensing (IEEE RA-L 7, 2022), here with
+ * arms and velocities from the joints' own origins instead of spatial vectors about one point. With C_j,
+ * C_j', C_j'' the column of a mass element, M_ij = int C_i . C_j dm, and the derivative of row i of M qdd + c
+ * + g is 2 int C_i . C_j' dm by qd_j and int C_i . C_j'' dm + int dC_i/dq_j . (rdd - grav) dm by q_j.
+ */
 #include "gen/tangent/tangent.h"
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
@@ -56,10 +64,10 @@ static expression rate_of_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
     (void)context;
     if (s.kind == SYMBOL_TIME)
-        return expr_one(g);
+        return EXPR_ONE;
     if ((s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT) && s.order < 2)
         return expr_symbol(g, s.kind, s.index, s.order + 1);
-    return expr_zero(g);
+    return EXPR_ZERO;
 }
 
 /* Acceleration rows have no residual to stabilise; velocity rows have no phi. */
@@ -104,7 +112,7 @@ static expression spring_and_damper(const struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
     const struct joint *joint = &k->tree->frames[i].joint;
-    if (element_strains_has(k, i))
+    if (k->tree->frames[i].has_strains)
         return element_strains_force(k, i, given->is_resting ? STRAIN_ELASTIC : STRAIN_BOTH);
     const expression stretch = expr_sub(g, kinematics_coordinate_of(k, i, 0), joint->rest);
     const expression damper =
@@ -294,7 +302,7 @@ static struct pair_vectors vectors_of_joint(const struct given_motion *given, in
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
     const struct given_frame_rates *rates = &given->frames[i];
-    const struct vector e = vector_unit(g, k->tree->frames[i].joint.axis);
+    const struct vector e = vector_unit(k->tree->frames[i].joint.axis);
     struct pair_vectors v = {.mass = wrench_of_unit(k, i, beyond)};
     if (k->tree->frames[i].joint.is_revolute) {
         v.less_gravity_lever = vector_cross(g, given->motions[i].less_gravity, e);

@@ -1,7 +1,21 @@
-/* The motion at given accelerations, and its derivatives by one coordinate at a time. */
+/*
+ * The motion at given accelerations, and its derivatives by one coordinate at a time, while the accelerations
+ * of the coordinates stay the same: exact derivatives of the equations consist of them.
+ *
+ * Input: kinematics and accelerations by frame. Output: the accelerations of frames and points and, for an
+ * expression in symbols, its derivatives by q and qd (theory, sect. 7.1 and 7.2). The columns of C and their
+ * first two time derivatives suffice: a point's symbol of order i has the derivative (i over o)
+ * d^(i-o)C_j/dt^(i-o) by coordinate j's symbol of order o, since r = r(q, t) makes derivatives by q and by t
+ * commute.
+ */
 #include "gen/tangent/tangent.h"
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
+
+/* C_j, dC_j/dt and d2C_j/dt2 of one point or direction: one column for each frame. */
+struct column_rates {
+    struct vector *by_order[3];
+};
 
 static struct vector to_ground(const struct kinematics *k, int i, struct vector a) {
     return matrix_times(k->g, k->frames[i].rotation.at, a);
@@ -22,7 +36,7 @@ static void accelerate_frame(struct given_motion *given, int i, const struct giv
     motion->less_gravity =
         kinematics_to_child(k, i, vector_add(g, parent->less_gravity, given->frames[i].shift_rate2));
     if (k->tree->frames[i].kind == FRAME_JOINT && joint->is_revolute) {
-        const struct vector e = vector_unit(g, joint->axis);
+        const struct vector e = vector_unit(joint->axis);
         const struct vector gyration =
             vector_scale(g, kinematics_coordinate_of(k, i, 1), vector_cross(g, k->frames[i].angular, e));
         motion->angular = vector_add(g, motion->angular, gyration);
@@ -38,7 +52,7 @@ static void turn_axis(struct given_motion *given, int i) {
     struct graph *g = k->g;
     struct given_frame_rates *frame = &given->frames[i];
     const struct frame_motion *m = &k->frames[i];
-    const struct vector e = vector_unit(g, k->tree->frames[i].joint.axis);
+    const struct vector e = vector_unit(k->tree->frames[i].joint.axis);
     frame->own_rate = vector_cross(g, m->angular, e);
     frame->own_rate2 = matrix_times(g, given_motion_gradient(given, i).at, e);
     frame->axis = kinematics_joint_axis(k, i);
@@ -58,7 +72,7 @@ static void move_shift(struct given_motion *given, int i) {
     const struct vector w = frame->parent < 0 ? still : k->frames[frame->parent].angular;
     struct vector slide = still, speed = still, gain = still;
     if (frame->kind == FRAME_JOINT && !frame->joint.is_revolute) {
-        slide = matrix_times(g, frame->placement.rotation, vector_unit(g, frame->joint.axis));
+        slide = matrix_times(g, frame->placement.rotation, vector_unit(frame->joint.axis));
         slide = kinematics_from_body(k, frame->parent, slide);
         speed = vector_scale(g, kinematics_coordinate_of(k, i, 1), slide);
         gain = vector_scale(g, given->accelerations[i], slide);
@@ -113,8 +127,8 @@ static struct vector accelerate_point(const struct given_motion *given, int inde
 static void hold_frame(struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     const struct vector gravity = vector_of(k->model->gravity);
-    const struct given_frame_motion ground = {
-        .less_gravity = vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), gravity)};
+    const struct given_frame_motion ground = {.less_gravity =
+                                                  vector_scale(k->g, expr_neg(k->g, EXPR_ONE), gravity)};
     const int parent = k->tree->frames[i].parent;
     kinematics_remark(k, i, "wd = E wd_p + w x e qd + e qdd, a = E (a_p + s'') (7.1)");
     given->motions[i] = (struct given_frame_motion){.angular = {{0, 0, 0}}};
@@ -196,7 +210,7 @@ static expression place_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
     const bool moves = s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT;
     if (given->is_resting && moves && s.order > 0)
-        return expr_zero(g);
+        return EXPR_ZERO;
     if (s.kind == SYMBOL_MULTIPLIER && given->multipliers)
         return given->multipliers[s.index];
     if (s.kind == SYMBOL_COORDINATE && s.order == 2)

@@ -1,26 +1,13 @@
 /*
  * The motion at given accelerations, and the vectors of joints from which exact derivatives of forces and
  * inertia are computed.
- *
- * The parts in order: the motion at given accelerations; forces and rows; vectors of joints.
  */
 #ifndef REFDYN_GEN_TANGENT_H
 #define REFDYN_GEN_TANGENT_H
 
 #include "gen/dynamics/dynamics.h"
 
-/* ---- The motion at given accelerations ---- */
-
-/*
- * Its derivatives are by one coordinate at a time, while the accelerations of the coordinates stay the same:
- * exact derivatives of the equations consist of them.
- *
- * Input: kinematics and accelerations by frame. Output: the accelerations of frames and points and, for an
- * expression in symbols, its derivatives by q and qd (theory, sect. 7.1 and 7.2). The columns of C and their
- * first two time derivatives suffice: a point's symbol of order i has the derivative (i over o)
- * d^(i-o)C_j/dt^(i-o) by coordinate j's symbol of order o, since r = r(q, t) makes derivatives by q and by t
- * commute.
- */
+/* ---- The motion at given accelerations: theory, sect. 7.1 and 7.2 ---- */
 
 /* The state that the outward recursion carries from frame to frame. */
 struct given_frame_motion {
@@ -37,11 +24,6 @@ struct given_frame_rates {
     struct vector axis, axis_rate, axis_rate2; /* the joint's axis e, de/dt, d2e/dt2 in the ground frame */
 };
 
-/* C_j, dC_j/dt and d2C_j/dt2 of one point or direction: one column for each frame. */
-struct column_rates {
-    struct vector *by_order[3];
-};
-
 struct given_motion {
     const struct kinematics *k;
     bool is_resting;                    /* at qd = 0 and qdd = 0; then there are no `motions` */
@@ -55,7 +37,6 @@ struct given_motion {
 
 struct given_motion *given_motion_derive(const struct kinematics *k, const expression *accelerations,
                                          const expression *multipliers);
-
 /* B = [wd]x + [w]x [w]x of a frame, own axes [1/s^2]. */
 struct matrix given_motion_gradient(const struct given_motion *given, int i);
 /* The motion at rest. */
@@ -66,18 +47,7 @@ struct vector given_motion_place_vector(const struct given_motion *given, struct
 /* Derivatives of e, in symbols, by the coordinates' values (order 0) or rates (order 1), by frame. */
 expression *given_motion_derivatives(struct given_motion *given, expression e, int order);
 
-/* ---- Forces, rows and vectors of joints ---- */
-
-/*
- * Exact derivatives of M qdd - h - Q - u^T lambda by coordinates and rates, at given accelerations and
- * multipliers, in O(n^2).
- *
- * Input: the motion at given qdd. Output: vectors of each coordinate for the loops over pairs (plan.h):
- * theory, sect. 7.3 to 7.6. The method is that of Singh, Russo and Wensing (IEEE RA-L 7, 2022), here with
- * arms and velocities from the joints' own origins instead of spatial vectors about one point. With C_j,
- * C_j', C_j'' the column of a mass element, M_ij = int C_i . C_j dm, and the derivative of row i of M qdd + c
- * + g is 2 int C_i . C_j' dm by qd_j and int C_i . C_j'' dm + int dC_i/dq_j . (rdd - grav) dm by q_j.
- */
+/* ---- Forces, rows and vectors of joints: theory, sect. 7.3 to 7.6 ---- */
 
 /* Forces on coordinates, at points and on bodies, in symbols, without springs and dampers. Their
  * generalized forces are F . C_i and T . e_i: theory, sect. 7.3. */
@@ -97,7 +67,6 @@ void tangent_add_row_forces(const struct kinematics *k, struct applied_forces *a
 struct row_symbols {
     expression phi, psi, balance;
 };
-
 struct row_symbols tangent_row_symbols(const struct kinematics *k, int row);
 /* u qdd - k of all rows. */
 expression *tangent_row_balances(const struct kinematics *k);
@@ -113,10 +82,8 @@ struct pair_vectors {
     struct vector spin;               /* int rho' x C_i */
     struct wrench stiffness, damping; /* the same for C_i'' and C_i'; in `stiffness` the load turns with i */
 };
-
 /* By frame, from the inertia beyond each joint. */
 struct pair_vectors *tangent_pair_vectors(const struct given_motion *given, const struct inertia *composites);
-
 /* M qdd + c + g at the given accelerations, by frame. */
 expression *tangent_inertia_forces(const struct given_motion *given);
 

@@ -1,5 +1,10 @@
-/* Recursions over a rolled tree: one step for each frame; runs of equal elements become loops of the
- * graph. */
+/*
+ * Recursions over a rolled tree: one step for each frame; runs of equal elements become loops of the graph.
+ *
+ * In a run the step uses symbols for the values that the loop carries (theory, sect. 4.13). Trial finds the
+ * parts of the state that no iteration changes, so that the frames of a run may come several times; such a
+ * part keeps its value from before the loop, which often is zero.
+ */
 #include "gen/tree/tree.h"
 #include "gen/base/base.h"
 

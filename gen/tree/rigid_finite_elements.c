@@ -30,7 +30,7 @@ static struct inertia prism_inertia(struct graph *g, const struct segment *segme
 /* s = E Iz / dl, E Iy / dl, G It / dl with G = E / (2 (1 + nu)): theory, sect. 3.2. */
 static expression element_stiffness(struct graph *g, const struct segment *segment, int turn, expression dl) {
     const expression G =
-        expr_div(g, segment->E, expr_mul(g, expr_number(g, 2), expr_add(g, expr_one(g), segment->nu)));
+        expr_div(g, segment->E, expr_mul(g, expr_number(g, 2), expr_add(g, EXPR_ONE, segment->nu)));
     const expression rigidity[3] = {expr_mul(g, segment->E, segment->Iz),
                                     expr_mul(g, segment->E, segment->Iy), expr_mul(g, G, segment->It)};
     return expr_div(g, rigidity[turn], dl);
@@ -84,7 +84,7 @@ static void add_element_joints(struct expansion *x, const struct link *link, con
         if (!link->beam.keeps[turn])
             continue;
         const struct joint joint = element_joint(x, link, segment, turn);
-        struct frame *frame = frames_add_joint(x, at, &joint);
+        struct frame *frame = frames_add(x, at, &joint);
         frame->link = (int)(link - x->model->links);
         frame->element = r;
         frame->has_strains = link->beam.has_strains;
@@ -127,40 +127,4 @@ void rigid_finite_elements_add(struct expansion *x, const struct link *link, str
     carrier->elements = memory_get(x->memory, ((size_t)count + 1) * sizeof *carrier->elements);
     for (int i = 0; i < link->beam.segment_count; i++)
         add_segment(x, link, &link->beam.segments[i], &number_of_sde, carrier);
-}
-
-/* ---- Growing the tree frame by frame ---- */
-
-static struct frame *new_frame(struct expansion *x) {
-    struct tree *tree = x->tree;
-    if (tree->count == x->capacity) {
-        int capacity = x->capacity ? 2 * x->capacity : 32;
-        tree->frames = memory_grow(x->memory, tree->frames, (size_t)tree->count * sizeof *tree->frames,
-                                   (size_t)capacity * sizeof *tree->frames);
-        x->capacity = capacity;
-    }
-    return &tree->frames[tree->count++];
-}
-
-struct frame *frames_add_joint(struct expansion *x, struct fixed_frame *at, const struct joint *joint) {
-    struct frame *frame = new_frame(x);
-    assert(at->frame < x->tree->count - 1);
-    frame->parent = at->frame;
-    frame->run = -1;
-    frame->coordinate = x->tree->count - 1;
-    frame->placement = at->placement;
-    frame->joint = *joint;
-    at->frame = x->tree->count - 1;
-    at->placement = placement_identity();
-    return frame;
-}
-
-void frames_add_inertia(struct expansion *x, int link, const struct fixed_frame *at, struct inertia inertia) {
-    if (at->frame < 0)
-        return;
-    struct inertia *into = &x->tree->frames[at->frame].inertia;
-    const struct inertia placed = inertia_place(x->g, &at->placement, inertia);
-    x->parts = memory_room(x->memory, x->parts, x->part_count, &x->part_capacity, sizeof *x->parts);
-    x->parts[x->part_count++] = (struct part){link, at->frame, placed};
-    *into = inertia_add(x->g, *into, placed);
 }

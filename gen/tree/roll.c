@@ -1,4 +1,13 @@
-/* Finds runs of equal elements, and builds the rolled tree from them. */
+/*
+ * Finds runs of equal elements, and builds the rolled tree, in which one element replaces each run.
+ *
+ * Input: the tree. Output: the rolled tree, from which everything is derived. It has the frames that are in
+ * no run, and for each run an ENTRY frame, the frames of one element, and an EXIT frame. The ENTRY is fixed
+ * to the run's carrier, displaced so that all elements, the first included, are placed alike. The last
+ * element may have another inertia (a beam ends with half an element). The EXIT is the last element's last
+ * frame, which carries the following frames. Derivations visit the element once, in a loop, for any count.
+ * Theory, sect. 4.13.
+ */
 #include "gen/tree/tree.h"
 #include "gen/base/base.h"
 

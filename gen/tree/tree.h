@@ -2,34 +2,22 @@
  * The tree: one frame for each elementary coordinate. Welded bodies are merged with the frame that moves
  * them, beams are cut into rigid finite elements (theory, sect. 3).
  *
- * The parts in order: frames and trees; expanding links, with beams, names of inertias and joint axes; frames
- * that keep their axes; recursions; runs of equal elements; vectors and inertias of expressions.
+ * The parts in order: frames and trees; expanding links; recursions; runs of equal elements; the algebra of
+ * vectors and inertias.
  */
 #ifndef REFDYN_GEN_TREE_H
 #define REFDYN_GEN_TREE_H
 
-#include <stddef.h>
-
-#include "gen/graph/graph.h"
 #include "gen/model/model.h"
-
-/*
- * Frame i belongs to coordinate i. Its parent has a smaller index; -1 is the ground. T_i = T_p A_i D_i(q_i):
- * theory, sect. 2.1.
- */
 
 struct vector {
     expression at[3];
 };
-
-/* A symmetric 3 x 3 tensor in the order xx yy zz xy xz yz. */
 struct tensor {
-    expression at[6];
+    expression at[6]; /* symmetric, 3 x 3, in the order xx yy zz xy xz yz */
 };
-
-/* Any 3 x 3 matrix, row-major. */
 struct matrix {
-    expression at[9];
+    expression at[9]; /* 3 x 3, row-major */
 };
 
 /* Inertia about the frame's origin, along its axes. Together with the mass these are the entries of the
@@ -47,6 +35,8 @@ enum kept_axes { AXES_TURNED, AXES_KEPT_AFTER, AXES_KEPT };
 /* ENTRY and EXIT enclose the frames of one element of a run. They have no joint. */
 enum frame_kind { FRAME_JOINT, FRAME_ENTRY, FRAME_EXIT };
 
+/* Frame i belongs to coordinate i. Its parent has a smaller index; -1 is the ground. T_i = T_p A_i D_i(q_i):
+ * theory, sect. 2.1. */
 struct frame {
     const char *name; /* of the coordinate: base_z, arm_psi, arm_psi_1 ... */
     int parent;
@@ -71,7 +61,18 @@ struct fixed_frame {
     struct placement placement;
 };
 
-struct carrier;
+/* An element of a beam: the frame that carries it, and its beginning along the beam. */
+struct element {
+    struct fixed_frame at;
+    expression start; /* [m] from the beam's root */
+};
+
+/* Where links and points attach: the frame that carries them, and their placement in it. */
+struct carrier {
+    struct fixed_frame base, tip; /* the link's own frame (a beam's first element) and a beam's end */
+    struct element *elements;     /* of a beam */
+    int element_count;
+};
 
 struct tree {
     struct frame *frames;
@@ -97,23 +98,12 @@ void tree_expand(struct memory *memory, const struct model *model, struct tree *
 void tree_place_points(struct memory *memory, const struct model *model, struct tree *tree);
 int tree_find_coordinate(const struct tree *tree, const char *name); /* -1: none */
 const char **tree_coordinate_names(struct memory *memory, const struct tree *tree);
+/* "local z", or "(0, 0.6, 0.8)" in the link's axes, for the present values of parameters. */
+const char *joint_axis_text(struct memory *memory, const struct model *model, const struct joint *joint);
+/* The tree with kept axes wherever possible; the tree itself if there are none. */
+const struct tree *parallel_axes_keep(struct memory *memory, const struct tree *tree, enum kept_axes axes);
 
-/* ---- Expanding links ---- */
-
-/* Links (tree.c) and beams (rigid_finite_elements.c) grow the tree frame by frame. */
-
-/* An element of a beam: the frame that carries it, and its beginning along the beam. */
-struct element {
-    struct fixed_frame at;
-    expression start; /* [m] from the beam's root */
-};
-
-/* Where links and points attach: the frame that carries them, and their placement in it. */
-struct carrier {
-    struct fixed_frame base, tip; /* the link's own frame (a beam's first element) and a beam's end */
-    struct element *elements;     /* of a beam */
-    int element_count;
-};
+/* ---- Expanding links: tree.c, and rigid_finite_elements.c for beams ---- */
 
 /* An element or a solid on a frame. */
 struct part {
@@ -132,65 +122,22 @@ struct expansion {
 };
 
 /* Adds a frame with one joint at the place `at`, which then becomes that frame. */
-struct frame *frames_add_joint(struct expansion *x, struct fixed_frame *at, const struct joint *joint);
+struct frame *frames_add(struct expansion *x, struct fixed_frame *at, const struct joint *joint);
 /* Adds to the inertia of the frame that carries `at`, for that link. A body fixed to the ground has no
  * part in the motion. */
 void frames_add_inertia(struct expansion *x, int link, const struct fixed_frame *at, struct inertia inertia);
-
 /* Adds the elements of a link's beam, from the carrier's tip on, and the frames of their joints. */
 void rigid_finite_elements_add(struct expansion *x, const struct link *link, struct carrier *carrier);
 
 /*
- * A joint about an axis in any direction. A constant rotation before the joint turns one of the frame's own
- * axes onto the given one. Its transpose follows the joint, so that at q = 0 the link's frame is parallel to
- * its carrier's (theory, sect. 2.1). All other joints are about the frame's own axes.
- */
-
-/* Adds a frame with the joint at the place `at`, which then becomes the link's frame after the joint. */
-struct frame *joint_axis_add(struct expansion *x, struct fixed_frame *at, const struct joint *joint);
-
-/* "local z", or "(0, 0.6, 0.8)" in the link's axes, for the present values of parameters. */
-const char *joint_axis_text(struct memory *memory, const struct model *model, const struct joint *joint);
-
-/* ---- Frames that keep their axes ---- */
-
-/*
- * Consecutive revolute joints about parallel axes, as in planar arms and chains: such a frame may keep the
- * axes that its carrier's body had before it turned, while its own body turns relative to it.
+ * Recursions over a rolled tree: one step for each frame, with runs in loops. The state is a record of
+ * expressions for each frame. Outward, a step reads the state of the frame's parent and sets its own; inward,
+ * it reads the contributions from beyond the frame in its own state and adds to the parent's.
  *
- * Input: a tree. Output: the tree with marks (theory, sect. 4.12). Vectors then pass from frame to frame
- * unchanged, and angular velocities change along one axis. In return each body's own shift and inertia are
- * turned once, by the sum of the angles (W. Khalil and E. Dombre, Modeling, Identification and Control of
- * Robots, 2002).
- *
- * Beams are excluded: in axes that are not an element's own, the large articulated mass along it mixes with
- * the small one across, which costs digits.
- */
-
-/* The tree with kept axes wherever possible; the tree itself if there are none. */
-const struct tree *parallel_axes_keep(struct memory *memory, const struct tree *tree, enum kept_axes axes);
-
-/* ---- Recursions ---- */
-
-/*
- * Recursions over a rolled tree: one step for each frame, with runs in loops.
- *
- * The state of a recursion is a record of expressions for each frame. Outward, a step reads the state of the
- * frame's parent and sets its own. Inward, a step reads the contributions from beyond the frame in its own
- * state and adds to the parent's. In a run the step uses symbols for the values that the loop carries
- * (theory, sect. 4.13). Trial finds the parts of the state that no iteration changes, so that the frames of a
- * run may come several times; such a part keeps its value from before the loop, which often is zero.
- *
- * struct recursion r = recursion_over(memory, g, tree, sums, sizeof *sums);
+ *     struct recursion r = recursion_over(memory, g, tree, sums, sizeof *sums);
  *     for (int i = tree->count; recursion_inward(&r, &i);)
  *         ...
  */
-
-/* The values that the loop of a recursion carries. */
-struct carry {
-    expression *initial;
-    int *slots; /* -1: no iteration changes it */
-};
 
 struct recursion {
     struct memory *memory;
@@ -198,7 +145,10 @@ struct recursion {
     const struct tree *tree;
     expression *state; /* by frame */
     int width;         /* expressions in the state of a frame */
-    struct carry carry;
+    struct carry {
+        expression *initial;
+        int *slots; /* -1: no iteration changes it */
+    } carry;        /* the values that the loop carries */
 };
 
 /* state: for each frame a structure of `size` bytes that consists of expressions alone; it must be zero
@@ -209,43 +159,24 @@ struct recursion recursion_over(struct memory *memory, struct graph *g, const st
 bool recursion_outward(struct recursion *recursion, int *i);
 /* The same inward; begin with *i = tree->count. */
 bool recursion_inward(struct recursion *recursion, int *i);
-
 /* The next frame with a joint, outward from *i = -1; in runs inside a loop. The caller must go through the
  * tree to its end. */
 bool recursion_next_joint(struct graph *g, const struct tree *tree, int *i);
-
 /* A sum over all frames with a joint and all elements: its terms, beginning with *i = -1, and their total. */
 struct recursion recursion_sum(struct memory *memory, struct graph *g, const struct tree *tree);
 bool recursion_next_term(struct recursion *sum, int *i);
 void recursion_add_term(struct recursion *sum, int i, expression term);
 expression recursion_total(const struct recursion *sum);
 
-/* ---- Runs of equal elements ---- */
-
-/*
- * Rolling replaces each run of equal elements by one of its elements.
- *
- * Input: the tree. Output: the rolled tree, from which everything is derived. It has the frames that are in
- * no run, and for each run an ENTRY frame, the frames of one element, and an EXIT frame. The ENTRY is fixed
- * to the run's carrier, displaced so that all elements, the first included, are placed alike. The last
- * element may have another inertia (a beam ends with half an element). The EXIT is the last element's last
- * frame, which carries the following frames. Derivations visit the element once, in a loop, for any count.
- * Theory, sect. 4.13.
- */
-
-/* A frame is in no run if the author's formulas name its coordinate or if a point is fixed to it. */
+/* Replaces each run of equal elements by an ENTRY frame, the frames of one element, and an EXIT frame. A
+ * frame is in no run if the author's formulas name its coordinate or if a point is fixed to it. */
 void roll_tree(struct memory *memory, const struct model *model, const struct tree *tree, enum loops loops,
                struct tree *rolled);
 
-/* ---- Vectors, rotations and inertia tensors ---- */
-
-/*
- * 3-vectors, rotations and inertia tensors of expressions: the algebra of kinematics and dynamics. Everything
- * folds in the graph, so that a zero component costs nothing.
- */
+/* ---- The algebra of vectors, rotations and inertias ---- */
 
 struct vector vector_of(const expression at[3]);
-struct vector vector_unit(struct graph *g, int axis);
+struct vector vector_unit(int axis);
 struct vector vector_add(struct graph *g, struct vector a, struct vector b);
 struct vector vector_sub(struct graph *g, struct vector a, struct vector b);
 struct vector vector_scale(struct graph *g, expression s, struct vector a);
@@ -261,11 +192,6 @@ struct vector tensor_times(struct graph *g, struct tensor t, struct vector a);
 struct tensor tensor_add(struct graph *g, struct tensor a, struct tensor b);
 /* R T R^T */
 struct tensor tensor_turn(struct graph *g, const expression rotation[9], struct tensor t);
-/*
- * The increase of an inertia when its reference point moves by r (Steiner, both points off the centre), from
- * the moments before, mc, and after, mc + m r: 2 (r.d) 1 - r d^T - d r^T with d = mc + m r / 2.
- */
-struct tensor tensor_of_shift(struct graph *g, struct vector r, struct vector before, struct vector after);
 
 struct placement placement_identity(void);
 /* First `outer`, then `inner` in it. */

@@ -1,4 +1,7 @@
-/* The algebra of 3-vectors, rotations and inertia tensors of expressions. */
+/*
+ * The algebra of 3-vectors, rotations and inertia tensors of expressions, for kinematics and dynamics.
+ * Everything folds in the graph, so that a zero component costs nothing.
+ */
 #include "gen/tree/tree.h"
 
 #include <string.h>
@@ -7,9 +10,9 @@ struct vector vector_of(const expression at[3]) {
     return (struct vector){{at[0], at[1], at[2]}};
 }
 
-struct vector vector_unit(struct graph *g, int axis) {
+struct vector vector_unit(int axis) {
     struct vector e = {{0, 0, 0}};
-    e.at[axis] = expr_one(g);
+    e.at[axis] = EXPR_ONE;
     return e;
 }
 
@@ -104,7 +107,12 @@ struct tensor tensor_turn(struct graph *g, const expression rotation[9], struct 
     return turned;
 }
 
-struct tensor tensor_of_shift(struct graph *g, struct vector r, struct vector before, struct vector after) {
+/*
+ * The increase of an inertia when its reference point moves by r (Steiner, both points off the centre), from
+ * the moments before, mc, and after, mc + m r: 2 (r.d) 1 - r d^T - d r^T with d = mc + m r / 2.
+ */
+static struct tensor shift_increase(struct graph *g, struct vector r, struct vector before,
+                                    struct vector after) {
     struct tensor t;
     const struct vector sum = vector_add(g, before, after);
     for (int i = 0; i < 3; i++) {
@@ -144,7 +152,7 @@ struct inertia inertia_place(struct graph *g, const struct placement *placement,
     const struct tensor turned = tensor_turn(g, placement->rotation, inner.tensor);
     return (struct inertia){.mass = inner.mass,
                             .moment = shifted,
-                            .tensor = tensor_add(g, turned, tensor_of_shift(g, r, moment, shifted))};
+                            .tensor = tensor_add(g, turned, shift_increase(g, r, moment, shifted))};
 }
 
 struct inertia inertia_add(struct graph *g, struct inertia a, struct inertia b) {

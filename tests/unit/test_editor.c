@@ -118,8 +118,8 @@ static void put_functions(void) {
     struct memory memory = {.allowance = -1, .fail = stop};
     put("\n---@class refdyn\n---@field pi number\nlocal rd = {}\n\n");
     for (int owner = 0; owner < OWNER_COUNT; owner++)
-        if (fields_owner_tag((enum owner)owner))
-            put_function(fields_owner_tag((enum owner)owner), owner_tags[owner], "fields");
+        if (owner_rules[owner].tag)
+            put_function(owner_rules[owner].tag, owner_tags[owner], "fields");
     for (int i = 0; i < 3; i++)
         put_function(rows[i], "row", "fields");
     for (int i = 0; i < module_function_count(); i++)

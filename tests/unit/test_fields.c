@@ -41,8 +41,15 @@ static const char *const types[TYPE_COUNT] = {
     [TYPE_FUNCTION] = "function",
 };
 
+/* "positive", or "" */
+static const char *range_text(enum number_range range) {
+    static const char *const texts[] = {"", "positive", "not below 0", "above -1, up to 0.5", "from 0 to 1"};
+    _Static_assert(sizeof texts / sizeof *texts == RANGE_SHARE + 1, "each range has a text");
+    return texts[range];
+}
+
 static void write_row(const struct field_rule *rule, char *row) {
-    const char *range = fields_range_text(rule->range);
+    const char *range = range_text(rule->range);
     char first[64] = "";
     if (rule->item > 0)
         snprintf(first, sizeof first, ", or item %d", rule->item);
@@ -73,7 +80,7 @@ int main(int argc, char **argv) {
         write_row(&field_rules[i], row);
         if (argc > 1 && (i == 0 || field_rules[i].owner != field_rules[i - 1].owner))
             printf("\n%s\n\n| field | type | what it is |\n|---|---|---|\n",
-                   fields_owner_text(field_rules[i].owner));
+                   owner_rules[field_rules[i].owner].text);
         if (argc > 1) {
             printf("%s", row);
         } else if (!page || !strstr(page, row)) {

@@ -30,7 +30,7 @@ static void test_zeros_and_ones(void) {
     struct variables v;
     start(&v);
     struct graph *g = v.g;
-    const expression x = v.x, null = expr_zero(g), unit = expr_one(g);
+    const expression x = v.x, null = EXPR_ZERO, unit = EXPR_ONE;
     CHECK(expr_number(g, -0.0) == null && expr_number(g, 1.0) == unit);
     CHECK(expr_mul(g, x, null) == null && expr_mul(g, null, x) == null);
     CHECK(expr_sub(g, x, x) == null);
@@ -89,11 +89,11 @@ static void test_powers(void) {
     struct variables v;
     start(&v);
     struct graph *g = v.g;
-    CHECK(expr_power(g, v.x, expr_zero(g)) == expr_one(g) && expr_power(g, v.x, expr_one(g)) == v.x);
+    CHECK(expr_power(g, v.x, EXPR_ZERO) == EXPR_ONE && expr_power(g, v.x, EXPR_ONE) == v.x);
     CHECK(expr_power(g, v.x, expr_number(g, 2)) == expr_mul(g, v.x, v.x));
     CHECK(expr_power(g, v.x, expr_number(g, 0.5)) == expr_sqrt(g, v.x));
     CHECK(expr_power(g, v.x, expr_number(g, -3)) ==
-          expr_div(g, expr_one(g), expr_power(g, v.x, expr_number(g, 3))));
+          expr_div(g, EXPR_ONE, expr_power(g, v.x, expr_number(g, 3))));
     for (int exponent = -17; exponent <= 17; exponent++) {
         const expression p = expr_power(g, v.x, expr_number(g, exponent));
         CHECK((g->nodes[p].operation == OP_POW) == (abs(exponent) > 16));
@@ -103,7 +103,7 @@ static void test_powers(void) {
 }
 
 static expression rate_of_variable(void *context, struct graph *g, expression e) {
-    return expr_as_symbol(g, e)->index == *(const int *)context ? expr_one(g) : expr_zero(g);
+    return expr_as_symbol(g, e)->index == *(const int *)context ? EXPR_ONE : EXPR_ZERO;
 }
 
 static expression derivative(struct graph *g, expression e, int by) {
@@ -115,10 +115,10 @@ static void test_choices(void) {
     start(&v);
     struct graph *g = v.g;
     CHECK(expr_where(g, expr_number(g, 0.2718), v.x, v.y) == v.x &&
-          expr_where(g, expr_zero(g), v.x, v.y) == v.y);
+          expr_where(g, EXPR_ZERO, v.x, v.y) == v.y);
     CHECK(expr_where(g, v.z, v.x, v.x) == v.x);
     CHECK(expr_apply2(g, OP_MIN, v.x, v.x) == v.x && expr_apply2(g, OP_MAX, v.x, v.x) == v.x);
-    CHECK(expr_apply2(g, OP_LESS, v.x, v.x) == expr_zero(g));
+    CHECK(expr_apply2(g, OP_LESS, v.x, v.x) == EXPR_ZERO);
     const expression smaller = expr_where(g, expr_apply2(g, OP_LESS, v.x, v.y), v.x, v.y);
     CHECK(value_at(g, smaller, at) == at[0]);
     const expression product = expr_mul(g, v.x, v.z), branches[] = {product, expr_mul(g, product, v.y)};
@@ -240,7 +240,7 @@ static void test_derivatives_of_splines(void) {
         CHECK_NEAR(value_at(v.g, slope, at), difference(v.g, e, 0), 1e-4);
         e = slope;
     }
-    CHECK(derivative(v.g, e, 0) == expr_zero(v.g));
+    CHECK(derivative(v.g, e, 0) == EXPR_ZERO);
     expressions_release(&v.own);
 }
 
@@ -256,7 +256,7 @@ static void test_gradient(void) {
         CHECK_NEAR(value_at(v.g, gradients[i], at), difference(v.g, e, i), 1e-8);
         CHECK_NEAR(value_at(v.g, gradients[i], at), value_at(v.g, derivative(v.g, e, i), at), 1e-14);
     }
-    CHECK(gradients[3] == expr_zero(v.g));
+    CHECK(gradients[3] == EXPR_ZERO);
     expressions_release(&v.own);
 }
 
