@@ -1,4 +1,4 @@
-"""What the program writes, as xarray datasets with units; and the tables that it reads."""
+"""Reads the program's results as xarray datasets with units, and writes the tables that it reads."""
 from __future__ import annotations
 
 import json
@@ -29,14 +29,14 @@ def variable(dims: Iterable[str], values: Any, unit: str | None = None) -> xarra
 
 
 def put(variables: dict[str, xarray.Variable], name: str, kind: str, value: xarray.Variable) -> None:
-    """A name that is taken gets its kind before it."""
+    """Adds a variable. If its name is taken, its kind precedes the name."""
     while name in variables:
         name = f"{kind}_{name}"
     variables[name] = value
 
 
 def moment(unit: str) -> str:
-    """The unit of the force of a coordinate."""
+    """Returns the unit of the generalised force of a coordinate."""
     return "N m" if unit == "rad" else "N"
 
 
@@ -49,13 +49,13 @@ def put_points(variables: dict[str, xarray.Variable], points: Mapping[str, Any])
 # ---- Attributes ----
 
 def plain(told: Mapping[str, Any]) -> dict[str, Any]:
-    """Attributes that files of netCDF can have: numbers and texts; lists and objects as JSON; what has no value is not there."""
+    """Returns attributes that netCDF can store: numbers and texts. Lists and objects become JSON; None is left out."""
     forms = {bool: int, list: json.dumps, dict: json.dumps}
     return {key: forms.get(type(value), lambda same: same)(value) for key, value in told.items() if value is not None}
 
 
 def attributes(model: Model, parameters: Mapping[str, float], inputs: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Of which model, with which values a dataset is."""
+    """Returns the attributes that name the model of a dataset, its options and its values."""
     constants = {name: float(np.reshape(value, ())) for name, value in (inputs or {}).items() if name != "t" and np.size(value) == 1}
     return plain({"model": model._name, "options": dict(model.options), "parameters": {**model._fixed, **parameters}, "inputs": constants or None})
 
@@ -102,7 +102,7 @@ def of_modes(model: Model, told: Mapping[str, Any], attrs: Mapping[str, Any]) ->
 # ---- Motions ----
 
 def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, Any]) -> xarray.Dataset:
-    """The columns of a CSV along t."""
+    """Reads the columns of a CSV along t."""
     told = json.loads(pathlib.Path(summary).read_text()) if summary else {}
     units = {"t": "s", **told.pop("units", {})}
     with open(path, encoding="utf-8") as file:
@@ -117,24 +117,24 @@ def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, 
 
 
 def residuals(model: Model, names: Iterable[str]) -> list[tuple[str, str]]:
-    """phi_2 and what else is of a row, with its name."""
+    """Returns the columns that belong to a row, such as phi_2, and a text that names the row."""
     of_model = {*model.units, *(name + "_d" for name in model.units), *model.inputs, *model.courses}
     found = ((name, re.fullmatch(r"(?:phi|psi)_(\d+)", name)) for name in names if name not in of_model)
     return [(name, f"{name[:3]} of {model.rows[int(place[1]) - 1]}") for name, place in found if place and 0 < int(place[1]) <= len(model.rows)]
 
 
 def write_motion(run: xarray.Dataset, path: str) -> None:
-    """The CSV that the run was read from; its columns are those along t."""
+    """Writes the variables along t as a CSV of `refdyn sim`."""
     names = [str(name) for name in run.variables if run[name].dims == ("t",)]
     if "t" not in names or not run.sizes["t"]:
-        raise ValueError("view: a dataset of arm.simulate is needed, with rows along t")
+        raise ValueError("view: not a dataset of arm.simulate; must have rows along t")
     table = np.column_stack([run["t"].values, *(run[name].values for name in names if name != "t")])
     lines = [",".join(["t", *(name for name in names if name != "t")]), *(",".join(map(repr, row)) for row in table.tolist())]
     pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def write_samples(columns: Mapping[str, npt.ArrayLike], folder: str) -> str | None:
-    """The file of --inputs."""
+    """Writes the file of --inputs."""
     return write_table(columns, os.path.join(folder, "inputs.csv")) if columns else None
 
 
@@ -143,15 +143,15 @@ def write_cases(cases: Mapping[str, npt.ArrayLike], folder: str) -> str:
 
 
 def write_table(columns: Mapping[str, Any], path: str) -> str:
-    """Columns of one length, or of one value for all rows."""
+    """Writes columns of equal length; a column with one value has it in all rows."""
     for name, values in columns.items():
         if has_masked(values):
-            raise TypeError(f"{name}: a value is masked, a case needs each of its values")
+            raise TypeError(f"{name}: has masked values; each case needs a value")
     arrays = [np.atleast_1d(np.asarray(values)) for values in columns.values()]
     rows = max((array.size for array in arrays), default=0)
     for name, array in zip(columns, arrays):
         if array.ndim > 1 or array.size not in (1, rows):
-            raise ValueError(f"{name}: an array of shape {array.shape}, the longest column has {rows} values")
+            raise ValueError(f"{name}: has shape {array.shape}; must have {rows} values, as the longest column has, or one")
     arrays = [np.broadcast_to(array, rows) for array in arrays]
     fields = [[field_of(name, value) for value in array] for name, array in zip(columns, arrays)]
     lines = [",".join(columns), *map(",".join, zip(*fields))]
@@ -162,7 +162,7 @@ def write_table(columns: Mapping[str, Any], path: str) -> str:
 def field_of(name: str, value: Any) -> str:
     text = text_of(name, value)
     if any(letter in text for letter in ',"\n'):
-        raise ValueError(f"{name}: {text!r} has a comma, a quote or the end of a line, which a table cannot have")
+        raise ValueError(f"{name}: {text!r} contains a comma, a quote or a line break; remove it")
     return text
 
 
@@ -172,7 +172,7 @@ def need_h5py() -> Any:
     try:
         import h5py
     except ImportError as error:
-        raise ImportError("batches are read by h5py: pip install h5py") from error
+        raise ImportError("batch: h5py is missing; install it with pip install h5py") from error
     return h5py
 
 
@@ -181,7 +181,7 @@ def texts(values: np.ndarray) -> np.ndarray:
 
 
 def of_options(model: Model, name: str, values: np.ndarray) -> np.ndarray:
-    """Those of an option that varies, of the same type as `model.options` has."""
+    """Returns the values of an option that varies, in the type that `model.options` has."""
     kind = type(model.options.get(name, ""))
     read = {bool: lambda text: text == "true", int: int, float: float}.get(kind)
     return np.array([read(text) for text in texts(values)]) if read else values
@@ -220,7 +220,7 @@ def of_item(item: Any, dims: Iterable[str]) -> xarray.Variable:
 
 
 def put_group(variables: dict[str, xarray.Variable], group: str, items: Mapping[str, Any]) -> None:
-    """A group of the file under the names of RUNS.csv."""
+    """Adds a group of the file under the names of RUNS.csv."""
     suffix = {"norms": "_rms", "at": "_at", "history": "_history"}.get(group, "")
     axis = TIME_AXES.get(group)
     for name, item in items.items():
