@@ -448,7 +448,7 @@ def test_view(package, ball, tmp_path):
     ball.view([run, run.isel(t=slice(0, 9))], tmp_path / "two.html")
     assert '"ball 2.csv"' in (tmp_path / "two.html").read_text()
     for message, runs in {"run ball 2 has other options or parameters than run ball 1": [run, ball.simulate(0.01)],
-                          "a dataset of arm.simulate is needed, with rows along t": ball.statics(), "view: no run; give at least one": [], "the run's name '../a' is not a file name": {"../a": run},
+                          "view: not a dataset of arm.simulate; must have rows along t": ball.statics(), "view: no run; give at least one": [], "the run's name '../a' is not a file name": {"../a": run},
                           "run ball belongs to the model swing; must belong to ball": package.Model.from_text(GOOD).simulate(0.01)}.items():
         with pytest.raises(ValueError, match=re.escape(message)):
             ball.view(runs, tmp_path / "none.html")
