@@ -189,7 +189,7 @@ def test_what_is_asked_for_wrongly(tmp_path):
 
     assert "--emit: 'steq' is not a quantity" in said(REFERENCE, "--emit", "steq", status=2)
     assert "step step.p" in said(REFERENCE, "--emit", "steq", status=2)
-    assert "--emit: 'step.q' is no part of a quantity" in said(REFERENCE, "--emit", "step.q", status=2)
+    assert "--emit: 'step.q' is not a part of a quantity" in said(REFERENCE, "--emit", "step.q", status=2)
     printed = said(REFERENCE, "--set", "form=printed", "--emit", "M,step", status=1)
     assert printed.endswith(": --emit step: nothing to emit, the model has no corrected form\n") and "manipulator.lua:" in printed
 
