@@ -376,14 +376,14 @@ def test_constants_of_inputs_that_events_set(package, ball):
     alone = ball.simulate(1, every=0.1, inputs={"wind": -0.7, "lift": 0.5})
     assert alone.wind.values[0] == -0.7 and json.loads(alone.inputs) == {"wind": -0.7, "lift": 0.5}
     assert ball.inputs["wind"] == 0.1 and float(ball.simulate(0.1).wind[0]) == 0.1
-    with pytest.raises(package.ModelError, match="column wind: events of the model set this input, samples cannot"):
+    with pytest.raises(package.ModelError, match="column wind: events of the model set this input; samples must not"):
         ball.simulate(1, inputs={"t": [0, 1], "wind": [0, 1]})
 
 
 def test_an_input_of_the_model_is_not_compiled_anew(package):
     """One library for all values."""
     models = [package.Model.from_text(BALL, wind=value) for value in (0.1, 0.337)]
-    assert models[0]._libraries[None, False].told["library"] == models[1]._libraries[None, False].told["library"]
+    assert models[0]._libraries[None, False].description["library"] == models[1]._libraries[None, False].description["library"]
     assert models[1].inputs["wind"] == 0.337 and models[1].Q(models[1].q0)[0] == 0.337
     assert float(models[1].simulate(0.1).wind[0]) == 0.337 and float(models[1].statics(inputs={"lift": 1}).ball_x) == pytest.approx(0.337 / 3)
 

@@ -283,8 +283,7 @@ static PyObject *library_derived(PyObject *self, void *closure) {
 /* The state of the module. */
 struct types {
     PyTypeObject *function;
-    PyTypeObject
-        *array; /* numpy.ndarray itself: derived types such as masked arrays hold more than doubles */
+    PyTypeObject *array; /* numpy.ndarray; derived types, such as masked arrays, hold more than doubles */
 };
 
 struct function {

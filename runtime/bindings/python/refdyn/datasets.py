@@ -48,10 +48,10 @@ def put_points(variables: dict[str, xarray.Variable], points: Mapping[str, Any])
 
 # ---- Attributes ----
 
-def plain(told: Mapping[str, Any]) -> dict[str, Any]:
+def plain(values: Mapping[str, Any]) -> dict[str, Any]:
     """Returns attributes that netCDF can store: numbers and texts. Lists and objects become JSON; None is left out."""
     forms = {bool: int, list: json.dumps, dict: json.dumps}
-    return {key: forms.get(type(value), lambda same: same)(value) for key, value in told.items() if value is not None}
+    return {key: forms.get(type(value), lambda same: same)(value) for key, value in values.items() if value is not None}
 
 
 def attributes(model: Model, parameters: Mapping[str, float], inputs: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -62,28 +62,28 @@ def attributes(model: Model, parameters: Mapping[str, float], inputs: Mapping[st
 
 # ---- Equilibria and modes ----
 
-def of_equilibrium(model: Model, told: Mapping[str, Any], held: Collection[str], attrs: Mapping[str, Any]) -> xarray.Dataset:
+def of_equilibrium(model: Model, result: Mapping[str, Any], held: Collection[str], attrs: Mapping[str, Any]) -> xarray.Dataset:
     variables: dict[str, xarray.Variable] = {}
-    for name, value in zip(told["coordinates"], told["q"]):
+    for name, value in zip(result["coordinates"], result["q"]):
         put(variables, name, "coordinate", variable((), float(value), model.units[name]))
-    put_points(variables, told["points"])
-    for name, value in zip((name for name in model.coordinates if name in held), told["hold_force"]):
+    put_points(variables, result["points"])
+    for name, value in zip((name for name in model.coordinates if name in held), result["hold_force"]):
         put(variables, f"force_{name}", "hold", variable((), float(value), moment(model.units[name])))
-    for contact in told.get("contacts", ()):
+    for contact in result.get("contacts", ()):
         put(variables, f"contact_{contact['name']}", "contact", variable((), float(contact["force"])))
         put(variables, f"gap_{contact['name']}", "contact", variable((), float(contact["gap"])))
-    put(variables, "lambda", "row", variable(("row",), np.array(told["lambda"], dtype=float)))
-    put(variables, "row", "row", variable(("row",), np.array(told["rows"], dtype=str)))
+    put(variables, "lambda", "row", variable(("row",), np.array(result["lambda"], dtype=float)))
+    put(variables, "row", "row", variable(("row",), np.array(result["rows"], dtype=str)))
     keys = ("residual", "phi", "stability", "unstable", "neutral", "potential", "criterion")
-    return xarray.Dataset(variables, attrs={**attrs, **plain({key: told[key] for key in keys})})
+    return xarray.Dataset(variables, attrs={**attrs, **plain({key: result[key] for key in keys})})
 
 
-def complex_of(told: Mapping[str, Any]) -> np.ndarray:
-    return np.array(told["re"]) + 1j * np.array(told["im"])
+def complex_of(result: Mapping[str, Any]) -> np.ndarray:
+    return np.array(result["re"]) + 1j * np.array(result["im"])
 
 
-def of_modes(model: Model, told: Mapping[str, Any], attrs: Mapping[str, Any]) -> xarray.Dataset:
-    modes, points = told["modes"], list(model.points)
+def of_modes(model: Model, result: Mapping[str, Any], attrs: Mapping[str, Any]) -> xarray.Dataset:
+    modes, points = result["modes"], list(model.points)
     free = len(modes)
     shape = np.array([complex_of(mode["shape"]) for mode in modes]).reshape(free, len(model.coordinates))
     moved = np.array([[complex_of(mode["points"][point]) for point in points] for mode in modes]).reshape(free, len(points), 3)
@@ -92,19 +92,19 @@ def of_modes(model: Model, told: Mapping[str, Any], attrs: Mapping[str, Any]) ->
     data["eigenvalue"] = variable(("mode",), np.array([complex(*mode["eigenvalue"]) for mode in modes]), "1/s")
     data["shape"] = variable(("mode", "coordinate"), shape)
     data["displacement"] = variable(("mode", "point", "axis"), moved, "m")
-    data["q"] = variable(("coordinate",), np.array(told["q"], dtype=float))
+    data["q"] = variable(("coordinate",), np.array(result["q"], dtype=float))
     coords = {"mode": np.arange(1, free + 1), "coordinate": list(model.coordinates), "point": points, "axis": list(AXES),
               "unit": ("coordinate", [model.units[name] for name in model.coordinates])}
     keys = ("at", "t", "held", "phi", "residual", "unstable")
-    return xarray.Dataset(data, coords, {**attrs, **plain({key: told[key] for key in keys})})
+    return xarray.Dataset(data, coords, {**attrs, **plain({key: result[key] for key in keys})})
 
 
 # ---- Motions ----
 
 def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, Any]) -> xarray.Dataset:
     """Reads the columns of a CSV along t."""
-    told = json.loads(pathlib.Path(summary).read_text()) if summary else {}
-    units = {"t": "s", **told.pop("units", {})}
+    facts = json.loads(pathlib.Path(summary).read_text()) if summary else {}
+    units = {"t": "s", **facts.pop("units", {})}
     with open(path, encoding="utf-8") as file:
         names = file.readline().rstrip("\n").split(",")
         rows = [line.split(",") for line in file if line.endswith("\n")]
@@ -113,7 +113,7 @@ def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, 
     data = {name: variable(("t",), table[:, i], units.get(name)) for i, name in enumerate(names)}
     for name, row in residuals(model, data):
         data[name].attrs["long_name"] = row
-    return xarray.Dataset(data, attrs={**attrs, **plain(told)})
+    return xarray.Dataset(data, attrs={**attrs, **plain(facts)})
 
 
 def residuals(model: Model, names: Iterable[str]) -> list[tuple[str, str]]:
@@ -188,7 +188,7 @@ def of_options(model: Model, name: str, values: np.ndarray) -> np.ndarray:
 
 
 def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> xarray.Dataset:
-    with need_h5py().File(path) as file, open(summary) as told:
+    with need_h5py().File(path) as file, open(summary) as summary_file:
         variables = {"case": variable(("case",), file["case"][()])}
         for group, axis in TIME_AXES.items():
             if f"{group}/t" in file:
@@ -204,7 +204,7 @@ def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> 
             put(variables, name + ("_start" if is_start else ""), "case", varied)
         for group in ("final", "at", "extremes", "norms", "history"):
             put_group(variables, group, file.get(group, {}))
-        return xarray.Dataset(variables, attrs={**attrs, **plain(json.load(told))})
+        return xarray.Dataset(variables, attrs={**attrs, **plain(json.load(summary_file))})
 
 
 def text_of_attribute(item: Any, name: str) -> str:

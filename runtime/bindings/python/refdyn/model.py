@@ -92,19 +92,19 @@ class Model:
         self._lock, self._settings, self._sources = threading.RLock(), dict(settings), sources
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
         printed, facts = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
-        told, self._told = json.loads(printed), frozenset(facts)
-        sources.take(told["sources"])
-        self._name, self._known = told["name"], told["quantities"]
-        self._default = {entry["quantity"] for entry in told["functions"]}
-        self._units = {kind: named(told[kind], "unit") for kind in ("coordinates", "parameters", "inputs")}
-        self._by_events = {entry["name"] for entry in told["inputs"] if entry["by_events"]}
-        self._fixed = {entry["name"]: entry["value"] for entry in told["parameters"] if not entry["anchored"]}
-        lists = {key: tuple(told[key]) for key in ("rows", "points", "courses", "held")}
-        vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(told["parameters"], "value"),
-                          inputs=named(told["inputs"], "value"), units=self._units["coordinates"], options=types.MappingProxyType(told["options"]),
-                          q0=constant(told["q"]), qd0=constant(told["qd"]), **lists)
-        self._kinds = {"parameter": (*self.parameters, *told["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
-        self._libraries[None, False] = Compiled(told, self._kinds)
+        description, self._warned = json.loads(printed), frozenset(facts)
+        sources.keep(description["sources"])
+        self._name, self._known = description["name"], description["quantities"]
+        self._default = {entry["quantity"] for entry in description["functions"]}
+        self._units = {kind: named(description[kind], "unit") for kind in ("coordinates", "parameters", "inputs")}
+        self._by_events = {entry["name"] for entry in description["inputs"] if entry["by_events"]}
+        self._fixed = {entry["name"]: entry["value"] for entry in description["parameters"] if not entry["anchored"]}
+        lists = {key: tuple(description[key]) for key in ("rows", "points", "courses", "held")}
+        vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value"),
+                          inputs=named(description["inputs"], "value"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
+                          q0=constant(description["q"]), qd0=constant(description["qd"]), **lists)
+        self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
+        self._libraries[None, False] = Compiled(description, self._kinds)
 
     def __repr__(self) -> str:
         return f"<refdyn.Model {self._name}: {len(self.coordinates)} coordinates, {len(self.rows)} rows, {len(self.parameters)} parameters>"
@@ -147,15 +147,15 @@ class Model:
             compiled = self._library(emit, False)
         except program.ModelError as error:
             raise AttributeError(str(error)) from error
-        if name not in {entry["quantity"] for entry in compiled.told["functions"]}:
+        if name not in {entry["quantity"] for entry in compiled.description["functions"]}:
             raise AttributeError(f"{shown_file(self._sources.main)}: the model has no {name}")
         return Quantity(name, self, compiled, lambda: self._library(emit, True))
 
     def _library(self, emit: str | None, has_lanes: bool) -> Compiled:
         with self._lock:
             if (emit, has_lanes) not in self._libraries:
-                told = self._run("compile", {"emit": emit, "for_lanes": has_lanes})
-                self._libraries[emit, has_lanes] = Compiled(json.loads(told), self._kinds)
+                printed = self._run("compile", {"emit": emit, "for_lanes": has_lanes})
+                self._libraries[emit, has_lanes] = Compiled(json.loads(printed), self._kinds)
             return self._libraries[emit, has_lanes]
 
     def units_of(self, name: str) -> str:
@@ -173,9 +173,9 @@ class Model:
         """Computes the equilibrium near q; the options are those of `refdyn statics`."""
         values = self._values("parameter", parameters)
         with self._state_file(q, None, t, self._values("input", inputs)) as state:
-            told = self._run("statics", {"state": state, "hold": listed(hold), "release": listed(release), "way": way}, values)
+            printed = self._run("statics", {"state": state, "hold": listed(hold), "release": listed(release), "way": way}, values)
         held = self.held if hold is None else (listed(hold) or "").split(",")
-        return datasets.of_equilibrium(self, json.loads(told), held, datasets.attributes(self, values, inputs))
+        return datasets.of_equilibrium(self, json.loads(printed), held, datasets.attributes(self, values, inputs))
 
     def modes(self, at: str = "statics", *, q: npt.ArrayLike | None = None, t: float | None = None, inputs: Mapping[str, float] | None = None,
               parameters: Mapping[str, float] | None = None, modes: int | None = None, hold: str | Sequence[str] | None = None,
@@ -188,8 +188,8 @@ class Model:
             raise ValueError("t: the equilibrium is computed at t = 0; add q or at=\"initial\" for another time")
         with self._state_file(q, None, t, {} if is_found else constants) as state:
             given = {"at": state or at, "modes": modes, "hold": listed(hold), "release": listed(release), "way": way}
-            told = self._run("modes", given, {**values, **constants} if is_found else values)
-        return datasets.of_modes(self, json.loads(told), datasets.attributes(self, values, inputs))
+            printed = self._run("modes", given, {**values, **constants} if is_found else values)
+        return datasets.of_modes(self, json.loads(printed), datasets.attributes(self, values, inputs))
 
     def simulate(self, t_end: float, tol: float | None = None, *, method: str | None = None, step: float | None = None, every: float | None = None,
                  from_: str = "initial", q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
@@ -292,7 +292,7 @@ class Model:
     def _program(self, command: str, words: Sequence[str], settings: Mapping[str, Any], model: str | None = None) -> str:
         """Runs a command on the model as it was read. `model` is the option for its file; None: the file is an operand."""
         file = [model, self._sources.path()] if model else [self._sources.path()]
-        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places, told=self._told)[0]
+        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places, warned=self._warned)[0]
 
     @contextlib.contextmanager
     def _state_file(self, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:

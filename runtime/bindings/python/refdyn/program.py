@@ -128,14 +128,14 @@ def private_folder() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(prefix=PRIVATE)
 
 
-def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, told: Collection[str] = ()) -> tuple[str, list[str]]:
-    """Runs the program; returns its output and the facts of its warnings. Facts that are not in `told` become warnings.
+def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: Collection[str] = ()) -> tuple[str, list[str]]:
+    """Runs the program; returns its output and the facts of its warnings. Facts that are not in `warned` become warnings.
     `places` maps folders to their names in messages."""
     done = subprocess.run([str(PROGRAM), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace")
     said = wording.shown(done.stderr, places)
     found = warnings_of(said)
     for text in found:
-        if fact_of(text) not in told:
+        if fact_of(text) not in warned:
             warnings.warn(text, ModelWarning, stacklevel=5)
     if done.returncode:
         raise failure(done.returncode, WARNING.sub("", said))

@@ -26,22 +26,22 @@ POINT_ROWS = {"C": 3, "J": 6}  # rows of each point; the first axis counts the p
 class Compiled:
     """A compiled library from the cache, and the model's parameters and inputs in the order of its functions."""
 
-    def __init__(self, told: Mapping[str, Any], kinds: Mapping[str, Collection[str]]) -> None:
-        self.told, self.kinds = told, kinds
-        self.library = Library(told["library"], told["name"], told["lanes"])
-        self.places = {entry["name"]: place for place, entry in enumerate(told["parameters"])}
-        self.inputs = {entry["name"]: place for place, entry in enumerate(told["inputs"])}
-        self.anchored = [entry["anchored"] for entry in told["parameters"]]
-        self.values = np.array([entry["value"] for entry in told["parameters"]], dtype=float)
-        self.x = np.array([entry["value"] for entry in told["inputs"]], dtype=float)
+    def __init__(self, description: Mapping[str, Any], kinds: Mapping[str, Collection[str]]) -> None:
+        self.description, self.kinds = description, kinds
+        self.library = Library(description["library"], description["name"], description["lanes"])
+        self.places = {entry["name"]: place for place, entry in enumerate(description["parameters"])}
+        self.inputs = {entry["name"]: place for place, entry in enumerate(description["inputs"])}
+        self.anchored = [entry["anchored"] for entry in description["parameters"]]
+        self.values = np.array([entry["value"] for entry in description["parameters"]], dtype=float)
+        self.x = np.array([entry["value"] for entry in description["inputs"]], dtype=float)
         self.p = self.prepared({}, self.x)
 
-    def take_inputs(self, inputs: Mapping[str, npt.ArrayLike] | None) -> np.ndarray:
+    def input_rows(self, inputs: Mapping[str, npt.ArrayLike] | None) -> np.ndarray:
         """A row of inputs, or one for each state of a batch."""
         given = by_name("input", inputs, self.kinds)
         return filled(self.x, self.inputs, given, "input") if given else self.x
 
-    def take_parameters(self, parameters: Mapping[str, npt.ArrayLike] | None, x: np.ndarray) -> np.ndarray:
+    def parameter_rows(self, parameters: Mapping[str, npt.ArrayLike] | None, x: np.ndarray) -> np.ndarray:
         """A row of prepared parameters, or one for each state of a batch. Parameters that this library does not read are skipped."""
         given = by_name("parameter", parameters, self.kinds)
         read = {name: value for name, value in given.items() if name in self.places}
@@ -103,19 +103,19 @@ class Quantity:
         self._model, self._compiled, self._open_lanes = model, compiled, lanes
         self._lock = threading.Lock()
         self._lanes: tuple[Compiled, Function] | None = None
-        told = next(entry for entry in compiled.told["functions"] if entry["quantity"] == name)
-        n, m = len(compiled.told["coordinates"]), len(compiled.told["rows"])
-        self._n, self._rates = n, 2 * n + 1 + m if told["takes_motion"] else n
-        self._parts = {part["name"]: self._shape_of(part) for part in told["parts"]}
+        description = next(entry for entry in compiled.description["functions"] if entry["quantity"] == name)
+        n, m = len(compiled.description["coordinates"]), len(compiled.description["rows"])
+        self._n, self._rates = n, 2 * n + 1 + m if description["takes_motion"] else n
+        self._parts = {part["name"]: self._shape_of(part) for part in description["parts"]}
         self._size = sum(map(math.prod, self._parts.values()))
-        self._shape = None if told["is_struct"] else next(iter(self._parts.values()))
+        self._shape = None if description["is_struct"] else next(iter(self._parts.values()))
         self._one = self._function(compiled).one
-        parts = "".join(f"\n    {part['name']}  {part['about']}" for part in told["parts"])
-        self.__doc__ = f"{told['about']}{parts}\n\n{type(self).__doc__}"
+        parts = "".join(f"\n    {part['name']}  {part['about']}" for part in description["parts"])
+        self.__doc__ = f"{description['about']}{parts}\n\n{type(self).__doc__}"
 
     def __repr__(self) -> str:
         shape = self._shape or self._parts
-        return f"<refdyn quantity {self.__name__} of {self._compiled.told['name']}: {shape}>"
+        return f"<refdyn quantity {self.__name__} of {self._compiled.description['name']}: {shape}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return getattr, (self._model, self.__name__)
@@ -156,14 +156,14 @@ class Quantity:
         lead = max(shapes) if len(shapes) <= 2 else np.broadcast_shapes(*shapes)
         out = np.empty(lead + (self._size,))
         if not lead:
-            x = self._compiled.take_inputs(inputs)
-            p = self._compiled.take_parameters(parameters, x)
+            x = self._compiled.input_rows(inputs)
+            p = self._compiled.parameter_rows(parameters, x)
             if not self._one(np.ascontiguousarray(q), np.ascontiguousarray(qd), float(t), out, p, x):
                 raise AssertionError("the arguments of one state must be rows of doubles")
         elif out.size:
             compiled, function = self._with_lanes()
-            x = compiled.take_inputs(inputs)
-            p = compiled.take_parameters(parameters, x)
+            x = compiled.input_rows(inputs)
+            p = compiled.parameter_rows(parameters, x)
             q, qd, t, p, x = (spread(array, lead) for array in (q, qd, t[..., np.newaxis], p, x))
             function.many(math.prod(lead), q, qd, t, out, p, x)
         return self._shaped(out)

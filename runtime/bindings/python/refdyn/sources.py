@@ -28,7 +28,7 @@ class Sources:
         self._lock = threading.Lock()
         self._copies: str | None = None
 
-    def take(self, paths: Iterable[str]) -> None:
+    def keep(self, paths: Iterable[str]) -> None:
         """Keeps the texts of the files that the program has read; the model's file comes first."""
         if not self.texts:
             self.main = os.path.abspath(self.main)

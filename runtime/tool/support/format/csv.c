@@ -263,9 +263,8 @@ static bool read_all(FILE *file, char **text, const char *path, const char *what
     if (end == EOF)
         return !ferror(file) || complain_file(path, what, strerror(errno));
     complain_line(path, 0,
-                  end == TOO_LONG
-                      ? text_format("%s: more than %d bytes, no such file is read", what, TEXT_MOST)
-                      : text_format("%s: %s", what, binary_kind(*text)));
+                  end == TOO_LONG ? text_format("%s: larger than %d bytes; must be smaller", what, TEXT_MOST)
+                                  : text_format("%s: %s", what, binary_kind(*text)));
     return false;
 }
 
