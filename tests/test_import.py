@@ -246,7 +246,7 @@ ARM = (PAIR + joint('<limit lower="-1" upper="1" effort="47.5"/><dynamics fricti
 def test_drives(tmp_path):
     """An input for each joint that follows no other, which acts up to the joint's effort."""
     model, said = imported(tmp_path, HEAD + ARM + "</robot>", "--drives", "--friction-width", "0.1")
-    assert said.splitlines()[-1] == "6 links, 5 joints, 3 coordinates beside those of beams, 2 inputs"
+    assert said.splitlines()[-1] == "6 links, 5 joints, 3 coordinates without those of beams, 2 inputs"
     assert 'rd.input("tau_b_phi", 0, "N m")\nrd.input("f_slide_y", 0, "N")\n' in model and model.count("rd.input") == 2
     path = tmp_path / "r.lua"
     refdyn("sim", path, "--set", "tau_b_phi=-61.3", "--until", "0.01", "-o", tmp_path / "run.csv")
@@ -264,7 +264,7 @@ def test_drives(tmp_path):
 def test_no_drive_for_several_coordinates(tmp_path):
     _, said = imported(tmp_path, HEAD + LINE.replace("continuous", "planar") + "</robot>", "--drives")
     assert said == ("r.urdf:4: warning: joint j: has several coordinates; they get no inputs\n"
-                    "2 links, 1 joint, 3 coordinates beside those of beams, 0 inputs\n")
+                    "2 links, 1 joint, 3 coordinates without those of beams, 0 inputs\n")
 
 
 def test_points_of_frames_and_slides(tmp_path):
@@ -374,7 +374,7 @@ LEFT_OUT = {
 def test_what_is_left_out_is_told(which, tmp_path):
     links, warnings = LEFT_OUT[which]
     said = imported(tmp_path, HEAD + links + "</robot>")[1].splitlines()
-    assert said[:-1] == warnings and re.fullmatch(r"\d+ links?, \d+ joints?, \d+ coordinates? beside those of beams", said[-1])
+    assert said[:-1] == warnings and re.fullmatch(r"\d+ links?, \d+ joints?, \d+ coordinates? without those of beams", said[-1])
 
 
 def with_origin(text):

@@ -396,7 +396,7 @@ def test_parameters_that_nothing_reads(ball):
 
 def test_equilibria_under_inputs(package, ball):
     assert float(ball.statics(inputs={"wind": 1.5}).ball_x) == pytest.approx(0.5)
-    with pytest.warns(package.ModelWarning, match="this state is no equilibrium: ball_x is out of balance by 1.5"):
+    with pytest.warns(package.ModelWarning, match="this state is not an equilibrium: ball_x is out of balance by 1.5"):
         assert float(ball.modes(inputs={"wind": 1.5}).q[0]) == pytest.approx(0.5) and float(ball.modes(at="initial", inputs={"wind": 1.5}).q[0]) == 0
 
 

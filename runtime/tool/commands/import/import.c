@@ -298,7 +298,7 @@ static int count_inputs(const struct robot *robot, const struct model_choice *ch
 static void print_summary(const struct robot *robot, const struct model_choice *choice) {
     for (int i = 0; i < choice->flexible_count; i++)
         print_beam(robot, &choice->flexible[i]);
-    fprintf(stderr, "%s, %s, %s beside those of beams", counted(robot->link_count, "link"),
+    fprintf(stderr, "%s, %s, %s without those of beams", counted(robot->link_count, "link"),
             counted(robot->joint_count, "joint"), counted(count_coordinates(robot, choice), "coordinate"));
     fprintf(stderr, "%s%s\n", choice->has_drives ? ", " : "",
             choice->has_drives ? counted(count_inputs(robot, choice), "input") : "");
