@@ -396,7 +396,7 @@ return rd.model { name = "refused", gravity = { 0, 0, -9.81 },
 """
 REFUSALS = {"m": (-0.05, "links[1].mass: value -0.05; must be positive"),
             "inner": (0.2, "links[2].bodies[1].inner: inner diameter 0.2; must be less than the outer diameter, 0.1"),
-            "T": (0.1, "rd.ramp: from 0.2 to 0.1, "), "Ix": (3, "link arm: inertia 3 1 1, none may be larger than the sum of the others"),
+            "T": (0.1, "rd.ramp: from 0.2 to 0.1; "), "Ix": (3, "link arm: moments of inertia 3 1 1; each must be at most the sum of the other two"),
             "c": (-1, "links[1].damper.x: value -1; must not be negative")}
 
 
