@@ -121,12 +121,12 @@ static bool has_function(const struct plan *plan) {
 static bool derive_quantities(struct generation *gen) {
     const char *quantities = quantities_of_words(gen->plan, gen->emit), *lacks = step_lacks(gen);
     if (lacks)
-        message_error(&gen->messages, gen->model.place, "--emit step: nothing to emit, the model has %s",
+        message_error(&gen->messages, gen->model.place, "--emit step: nothing to emit; the model has %s",
                       lacks);
     if (lacks || (quantities_list_functions(gen->plan, quantities) && has_function(gen->plan)))
         return !lacks;
     if (gen->plan->left_out)
-        message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit, the model has %s",
+        message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit; the model has %s",
                       gen->emit, gen->plan->left_out);
     else
         message_error(&gen->messages, gen->model.place,

@@ -118,8 +118,8 @@ function(_refdyn_check_names target folder)
     foreach(other IN LISTS folders)
         foreach(name IN LISTS names)
             if(EXISTS ${other}/${name})
-                message(FATAL_ERROR "refdyn_generate(${target}): two models of one name write ${name}, "
-                                    "each model of a target needs a name of its own")
+                message(FATAL_ERROR "refdyn_generate(${target}): two models of one name write ${name}; "
+                                    "each model of a target needs its own name")
             endif()
         endforeach()
     endforeach()

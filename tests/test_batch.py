@@ -571,7 +571,7 @@ def test_damaged_journals(damage, long_done, tmp_path):
     content = bytearray(journal.read_bytes())
     if damage == "foreign":
         journal.write_bytes(b"this is a text of somebody\n" * 1000)
-        assert "this is no journal of a batch" in start(tmp_path, "--resume").stderr.read()
+        assert "not a journal of a batch" in start(tmp_path, "--resume").stderr.read()
         return
     if damage == "cut":
         del content[-7:]
@@ -586,7 +586,7 @@ def test_short_file_with_the_name_of_the_journal(tmp_path):
     """A file of the user is neither overwritten nor removed; the incomplete beginning of a journal is."""
     journal = tmp_path / "runs.h5.journal"
     journal.write_text("a note")
-    assert "this is no journal of a batch" in batch(tmp_path, SWEEP, status=1).stderr
+    assert "not a journal of a batch" in batch(tmp_path, SWEEP, status=1).stderr
     assert journal.read_text() == "a note"
     journal.write_text("refdyn ba")
     batch(tmp_path, SWEEP)

@@ -366,7 +366,7 @@ int main(void) {
     assert run(project / "build" / "mine") == "4 1.25 2 3 1 1\n"
     twin.write_text(twin.read_text().replace('name = "twin"', 'name = "cart"'))
     said = re.sub(r"\s+", " ", build(project, status=None))
-    assert "refdyn_generate(mine): two models of one name write cart.h, each model of a target needs a name of its own" in said
+    assert "refdyn_generate(mine): two models of one name write cart.h; each model of a target needs its own name" in said
 
 
 WRONG_CALLS = {

@@ -452,7 +452,7 @@ def test_inputs_belong_to_one(tmp_path):
     samples = tmp_path / "samples.csv"
     samples.write_text("t,push\n0,1\n")
     done = refdyn("sim", MODELS / "relay.lua", "--until", 1, "--inputs", samples, "-o", tmp_path / "run.csv", status=1)
-    assert done.stderr == f"{samples}:1: inputs: column push: events of the model set this input, samples cannot\n"
+    assert done.stderr == f"{samples}:1: inputs: column push: events of the model set this input; samples must not\n"
 
 
 def test_batch(tmp_path):

@@ -111,8 +111,8 @@ def test_given_density(tmp_path):
     whole, rest = (float(number) for number in re.search(r"of ([\d.]+) kg, rho 431 kg/m\^3; the rest, ([\d.]+) kg", said).groups())
     assert abs(whole - rest - mass) < 1e-5 * whole and "rho = 431," in model
     said = imported(tmp_path, text, "--flexible", "upper", *BEAM, "--rho", "1e5", status=1)[1]
-    most = float(re.fullmatch(r"r\.urdf:\d+: link upper: a beam with rho 100000 kg/m\^3 has [\d.]+ kg and leaves a body that cannot exist, "
-                              r"less than ([\d.]+) kg/m\^3 is needed\n", said).group(1))
+    most = float(re.fullmatch(r"r\.urdf:\d+: link upper: a beam with rho 100000 kg/m\^3 has [\d.]+ kg and leaves a body that cannot exist; "
+                              r"rho must be less than ([\d.]+) kg/m\^3\n", said).group(1))
     imported(tmp_path, text, "--flexible", "upper", *BEAM, "--rho", str(0.9999 * most))
     imported(tmp_path, text, "--flexible", "upper", *BEAM, "--rho", str(1.0001 * most), status=1)
 
@@ -121,12 +121,12 @@ LINE = PAIR + joint()
 NO_BEAM = {
     "leaf": (LINE, "b", [], "r.urdf:3: link b: it carries nothing; add --tip x,y,z"),
     "no length": (LINE, "a", [], "r.urdf:2: link a: its tip is its origin; add --tip x,y,z"),
-    "no mass": (LINE, "a", OBLIQUE, "r.urdf:2: link a: it has no mass, a beam needs one"),
+    "no mass": (LINE, "a", OBLIQUE, "r.urdf:2: link a: has no mass; a beam needs it"),
     "two tips": (PAIR + joint('<origin xyz="1 0 0"/>') + '<link name="c"/>' + joint('<origin xyz="0 2 0"/>', "k", child="c"), "a", [],
                  "r.urdf:2: link a: joints j and k begin at different places; add --tip x,y,z"),
     "point": (LINE.replace("0.3", "1e-12").replace("0.4", "1e-12").replace("0.5", "1e-12"), "b", OBLIQUE,
-              "r.urdf:3: link b: its mass and inertia are not those of a body that has a beam of 0.354824 m in it"),
-    "unknown": (LINE, "bb", OBLIQUE, "r.urdf: --flexible: there is no link 'bb', the nearest is 'b'"),
+              "r.urdf:3: link b: a body with this mass and inertia cannot contain a beam of 0.354824 m"),
+    "unknown": (LINE, "bb", OBLIQUE, "r.urdf: --flexible: there is no link 'bb'; the nearest is 'b'"),
 }
 
 
@@ -219,8 +219,8 @@ def test_impossible_inertia(which, tmp_path):
     inertia = " ".join(f'{name}="{number}"' for name, number in zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), given))
     text = HEAD + re.sub("<inertia .*?/>", f"<inertia {inertia}/>", PAIR) + joint() + "</robot>"
     said = imported(tmp_path, text)[1]
-    assert said.startswith(f"r.urdf:3: warning: link b: no body has the moments {' '.join(given[:3])} with the products {' '.join(given[3:])}, "
-                           f"the nearest that one has are taken: {mended}\n"), said
+    assert said.startswith(f"r.urdf:3: warning: link b: no body has the moments {' '.join(given[:3])} with the products {' '.join(given[3:])}; "
+                           f"the nearest possible ones replace them: {mended}\n"), said
     refdyn("check", tmp_path / "r.lua")
 
 
@@ -246,7 +246,7 @@ ARM = (PAIR + joint('<limit lower="-1" upper="1" effort="47.5"/><dynamics fricti
 def test_drives(tmp_path):
     """An input for each joint that follows no other, which acts up to the joint's effort."""
     model, said = imported(tmp_path, HEAD + ARM + "</robot>", "--drives", "--friction-width", "0.1")
-    assert said.splitlines()[-1] == "6 links, 5 joints, 3 coordinates beside those of beams, 2 inputs"
+    assert said.splitlines()[-1] == "6 links, 5 joints, 3 coordinates without those of beams, 2 inputs"
     assert 'rd.input("tau_b_phi", 0, "N m")\nrd.input("f_slide_y", 0, "N")\n' in model and model.count("rd.input") == 2
     path = tmp_path / "r.lua"
     refdyn("sim", path, "--set", "tau_b_phi=-61.3", "--until", "0.01", "-o", tmp_path / "run.csv")
@@ -263,8 +263,8 @@ def test_drives(tmp_path):
 
 def test_no_drive_for_several_coordinates(tmp_path):
     _, said = imported(tmp_path, HEAD + LINE.replace("continuous", "planar") + "</robot>", "--drives")
-    assert said == ("r.urdf:4: warning: joint j: it has several coordinates, which get no inputs\n"
-                    "2 links, 1 joint, 3 coordinates beside those of beams, 0 inputs\n")
+    assert said == ("r.urdf:4: warning: joint j: has several coordinates; they get no inputs\n"
+                    "2 links, 1 joint, 3 coordinates without those of beams, 0 inputs\n")
 
 
 def test_points_of_frames_and_slides(tmp_path):
@@ -325,10 +325,10 @@ def test_right_angles(tmp_path):
 def test_angles_that_are_nearly_right(tmp_path):
     text = HEAD + PAIR + joint('<origin rpy="1.57079 -3.1416 0.3"/>') + joint('<origin rpy="-4.7124 6.28318531 1.58"/>', "k", "fixed", child="c") + '<link name="c"/></robot>'
     model, said = imported(tmp_path, text)
-    assert "4 angles are right ones but for 1.1e-05 rad at most: --right-angles 2e-05 takes them as these, which costs fewer operations\n" in said
+    assert "4 angles are within 1.1e-05 rad of a right angle; --right-angles 2e-05 makes them exact, which saves operations\n" in said
     assert 'turn = { { "z", 0.3 }, { "y", -3.1416 }, { "x", 1.57079 } }' in model
     model, said = imported(tmp_path, text, "--right-angles", "2e-5")
-    assert "4 angles are made right, by 1.1e-05 rad at most\n" in said and "right ones" not in said and 'turn = { { "z", 0.3 }, { "y", -rd.pi }, { "x", rd.pi / 2 } }' in model
+    assert "4 angles are set to right angles, changed by at most 1.1e-05 rad\n" in said and "of a right angle" not in said and 'turn = { { "z", 0.3 }, { "y", -rd.pi }, { "x", rd.pi / 2 } }' in model
     assert 'turn = { { "z", 1.58 }, { "x", rd.pi / 2 } }' in model
 
 
@@ -345,26 +345,26 @@ LEFT_OUT = {
                + joint(), ["r.urdf:2: warning: <visual> in <link>, 3 in all with 1 meshes, left out: shapes do not enter the dynamics",
                            "r.urdf:2: warning: <collision> in <link>, 1 in all, left out: shapes do not enter the dynamics"]),
     "drives": (LINE + '<transmission name="t"><type>x</type><actuator name="m"/></transmission><gazebo reference="a"><sensor/></gazebo>',
-               ["r.urdf:5: warning: <transmission> in <robot>, 1 in all, left out: only rotors as <drake:rotor_inertia> are taken",
+               ["r.urdf:5: warning: <transmission> in <robot>, 1 in all, left out: only rotors as <drake:rotor_inertia> are read",
                 "r.urdf:5: warning: <gazebo> in <robot>, 1 in all, left out: it is for Gazebo"]),
-    "sensor": (LINE + '<sensor name="s"/>', ["r.urdf:5: warning: <sensor> in <robot>, 1 in all, left out: it is not known"]),
+    "sensor": (LINE + '<sensor name="s"/>', ["r.urdf:5: warning: <sensor> in <robot>, 1 in all, left out: unknown"]),
     "joint": (PAIR + joint('<safety_controller k_velocity="1"/><calibration rising="0"/>\n<limit uper="3"/>'),
               ["r.urdf:4: warning: <safety_controller> in <joint>, 1 in all, left out: controllers are written in Lua",
-               "r.urdf:4: warning: <calibration> in <joint>, 1 in all, left out: q = 0 is that of the joint",
-               "r.urdf:5: warning: <limit>: attribute uper, 1 in all, left out: it is not known"]),
+               "r.urdf:4: warning: <calibration> in <joint>, 1 in all, left out: coordinates keep the joint's zero",
+               "r.urdf:5: warning: <limit>: attribute uper, 1 in all, left out: unknown"]),
     "friction": (PAIR + joint('<dynamics friction="0.7"/>'), ["r.urdf:4: warning: joint j: friction 0.7 is left out; --friction-width RATE includes it"]),
     "nothing to move": (LINE + '<link name="c"/>\n<link name="d"/>' + joint(name="k", kind="prismatic", parent="b", child="c") + joint(name="l", parent="c", child="d").strip()
                         + '<link name="e"/>' + joint(name="m", parent="b", child="e") + f'<link name="f">{MASS}</link>' + joint(name="n", kind="fixed", parent="e", child="f"),
-                        ["r.urdf:6: warning: joint k: nothing that it moves has mass, a motion needs one, or a fixed joint"]),
+                        ["r.urdf:6: warning: joint k: moves no mass; add mass, or make the joint fixed"]),
     "no range": (PAIR + joint('<limit lower="0.3" upper="0.3" velocity="0" effort="0"/>', kind="prismatic"),
-                 ["r.urdf:4: warning: joint j: <limit>: lower and upper are both 0.3, the range is left out"]),
+                 ["r.urdf:4: warning: joint j: <limit>: lower and upper are both 0.3; the range is left out"]),
     "several": (PAIR + joint('<dynamics damping="0.7" friction="2"/><limit velocity="3"/>', kind="planar"),
                 ["r.urdf:4: warning: joint j: friction 2 is left out", "r.urdf:4: warning: joint j: limits of several coordinates are left out",
                  "r.urdf:4: warning: joint j: damping 0.7 of several coordinates is left out"]),
     "fixed": (PAIR + joint().strip() + '<link name="c"/>' + joint('<mimic joint="j"/>', "k", "fixed", child="c"),
-              ["r.urdf:4: warning: joint k: <mimic>: it is fixed, which follows nobody: left out"]),
+              ["r.urdf:4: warning: joint k: <mimic>: a fixed joint cannot follow another; left out"]),
     "differential": (LINE + '<transmission name="t"><actuator name="m"/><actuator name="n"/><joint name="a"/><joint name="b"/></transmission>',
-                     ["r.urdf:5: warning: <transmission> in <robot>, 1 in all, left out: only rotors as <drake:rotor_inertia> are taken"]),
+                     ["r.urdf:5: warning: <transmission> in <robot>, 1 in all, left out: only rotors as <drake:rotor_inertia> are read"]),
     "no mass": (PAIR + joint().replace("/>\n", "/>") + '<link name="c"><inertial><mass value="0"/>' + MASS.partition("/>")[2] + "</link>" + joint(name="k", kind="fixed", child="c"),
                 ["r.urdf:5: warning: link c: an inertia without mass is left out"]),
 }
@@ -374,7 +374,7 @@ LEFT_OUT = {
 def test_what_is_left_out_is_told(which, tmp_path):
     links, warnings = LEFT_OUT[which]
     said = imported(tmp_path, HEAD + links + "</robot>")[1].splitlines()
-    assert said[:-1] == warnings and re.fullmatch(r"\d+ links?, \d+ joints?, \d+ coordinates? beside those of beams", said[-1])
+    assert said[:-1] == warnings and re.fullmatch(r"\d+ links?, \d+ joints?, \d+ coordinates? without those of beams", said[-1])
 
 
 def with_origin(text):
@@ -408,12 +408,12 @@ WRONG = {
     "no name": ("<robot/>", ":1: robot: <robot> has no name; add it"),
     "no link": (HEAD + "</robot>", ":1: robot: it has no <link>; add at least one"),
     "nothing moves": (HEAD + PAIR + joint(kind="fixed") + "</robot>", ":1: robot: no joint moves; add one, or give --floating for the root"),
-    "macro": (HEAD + '<link name="a">\n<xacro:box/></link></robot>', ":3: xacro: <xacro:box> is a macro, run `xacro FILE > FILE.urdf` first"),
-    "substitution": (with_origin('xyz="0 0 ${h}"'), ":4: joint j: <origin>: xyz: '0 0 ${h}' is of xacro, run `xacro FILE > FILE.urdf` first"),
+    "macro": (HEAD + '<link name="a">\n<xacro:box/></link></robot>', ":3: xacro: <xacro:box> is a macro; run `xacro FILE > FILE.urdf` first"),
+    "substitution": (with_origin('xyz="0 0 ${h}"'), ":4: joint j: <origin>: xyz: '0 0 ${h}' belongs to xacro; run `xacro FILE > FILE.urdf` first"),
     "nameless link": (HEAD + "<link/></robot>", ":2: link: <link> has no name; add it"),
-    "empty link": (HEAD + "<link name=''/></robot>", ":2: link: its name is empty, each needs one"),
+    "empty link": (HEAD + "<link name=''/></robot>", ":2: link: its name is empty; each link needs one"),
     "same link": (HEAD + "<link name='a'/>\n<link name='a'/></robot>", ":3: link a: line 2 has the same name; each link must have its own"),
-    "two inertials": (HEAD + f"<link name='a'>{MASS}\n{MASS}</link></robot>", ":3: link a: a second <inertial>, the first is in line 2"),
+    "two inertials": (HEAD + f"<link name='a'>{MASS}\n{MASS}</link></robot>", ":3: link a: a second <inertial>; the first is in line 2"),
     "no inertia": (HEAD + "<link name='a'><inertial><mass value='1'/></inertial></link></robot>", ":2: link a: <inertial> has no <inertia>; add it"),
     "no value": (HEAD + "<link name='a'><inertial><mass>1</mass><inertia/></inertial></link></robot>", ":2: link a: <mass> has no value; add it"),
     "negative mass": (with_mass("-2"), ":3: link a: <mass>: value is -2; must be at least 0"),
@@ -421,15 +421,15 @@ WRONG = {
     "infinite": (with_mass("1e999"), ":3: link a: <mass>: value: '1e999' is not a number up to 1e100"),
     "huge": (with_mass("1e101"), ":3: link a: <mass>: value: '1e101' is not a number up to 1e100"),
     "five moments": (with_mass("1", "ixx='1' ixy='0' ixz='0' iyy='1' izz='1'"), ":3: link a: <inertia> has no iyz; add it"),
-    "two numbers": (with_origin('xyz="0 1"'), ":4: joint j: <origin>: xyz: '0 1' has 2 numbers, 3 are needed"),
-    "four numbers": (with_origin('rpy="0 1 2 3"'), ":4: joint j: <origin>: rpy: '0 1 2 3' has 4 numbers, 3 are needed"),
+    "two numbers": (with_origin('xyz="0 1"'), ":4: joint j: <origin>: xyz: '0 1' has 2 numbers; must have 3"),
+    "four numbers": (with_origin('rpy="0 1 2 3"'), ":4: joint j: <origin>: rpy: '0 1 2 3' has 4 numbers; must have 3"),
     "comma": (with_origin('xyz="0,1,2"'), ":4: joint j: <origin>: xyz: '0,1,2' is not a number up to 1e100"),
     "hexadecimal": (with_origin('xyz="0 1 0x10"'), ":4: joint j: <origin>: xyz: '0x10' is not a number up to 1e100"),
     "control": (with_origin('xyz="0 1 &#9;a"'), ":4: joint j: <origin>: xyz: 'a' is not a number up to 1e100"),
     "no type": (HEAD + PAIR + '<joint name="j"/></robot>', ":4: joint j: <joint> has no type; add it"),
     "type": (HEAD + PAIR + joint(kind="ball") + "</robot>", ":4: joint j: type 'ball' is not one of fixed, revolute, continuous, prismatic, planar, floating"),
     "no parent": (HEAD + PAIR + '<joint name="j" type="fixed"><child link="b"/></joint></robot>', ":4: joint j: <joint> has no <parent>; add it"),
-    "unknown parent": (HEAD + PAIR.replace('"a"', '"base"') + joint(parent="bse") + "</robot>", ":4: joint j: <parent>: there is no link 'bse', the nearest is 'base'"),
+    "unknown parent": (HEAD + PAIR.replace('"a"', '"base"') + joint(parent="bse") + "</robot>", ":4: joint j: <parent>: there is no link 'bse'; the nearest is 'base'"),
     "same joint": (links_and(joint(), joint(child="c")), ":6: joint j: line 5 has the same name; each joint must have its own"),
     "no axis": (HEAD + PAIR + joint('<axis xyz="0 0 0"/>') + "</robot>", ":4: joint j: <axis>: xyz has length 0; must be a direction"),
     "negative damping": (HEAD + PAIR + joint('<dynamics damping="-1"/>') + "</robot>", ":4: joint j: <dynamics>: damping is -1; must be at least 0"),
@@ -441,8 +441,8 @@ WRONG = {
     "two carriers": (links_and(joint(), joint(name="k", child="c"), joint(name="l", parent="b", child="c")),
                      ":7: joint l: link c is carried by joint k already, which closes a loop: a URDF is a tree"),
     "mimic unknown": (with_mimic('joint="m"'), ":4: joint j: <mimic>: there is no joint 'm'"),
-    "mimic itself": (with_mimic('joint="j"'), ":4: joint j: <mimic>: it follows itself, a leader that does not is needed"),
-    "mimic in a circle": (with_mimic('joint="k"', '<mimic joint="j"/>'), ":5: joint k: <mimic>: it follows itself, a leader that does not is needed"),
+    "mimic itself": (with_mimic('joint="j"'), ":4: joint j: <mimic>: it follows itself; name a joint that does not follow this one"),
+    "mimic in a circle": (with_mimic('joint="k"', '<mimic joint="j"/>'), ":5: joint k: <mimic>: it follows itself; name a joint that does not follow this one"),
     "mimic of many": (with_mimic('joint="k"', kind="planar"), ":4: joint j: <mimic>: it is planar; must have one coordinate"),
     "mimic too far": (links_and(joint('<mimic joint="k" multiplier="1e100"/>'), joint('<mimic joint="l" multiplier="1e100"/>', "k", child="c"),
                                 '<link name="d"/><link name="e"/><link name="f"/>' + joint('<mimic joint="m" multiplier="1e100"/>', "l", child="d"),
@@ -464,7 +464,7 @@ def test_what_is_refused(which, tmp_path):
 
 def test_files_of_xacro(tmp_path):
     said = imported(tmp_path, HEAD + LINE + "</robot>", name="r.urdf.xacro", status=1)[1]
-    assert said == "r.urdf.xacro: xacro: a file of macros, run `xacro FILE > FILE.urdf` first\n"
+    assert said == "r.urdf.xacro: xacro: a file of macros; run `xacro FILE > FILE.urdf` first\n"
 
 
 def test_output_is_not_the_file_that_is_read(tmp_path):

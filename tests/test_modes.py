@@ -254,7 +254,7 @@ def test_row_curved_in_the_rates():
     assert found["held"] == ["third_z"] and "warning" not in said and found["residual"] < 1e-15
     found, said = analyse(SMALL, "--at", "initial", "--hold", "", kind="curved")
     assert found["held"] == [] and len(found["modes"]) == 3
-    assert re.search(r"warning: this state is no equilibrium: first_x is out of balance by 1$", said, re.M), said
+    assert re.search(r"warning: this state is not an equilibrium: first_x is out of balance by 1$", said, re.M), said
     check([close("residual", found["residual"], 1, ROUNDED)])
 
 
@@ -321,7 +321,7 @@ def test_state_and_parameters(tmp_path):
     found, said = analyse(SMALL, "--at", at, kind="oscillator")
     assert found["t"] == 2.5 and found["q"] == [0.3] and found["at"] == str(at)
     check([close("ratio", found["modes"][0]["damping"], 0.1, ROUNDED)])
-    assert re.search("no equilibrium: cart_x is out of balance by 5.4", said), said
+    assert re.search("not an equilibrium: cart_x is out of balance by 5.4", said), said
 
 
 def test_state_off_the_programme(tmp_path):

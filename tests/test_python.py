@@ -376,14 +376,14 @@ def test_constants_of_inputs_that_events_set(package, ball):
     alone = ball.simulate(1, every=0.1, inputs={"wind": -0.7, "lift": 0.5})
     assert alone.wind.values[0] == -0.7 and json.loads(alone.inputs) == {"wind": -0.7, "lift": 0.5}
     assert ball.inputs["wind"] == 0.1 and float(ball.simulate(0.1).wind[0]) == 0.1
-    with pytest.raises(package.ModelError, match="column wind: events of the model set this input, samples cannot"):
+    with pytest.raises(package.ModelError, match="column wind: events of the model set this input; samples must not"):
         ball.simulate(1, inputs={"t": [0, 1], "wind": [0, 1]})
 
 
 def test_an_input_of_the_model_is_not_compiled_anew(package):
     """One library for all values."""
     models = [package.Model.from_text(BALL, wind=value) for value in (0.1, 0.337)]
-    assert models[0]._libraries[None, False].told["library"] == models[1]._libraries[None, False].told["library"]
+    assert models[0]._libraries[None, False].description["library"] == models[1]._libraries[None, False].description["library"]
     assert models[1].inputs["wind"] == 0.337 and models[1].Q(models[1].q0)[0] == 0.337
     assert float(models[1].simulate(0.1).wind[0]) == 0.337 and float(models[1].statics(inputs={"lift": 1}).ball_x) == pytest.approx(0.337 / 3)
 
@@ -396,7 +396,7 @@ def test_parameters_that_nothing_reads(ball):
 
 def test_equilibria_under_inputs(package, ball):
     assert float(ball.statics(inputs={"wind": 1.5}).ball_x) == pytest.approx(0.5)
-    with pytest.warns(package.ModelWarning, match="this state is no equilibrium: ball_x is out of balance by 1.5"):
+    with pytest.warns(package.ModelWarning, match="this state is not an equilibrium: ball_x is out of balance by 1.5"):
         assert float(ball.modes(inputs={"wind": 1.5}).q[0]) == pytest.approx(0.5) and float(ball.modes(at="initial", inputs={"wind": 1.5}).q[0]) == 0
 
 
@@ -448,8 +448,8 @@ def test_view(package, ball, tmp_path):
     ball.view([run, run.isel(t=slice(0, 9))], tmp_path / "two.html")
     assert '"ball 2.csv"' in (tmp_path / "two.html").read_text()
     for message, runs in {"run ball 2 has other options or parameters than run ball 1": [run, ball.simulate(0.01)],
-                          "a dataset of arm.simulate is needed, with rows along t": ball.statics(), "no run is given": [], "the run's name '../a' cannot": {"../a": run},
-                          "run ball is of the model swing, this one is ball": package.Model.from_text(GOOD).simulate(0.01)}.items():
+                          "view: not a dataset of arm.simulate; must have rows along t": ball.statics(), "view: no run; give at least one": [], "the run's name '../a' is not a file name": {"../a": run},
+                          "run ball belongs to the model swing; must belong to ball": package.Model.from_text(GOOD).simulate(0.01)}.items():
         with pytest.raises(ValueError, match=re.escape(message)):
             ball.view(runs, tmp_path / "none.html")
     assert not (tmp_path / "none.html").exists()
@@ -530,17 +530,17 @@ def test_warnings_of_the_model_are_told_once(package):
 
 
 CALLS = {
-    "q: an array of shape (12,), the last axis must have 13 entries": lambda arm: arm.M(np.zeros(12)),
-    "qd: an array of shape (), the last axis must have 13 entries": lambda arm: arm.h(np.zeros(13), 1.0),
-    "no parameter is called 'm_e', the nearest is 'm_E'": lambda arm: arm.M(np.zeros(13), parameters={"m_e": 2}),
-    "no input is called 'tau', known: none": lambda arm: arm.M(np.zeros(13), inputs={"tau": 2}),
-    "parameter m_E: a value is not finite": lambda arm: arm.M(np.zeros(13), parameters={"m_E": np.inf}),
+    "q: has shape (12,); its last axis must have 13 entries": lambda arm: arm.M(np.zeros(12)),
+    "qd: has shape (); its last axis must have 13 entries": lambda arm: arm.h(np.zeros(13), 1.0),
+    "m_e: unknown parameter; did you mean 'm_E'?": lambda arm: arm.M(np.zeros(13), parameters={"m_e": 2}),
+    "tau: unknown input; the model has no input": lambda arm: arm.M(np.zeros(13), inputs={"tau": 2}),
+    "parameter m_E: contains inf; all numbers must be finite": lambda arm: arm.M(np.zeros(13), parameters={"m_E": np.inf}),
     "shape mismatch": lambda arm: arm.M(np.zeros((3, 13)), np.zeros((2, 13))),
-    "no parameter is called 'n_rfe'": lambda arm: arm.simulate(1, parameters={"n_rfe": 2}),
-    "unknown option --methods, the nearest is --method": lambda arm: arm.simulate(1, methods="rk4"),
-    "either cases or a sweep file is needed": lambda arm: arm.batch(),
-    "dofs: 'psi,theta' has a comma, a quote or the end of a line": lambda arm: arm.batch({"dofs": ["psi,theta"]}, t_end=1),
-    "no coordinate, parameter or input is called 'E_z'": lambda arm: arm.units_of("E_z"),
+    "n_rfe: not a parameter but an option; give it to refdyn.Model": lambda arm: arm.simulate(1, parameters={"n_rfe": 2}),
+    "unknown option --methods; the nearest is --method": lambda arm: arm.simulate(1, methods="rk4"),
+    "batch: has no cases and no sweep, or both; give one of them": lambda arm: arm.batch(),
+    "dofs: 'psi,theta' contains a comma, a quote or a line break; remove it": lambda arm: arm.batch({"dofs": ["psi,theta"]}, t_end=1),
+    "E_z: unknown coordinate, parameter or input;": lambda arm: arm.units_of("E_z"),
 }
 
 
@@ -551,30 +551,30 @@ def test_wrong_calls(arm, message):
 
 
 BALL_CALLS = {
-    "from_: 'statics' and q, qd are two places; q alone is one, and arm.statics(q)": lambda ball: ball.simulate(1, from_="statics", q=[0, 1], qd=[0, 0]),
-    "from_: 'static' is none of initial, statics, and no file, the nearest is 'statics'": lambda ball: ball.simulate(1, from_="static"),
-    "at: 'inital' is none of initial, statics, and no file, the nearest is 'initial'": lambda ball: ball.modes(at="inital"),
-    "t: an equilibrium is found at t = 0, another time goes with q or at=\"initial\"": lambda ball: ball.modes(t=1),
+    "from_: 'statics' is given together with q, qd; give one of them (arm.statics(q)": lambda ball: ball.simulate(1, from_="statics", q=[0, 1], qd=[0, 0]),
+    "from_: 'static' is not one of initial, statics, and not a file; did you mean 'statics'?": lambda ball: ball.simulate(1, from_="static"),
+    "at: 'inital' is not one of initial, statics, and not a file; did you mean 'initial'?": lambda ball: ball.modes(at="inital"),
+    "t: the equilibrium is computed at t = 0; add q or at=\"initial\" for another time": lambda ball: ball.modes(t=1),
     "t_end: '0' is not a positive number": lambda ball: ball.simulate(0),
     "start: 'moved' is not one of as-is, project": lambda ball: ball.simulate(1, start="moved"),
     "way: 'up' is not one of load, path, downhill": lambda ball: ball.statics(way="up"),
-    "q: a value is not finite": lambda ball: ball.statics(q=[np.nan, 0]),
-    "q: an array of shape (1, 2), one state is needed": lambda ball: ball.simulate(1, q=[[0, 1]]),
-    "stop: a motion has no column 'B_q', the nearest is B_x": lambda ball: ball.simulate(1, stop="B_q<1"),
-    "stiff: an array of shape (2,), the longest column has 3 values": lambda ball: ball.batch({"stiff": [1, 2], "wind": [1, 2, 3]}, t_end=1),
-    "input lift: 2 values, their times are missing: inputs={'t': times, 'lift': values}": lambda ball: ball.simulate(1, inputs={"lift": [1, 1]}),
-    "input lift: an array of shape (1,), that of 't' is (2,)": lambda ball: ball.simulate(1, inputs={"t": [0, 0.05], "lift": [1]}),
-    "inputs: times 't' without an input": lambda ball: ball.simulate(1, inputs={"t": [0, 1]}),
-    "inputs: 't' has the shape (), a row of times is needed": lambda ball: ball.simulate(1, inputs={"t": 0, "lift": 1}),
-    "input lift: a value is not finite": lambda ball: ball.simulate(1, inputs={"lift": np.nan}),
-    "input lift: 2 values, one is needed": lambda ball: ball.statics(inputs={"lift": [1, 2]}),
-    "parameter stiff: 2 values, one is needed": lambda ball: ball.simulate(1, parameters={"stiff": [0.1, 0.2]}),
-    "no parameter is called 'lift', it is an input, inputs={...} takes it": lambda ball: ball.simulate(1, parameters={"lift": 1}),
-    "no parameter is called 'ball_x', it is a coordinate, q takes it": lambda ball: ball.M(ball.q0, parameters={"ball_x": 1}),
-    "no parameter is called 'height', it is an option, refdyn.Model takes it": lambda ball: ball.M(ball.q0, parameters={"height": 1}),
-    "no input is called 'stiff', it is a parameter, parameters={...} takes it": lambda ball: ball.statics(inputs={"stiff": 1}),
-    "this is a text and not the name of a file: refdyn.Model.from_text takes it": lambda ball: type(ball)(BALL),
-    "'ball.lua' is the name of a file and not a text: refdyn.Model takes it": lambda ball: type(ball).from_text("ball.lua"),
+    "q: contains nan; all numbers must be finite": lambda ball: ball.statics(q=[np.nan, 0]),
+    "q: has shape (1, 2); must be one state: a row of numbers": lambda ball: ball.simulate(1, q=[[0, 1]]),
+    "stop: a motion has no column 'B_q'; the nearest is B_x": lambda ball: ball.simulate(1, stop="B_q<1"),
+    "stiff: has shape (2,); must have 3 values, as the longest column has, or one": lambda ball: ball.batch({"stiff": [1, 2], "wind": [1, 2, 3]}, t_end=1),
+    "input lift: 2 values without times; write inputs={'t': times, 'lift': values}": lambda ball: ball.simulate(1, inputs={"lift": [1, 1]}),
+    "input lift: has shape (1,); must have the shape of 't', (2,)": lambda ball: ball.simulate(1, inputs={"t": [0, 0.05], "lift": [1]}),
+    "inputs: times 't' without an input; add an input": lambda ball: ball.simulate(1, inputs={"t": [0, 1]}),
+    "inputs: 't' has shape (); must be a row of times": lambda ball: ball.simulate(1, inputs={"t": 0, "lift": 1}),
+    "input lift: contains nan; all numbers must be finite": lambda ball: ball.simulate(1, inputs={"lift": np.nan}),
+    "input lift: 2 values; must be one number": lambda ball: ball.statics(inputs={"lift": [1, 2]}),
+    "parameter stiff: 2 values; must be one number": lambda ball: ball.simulate(1, parameters={"stiff": [0.1, 0.2]}),
+    "lift: not a parameter but an input; give it in inputs={...}": lambda ball: ball.simulate(1, parameters={"lift": 1}),
+    "ball_x: not a parameter but a coordinate; give it in q": lambda ball: ball.M(ball.q0, parameters={"ball_x": 1}),
+    "height: not a parameter but an option; give it to refdyn.Model": lambda ball: ball.M(ball.q0, parameters={"height": 1}),
+    "stiff: not an input but a parameter; give it in parameters={...}": lambda ball: ball.statics(inputs={"stiff": 1}),
+    "file: a text of several lines; use refdyn.Model.from_text": lambda ball: type(ball)(BALL),
+    "text: 'ball.lua' is the name of a file; use refdyn.Model": lambda ball: type(ball).from_text("ball.lua"),
 }
 
 
@@ -585,27 +585,27 @@ def test_wrong_calls_of_motions(ball, message):
 
 
 NO_NUMBERS = {
-    "q: a value of complex128, real numbers are needed": lambda ball: ball.qdd(ball.q0 + 1e-20j),
-    "t: a value of complex128": lambda ball: ball.qdd(ball.q0, t=1j),
-    "q: a value of <U1, real numbers are needed": lambda ball: ball.M(["1", "2"]),
-    "parameter stiff: a value of complex64": lambda ball: ball.simulate(1, parameters={"stiff": np.complex64(1j)}),
-    "input lift: a function, real numbers are needed": lambda ball: ball.simulate(1, inputs={"lift": np.sin}),
-    "q: Dataset, real numbers are needed": lambda ball: ball.statics(q=xarray.Dataset()),
-    "cases: float, columns by name are needed: {'NAME': values}": lambda ball: ball.batch(3.0, t_end=1),
-    "inputs: float, values by name are needed: {'NAME': value}": lambda ball: ball.simulate(1, inputs=2.0),
-    "parameters: list, values by name are needed: {'NAME': value}": lambda ball: ball.M(ball.q0, parameters=[1]),
-    "q: a value is masked, real numbers are needed": lambda ball: ball.M(np.ma.masked_array(ball.q0, [True] + [False] * (len(ball.q0) - 1))),
-    "q: a value is masked, real": lambda ball: ball.simulate(1, q=[np.ma.masked] * len(ball.q0)),
-    "parameter stiff: a value is masked": lambda ball: ball.M(ball.q0, parameters={"stiff": np.ma.masked}),
-    "stiff: a value is masked, a case needs": lambda ball: ball.batch({"stiff": np.ma.masked_array([1.0, 2.0], [True, False])}, t_end=0.1),
-    "stiff: a value of complex128": lambda ball: ball.batch({"stiff": [1 + 2j, 2]}, t_end=0.1),
-    "t_end: a value of complex128": lambda ball: ball.simulate(1j),
-    "tol: a value of complex128": lambda ball: ball.simulate(0.1, tol=1e-6 + 1e-9j),
-    "q: a value is None, real": lambda ball: ball.M([None] * len(ball.q0)),
-    "parameter stiff: a value is None": lambda ball: ball.simulate(1, parameters={"stiff": None}),
-    **{f"{name}: is no option of this call": lambda ball, name=name: ball.simulate(0.1, **{name: "precious"})
+    "q: values of complex128; must be real numbers": lambda ball: ball.qdd(ball.q0 + 1e-20j),
+    "t: values of complex128": lambda ball: ball.qdd(ball.q0, t=1j),
+    "q: values of <U1; must be real numbers": lambda ball: ball.M(["1", "2"]),
+    "parameter stiff: values of complex64": lambda ball: ball.simulate(1, parameters={"stiff": np.complex64(1j)}),
+    "input lift: a function; must be real numbers": lambda ball: ball.simulate(1, inputs={"lift": np.sin}),
+    "q: Dataset; must be real numbers": lambda ball: ball.statics(q=xarray.Dataset()),
+    "cases: float; must be columns by name, {'NAME': values}": lambda ball: ball.batch(3.0, t_end=1),
+    "inputs: float; must be values by name, {'NAME': value}": lambda ball: ball.simulate(1, inputs=2.0),
+    "parameters: list; must be values by name, {'NAME': value}": lambda ball: ball.M(ball.q0, parameters=[1]),
+    "q: has masked values; must be real numbers": lambda ball: ball.M(np.ma.masked_array(ball.q0, [True] + [False] * (len(ball.q0) - 1))),
+    "q: has masked values; must be real": lambda ball: ball.simulate(1, q=[np.ma.masked] * len(ball.q0)),
+    "parameter stiff: has masked values": lambda ball: ball.M(ball.q0, parameters={"stiff": np.ma.masked}),
+    "stiff: has masked values; each case needs a value": lambda ball: ball.batch({"stiff": np.ma.masked_array([1.0, 2.0], [True, False])}, t_end=0.1),
+    "stiff: values of complex128": lambda ball: ball.batch({"stiff": [1 + 2j, 2]}, t_end=0.1),
+    "t_end: values of complex128": lambda ball: ball.simulate(1j),
+    "tol: values of complex128": lambda ball: ball.simulate(0.1, tol=1e-6 + 1e-9j),
+    "q: contains None; must be real": lambda ball: ball.M([None] * len(ball.q0)),
+    "parameter stiff: contains None": lambda ball: ball.simulate(1, parameters={"stiff": None}),
+    **{f"{name}: not an option of this call": lambda ball, name=name: ball.simulate(0.1, **{name: "precious"})
        for name in ("output", "summary", "until", "inputs_", "set", "help", "case", "stop_")},
-    **{f"{name}: is no option of this call, which": lambda ball, name=name: ball.batch({"stiff": [1.0]}, t_end=0.1, **{name: "precious"})
+    **{f"{name}: not an option of this call; use its arguments": lambda ball, name=name: ball.batch({"stiff": [1.0]}, t_end=0.1, **{name: "precious"})
        for name in ("output", "table", "dry_run", "slurm", "resume", "set")},
 }
 
@@ -651,11 +651,11 @@ def test_values_that_the_model_refuses(arm, name):
 
 def test_a_model_does_not_change(ball):
     for name in ("stiff", "q0", "cordinates"):
-        with pytest.raises(AttributeError, match=f"{name}: a model does not change; refdyn.Model makes one with other values"):
+        with pytest.raises(AttributeError, match=f"{name}: a model cannot be changed; create another with refdyn.Model"):
             setattr(ball, name, 1)
-    with pytest.raises(AttributeError, match="q0: a model does not change"):
+    with pytest.raises(AttributeError, match="q0: a model cannot be changed"):
         del ball.q0
-    with pytest.raises(AttributeError, match="no attribute 'd_qddd', the nearest is 'd_qdd'"):
+    with pytest.raises(AttributeError, match="no attribute 'd_qddd'; did you mean 'd_qdd'\\?"):
         ball.d_qddd
 
 
@@ -694,7 +694,7 @@ def test_a_file_that_changes(package, tmp_path):
     swing = package.Model(file)
     before, rest = swing.M([0.1]), float(swing.statics().rod_psi)
     part.write_text("return 3")
-    with pytest.warns(package.ModelWarning, match=f"{part}: the file has changed since this model was read") as told:
+    with pytest.warns(package.ModelWarning, match=f"{part}: the file has changed since the model was read") as told:
         assert float(swing.statics().rod_psi) == rest
     assert told[0].filename == __file__
     assert same(swing.M([[0.1]])[0], before) and swing.d_qdd_free([0.1])["q"].shape == (1, 1) and same(swing.M([0.1]), before)

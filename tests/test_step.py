@@ -187,11 +187,11 @@ def test_what_is_asked_for_wrongly(tmp_path):
     def said(*arguments, status):
         return refdyn("gen", *arguments, "-o", tmp_path / "out", status=status).stderr
 
-    assert "--emit: no quantity is called 'steq'" in said(REFERENCE, "--emit", "steq", status=2)
+    assert "--emit: 'steq' is not a quantity" in said(REFERENCE, "--emit", "steq", status=2)
     assert "step step.p" in said(REFERENCE, "--emit", "steq", status=2)
     assert "--emit: 'step.q' is not a part of a quantity" in said(REFERENCE, "--emit", "step.q", status=2)
     printed = said(REFERENCE, "--set", "form=printed", "--emit", "M,step", status=1)
-    assert printed.endswith(": --emit step: nothing to emit, the model has no corrected form\n") and "manipulator.lua:" in printed
+    assert printed.endswith(": --emit step: nothing to emit; the model has no corrected form\n") and "manipulator.lua:" in printed
 
 
 def test_steps_of_an_earlier_emission_are_removed(tmp_path):

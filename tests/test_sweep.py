@@ -403,7 +403,7 @@ def test_tables(folder):
 
 @pytest.mark.parametrize("text, message", {
     "mas\n1\n": '1: mas: unknown name; the nearest known one is "mass"',
-    "mass,mass\n1,2\n": "1: cases: two columns are called 'mass', each needs a name of its own",
+    "mass,mass\n1,2\n": "1: cases: two columns are called 'mass'; each needs its own name",
     "both\n1\n": "1: both: the model uses this name for a parameter and for an input; rename one of them",
     "mass\n1\nx\n": "3: cases: mass: 'x' is not a finite number",
     "mass\n1\nnan\n": "3: cases: mass: 'nan' is not a finite number",

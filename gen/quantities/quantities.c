@@ -219,8 +219,8 @@ static const char *wrong_word(struct memory *memory, const char *word) {
     }
     const char *near = message_nearest_name(word, names, QUANTITY_COUNT);
     if (near)
-        return memory_format(memory, "no quantity is called '%s', the nearest is %s", word, near);
-    return memory_format(memory, "no quantity is called '%s', known: %s", word, all);
+        return memory_format(memory, "'%s' is not a quantity; the nearest is %s", word, near);
+    return memory_format(memory, "'%s' is not a quantity; use some of %s", word, all);
 }
 
 const char *gen_wrong_emit(struct generation *generation, const char *emit) {

@@ -258,7 +258,7 @@ def test_failures_of_many_coordinates(command, tmp_path):
     done = refdyn(command[0], REFERENCE, *values, *command[1:], cwd=tmp_path, status=3)
     state = [line for line in done.stderr.split("\n") if line.startswith(("  q: ", "  qd: "))]
     assert done.stderr.startswith("refdyn: ") and state and max(map(len, done.stderr.split("\n"))) < 600, done.stderr
-    assert all(re.search(r"\(\d of 82: at fault, or the largest\)$", line) and line.count("=") <= 4 for line in state)
+    assert all(re.search(r"\(\d of 82: failing, or the largest\)$", line) and line.count("=") <= 4 for line in state)
     assert done.stderr.index("manipulator: t = ") < done.stderr.index("  q: ")
     if command[0] == "sim":
         run = read_run(tmp_path / "run.csv.part")

@@ -184,7 +184,7 @@ def test_qdd_of_every_model(model, tmp_path):
     ("d_statics.qd", "no variables of that kind: d_statics"), ("constrained,d_rows", "no constraints: d_rows constrained")])
 def test_nothing_to_emit(emit_list, reason, tmp_path):
     done = refdyn("gen", PENDULUM, "--emit", emit_list, "-o", tmp_path / "out", status=1)
-    assert done.stderr.splitlines() == [f"{PENDULUM}:10: --emit {emit_list}: nothing to emit, the model has {reason}"]
+    assert done.stderr.splitlines() == [f"{PENDULUM}:10: --emit {emit_list}: nothing to emit; the model has {reason}"]
     assert not (tmp_path / "out").exists() and done.stdout == ""
 
 

@@ -177,7 +177,7 @@ def test_rates_of_a_state_for_modes(model, tmp_path):
 def test_columns_of_sampled_inputs(model, tmp_path):
     """Other columns are ignored, so that the CSV of a motion is accepted; a name close to an input causes a message."""
     samples = tmp_path / "samples.csv"
-    warning = f"{samples}:1: warning: inputs: column pusch is passed over, the nearest input is push\n"
+    warning = f"{samples}:1: warning: inputs: column pusch is ignored; the nearest input is push\n"
     for text, expected in {"t,pusch,turn\n0,1,2\n": warning, "t,pusch,push,turn\n0,1,2,3\n": "", "t,energy,turn\n0,1,2\n": ""}.items():
         samples.write_text(text)
         done = refdyn("sim", model, "--until", "0.1", "--inputs", samples, "-o", tmp_path / "run.csv")

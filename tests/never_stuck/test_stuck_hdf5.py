@@ -266,7 +266,7 @@ COURSES = 'courses = function(s) return { ["a/b"] = s.t, ["."] = s.t, z = s.t, [
 def test_names_of_courses_before_a_motion(tmp_path):
     (tmp_path / "fall.lua").write_text(MODEL % COURSES)
     said = refdyn("sim", "fall.lua", "--until", "0.1", "-o", "x.h5", cwd=tmp_path, status=1).stderr.splitlines()
-    slash, dot = "a slash leads into a group of a file of HDF5", "a dot is the group itself in a file of HDF5"
+    slash, dot = "HDF5 reserves a slash for groups", "HDF5 reserves a dot for the group itself"
     assert said == [f"fall.lua:4: courses: '{name}': {why}; rename the course, or write a CSV"
                     for name, why in ((".", dot), ("a/b", slash), ("z/L", slash))]
     assert [path.name for path in tmp_path.iterdir()] == ["fall.lua"]
@@ -279,9 +279,9 @@ def test_names_of_courses_before_a_motion(tmp_path):
 @pytest.mark.parametrize("keep, why", [
     ('history = { "t" }', "keep.history: 't': an HDF5 file has its axis /history/t under this name"),
     ('extremes = { "b_z", "which" }', "keep.extremes: 'which': an HDF5 file has its axis /extremes/which under this name"),
-    ('extremes = { "a/b" }', "keep.extremes: 'a/b': a slash leads into a group of a file of HDF5"),
-    ('norms = { "." }', "keep.norms: '.': a dot is the group itself in a file of HDF5"),
-    ('history = { "z", "z/L" }', "keep.history: 'z/L': a slash leads into a group of a file of HDF5")])
+    ('extremes = { "a/b" }', "keep.extremes: 'a/b': HDF5 reserves a slash for groups"),
+    ('norms = { "." }', "keep.norms: '.': HDF5 reserves a dot for the group itself"),
+    ('history = { "z", "z/L" }', "keep.history: 'z/L': HDF5 reserves a slash for groups")])
 def test_names_to_keep_before_a_batch(tmp_path, keep, why):
     (tmp_path / "fall.lua").write_text(MODEL % COURSES)
     (tmp_path / "sweep.lua").write_text(SWEEP.replace('history = { "b_z" }', keep).replace('extremes = { "b_z" }, extremes', "extremes"))

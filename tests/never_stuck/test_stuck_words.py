@@ -339,5 +339,5 @@ def test_commands():
     for words, ending in {("simulate", "m.lua"): "; write refdyn sim", ("Check", "m.lua"): "; write refdyn check",
                           ("m.lua",): "; a command comes first: refdyn check m.lua"}.items():
         done = refdyn(*words, status=2)
-        assert done.stderr.splitlines()[0].startswith(f"refdyn: unknown command '{words[0]}', the commands are gen, ")
+        assert done.stderr.splitlines()[0].startswith(f"refdyn: unknown command '{words[0]}'; use one of gen, ")
         assert done.stderr.splitlines()[0].endswith(ending)

@@ -9,12 +9,13 @@ static const double same_time = 1e-9;
 static enum fmu_status check_times(struct fmu_instance *instance, double t_now, double t_next) {
     const double t = instance->integrator.t, apart = same_time * fmax(1, fabs(t));
     if (!(fabs(t_now - t) <= apart))
-        return fmu_tell(instance, FMU_ERROR, "a step from %.15g s, while the motion is at %.15g s", t_now, t);
+        return fmu_tell(instance, FMU_ERROR,
+                        "a step from %.15g s; must begin at %.15g s, where the motion is", t_now, t);
     if (!(isfinite(t_next) && t_next >= t))
-        return fmu_tell(instance, FMU_ERROR, "t = %.9g s: a step to %g s", t, t_next);
+        return fmu_tell(instance, FMU_ERROR, "t = %.9g s: a step to %g s; must not end earlier", t, t_next);
     if (t_next > instance->t_stop + apart)
-        return fmu_tell(instance, FMU_ERROR, "a step to %.15g s, behind the stop time of %.15g s", t_next,
-                        instance->t_stop);
+        return fmu_tell(instance, FMU_ERROR, "a step to %.15g s; must not end after the stop time, %.15g s",
+                        t_next, instance->t_stop);
     return FMU_OK;
 }
 

@@ -46,7 +46,8 @@ static enum fmu_status add_known(struct fmu_instance *instance, unsigned referen
     else if (known.kind == FMU_INPUT && is_input_of_importer(instance, known.index))
         direction->x[known.index] += seed;
     else
-        return fmu_tell(instance, FMU_DISCARD, "value reference %u: derivatives are by states and inputs",
+        return fmu_tell(instance, FMU_DISCARD,
+                        "value reference %u: not a state or an input; derivatives exist for these only",
                         reference);
     return FMU_OK;
 }
@@ -251,10 +252,11 @@ static enum fmu_status find_change(struct fmu_instance *instance, unsigned refer
                                    const struct direction *direction, double *change) {
     const struct fmu_variable unknown = fmu_find_variable(refdyn_fmu.model, refdyn_fmu.spatial, reference);
     if (!has_derivative(refdyn_fmu.model, unknown.kind))
-        return fmu_tell(instance, FMU_DISCARD, "value reference %u: it has no derivative", reference);
+        return fmu_tell(instance, FMU_DISCARD, "value reference %u: this variable has no derivative",
+                        reference);
     *change = change_of(instance, unknown, direction);
     if (!isfinite(*change))
-        return fmu_tell(instance, FMU_DISCARD, "t = %.9g s: a derivative is no finite number",
+        return fmu_tell(instance, FMU_DISCARD, "t = %.9g s: a derivative is not finite",
                         instance->integrator.t);
     return FMU_OK;
 }

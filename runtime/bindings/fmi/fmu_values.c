@@ -175,7 +175,7 @@ static struct fmu_variable find(unsigned reference) {
 enum fmu_status fmu_get(struct fmu_instance *instance, unsigned reference, double *value) {
     const struct fmu_variable variable = find(reference);
     if (variable.kind == FMU_KIND_COUNT)
-        return fmu_tell(instance, FMU_ERROR, "no variable has the value reference %u", reference);
+        return fmu_tell(instance, FMU_ERROR, "value reference %u: unknown", reference);
     if (variable.kind == FMU_INPUT)
         *value = instance->work.x[variable.index];
     else if (variable.kind == FMU_PARAMETER && instance->mode == FMU_INSTANTIATED)
@@ -256,7 +256,8 @@ static enum fmu_status set_input(struct fmu_instance *instance, int place, doubl
 enum fmu_status fmu_set(struct fmu_instance *instance, unsigned reference, double value) {
     const struct fmu_variable variable = find(reference);
     if (!isfinite(value))
-        return fmu_tell(instance, FMU_ERROR, "value reference %u: %g is no finite number", reference, value);
+        return fmu_tell(instance, FMU_ERROR, "value reference %u: value %g; must be finite", reference,
+                        value);
     switch (variable.kind) {
     case FMU_COORDINATE:
         return set_start(instance, variable.index, value);
@@ -267,6 +268,6 @@ enum fmu_status fmu_set(struct fmu_instance *instance, unsigned reference, doubl
     case FMU_PARAMETER:
         return set_parameter(instance, variable.index, value);
     default:
-        return fmu_tell(instance, FMU_ERROR, "the variable of value reference %u cannot be set", reference);
+        return fmu_tell(instance, FMU_ERROR, "value reference %u: this variable cannot be set", reference);
     }
 }

@@ -232,10 +232,13 @@ enum fmu_status fmu_reset(struct fmu_instance *instance) {
 enum fmu_status fmu_set_experiment(struct fmu_instance *instance, double tolerance, double t_first,
                                    double t_stop) {
     if (!isfinite(t_first) || !(t_stop > t_first))
-        return fmu_tell(instance, FMU_ERROR, "the experiment goes from %g s to %g s", t_first, t_stop);
+        return fmu_tell(instance, FMU_ERROR,
+                        "the experiment is from %g s to %g s; the stop time must be after the start time",
+                        t_first, t_stop);
     const int has_tolerance = tolerance != 0 && !instance->is_exchange && instance->options.tol > 0;
     if (has_tolerance && !(tolerance >= DBL_EPSILON && tolerance < 1))
-        return fmu_tell(instance, FMU_ERROR, "the tolerance %g is none of %.2g to 1", tolerance, DBL_EPSILON);
+        return fmu_tell(instance, FMU_ERROR, "tolerance: value %g; must be from %.2g to 1", tolerance,
+                        DBL_EPSILON);
     if (has_tolerance)
         instance->options.tol = tolerance;
     instance->t_first = t_first;
@@ -273,16 +276,16 @@ static void warn_of_start(struct fmu_instance *instance) {
     const int moved = farthest_moved(integrator);
     if (instance->work.m > 0 && integrator->start_is_off)
         fmu_tell(instance, FMU_WARNING,
-                 "t = %.9g s: the start was off the rows, largest phi %.3g, largest psi %.3g; it was moved "
-                 "onto them",
+                 "t = %.9g s: the start was off the rows (largest phi %.3g, largest psi %.3g); it was "
+                 "projected onto them",
                  integrator->t, integrator->start.phi, integrator->start.psi);
     if (integrator->start_is_far)
-        fmu_tell(
-            instance, FMU_WARNING,
-            "t = %.9g s: the start is far from the rows: the nearest state that was found moves %s by %.4g "
-            "%s, another one may be nearer",
-            integrator->t, instance->work.model->coordinates[moved].name, integrator->start_moved[moved],
-            instance->work.model->coordinates[moved].unit);
+        fmu_tell(instance, FMU_WARNING,
+                 "t = %.9g s: the start is far from the rows: projection moved %s by %.4g %s; another state "
+                 "may be "
+                 "nearer",
+                 integrator->t, instance->work.model->coordinates[moved].name, integrator->start_moved[moved],
+                 instance->work.model->coordinates[moved].unit);
 }
 
 /* Rows without gains would drift with the importer's errors. In p, Baumgarte's alpha and beta are stored as 2

@@ -30,7 +30,7 @@ static double blur(double t) {
 
 enum fmu_status fmu_set_time(struct fmu_instance *instance, double t) {
     if (!isfinite(t))
-        return fmu_tell(instance, FMU_ERROR, "%g is no time", t);
+        return fmu_tell(instance, FMU_ERROR, "time: value %g; must be finite", t);
     instance->integrator.t = t;
     fmu_invalidate(instance);
     return FMU_OK;
@@ -39,7 +39,7 @@ enum fmu_status fmu_set_time(struct fmu_instance *instance, double t) {
 enum fmu_status fmu_set_states(struct fmu_instance *instance, const double *state) {
     for (int i = 0; i < 2 * instance->work.n; i++)
         if (!isfinite(state[i]))
-            return fmu_tell(instance, FMU_DISCARD, "t = %.9g s: state %d is no finite number",
+            return fmu_tell(instance, FMU_DISCARD, "t = %.9g s: state %d is not finite",
                             instance->integrator.t, i + 1);
     memcpy(instance->integrator.q, state, (size_t)(2 * instance->work.n) * sizeof *state);
     fmu_invalidate(instance);

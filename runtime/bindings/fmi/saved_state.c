@@ -36,7 +36,7 @@ enum fmu_status fmu_save(struct fmu_instance *instance, struct fmu_saved **saved
 
 enum fmu_status fmu_restore(struct fmu_instance *instance, const struct fmu_saved *saved) {
     if (!fits(saved, instance))
-        return fmu_tell(instance, FMU_ERROR, "the state that was given is not one of this instance");
+        return fmu_tell(instance, FMU_ERROR, "the state does not belong to this instance");
     const struct fmu_listener listener = instance->listener;
     const int is_logging = instance->is_logging;
     *instance = saved->instance;

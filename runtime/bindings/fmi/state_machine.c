@@ -28,7 +28,7 @@ struct fmu_instance *fmu_enter_steps(struct fmu_instance *instance, unsigned mod
 int fmu_has_length(struct fmu_instance *instance, size_t count, int wanted) {
     if (count == (size_t)wanted)
         return 1;
-    fmu_tell(instance, FMU_ERROR, "an array of %lu numbers instead of %d", (unsigned long)count, wanted);
+    fmu_tell(instance, FMU_ERROR, "an array of %lu numbers; must have %d", (unsigned long)count, wanted);
     return 0;
 }
 
@@ -48,13 +48,14 @@ enum fmu_status fmu_get_states(struct fmu_instance *instance, double *states) {
 
 enum fmu_status fmu_refuse(struct fmu_instance *instance, const char *function) {
     if (fmu_enter(instance, FMU_ALIVE, function))
-        fmu_tell(instance, FMU_ERROR, "%s is none of what this FMU can do", function);
+        fmu_tell(instance, FMU_ERROR, "%s: this FMU does not support it", function);
     return FMU_ERROR;
 }
 
 enum fmu_status fmu_refuse_type(struct fmu_instance *instance, size_t count, const char *function) {
     if (!fmu_enter(instance, FMU_ALIVE, function))
         return FMU_ERROR;
-    return count == 0 ? FMU_OK
-                      : fmu_tell(instance, FMU_ERROR, "%s: all variables are real numbers", function);
+    return count == 0
+               ? FMU_OK
+               : fmu_tell(instance, FMU_ERROR, "%s: all variables of this FMU are real numbers", function);
 }

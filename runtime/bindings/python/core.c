@@ -1,10 +1,10 @@
 /*
- * refdyn.core: the functions of a compiled model on arrays of Python.
+ * refdyn.core: evaluates the functions of a compiled model on Python arrays.
  *
- * Takes a library that `refdyn compile` has left, and numbers as buffers (PEP 3118): doubles in C order, as
- * NumPy has them. Calls the emitted functions on them in place, one state by the functions of
- * refdyn_model.h, many by those of refdyn_lanes.h, without the interpreter's lock. Nothing here changes once
- * it is made, so that any number of threads may call it.
+ * Opens a library that `refdyn compile` has built. Arguments are buffers (PEP 3118) of doubles in C order,
+ * such as NumPy arrays, and are not copied. One state is evaluated by the functions of refdyn_model.h, many
+ * states by the functions of refdyn_lanes.h, both without the interpreter's lock. An object never changes
+ * after its creation, so any number of threads may call it.
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
@@ -21,7 +21,7 @@
 
 struct quantity {
     const char *name;
-    size_t of_one, of_lanes; /* of its function in struct refdyn_model and refdyn_lane_model */
+    size_t of_one, of_lanes; /* offsets of its function in struct refdyn_model and refdyn_lane_model */
 };
 
 #define QUANTITY(name) {#name, offsetof(struct refdyn_model, name), offsetof(struct refdyn_lane_model, name)},
@@ -43,7 +43,7 @@ static int has_doubles(const Py_buffer *view) {
            (uintptr_t)view->buf % sizeof(double) == 0;
 }
 
-/* Doubles in C order of any shape; false, without an error of Python, when the object has no such numbers. */
+/* Opens doubles in C order of any shape. Returns 0, without a Python error, if the object has none. */
 static int open_doubles(PyObject *object, Py_buffer *view, int more_flags) {
     if (!PyObject_CheckBuffer(object))
         return 0;
@@ -57,18 +57,19 @@ static int open_doubles(PyObject *object, Py_buffer *view, int more_flags) {
     return 0;
 }
 
-/* The same where nothing else is allowed: `count` numbers, or rows of them, -1: any count of rows. */
+/* Opens `count` doubles, or `rows` rows of `count` doubles. Returns 0 with a Python error if the object has
+ * others. */
 static int need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py_ssize_t rows, int more_flags,
                         Py_buffer *view) {
     const Py_ssize_t size = count * (Py_ssize_t)sizeof(double);
     if (!open_doubles(object, view, more_flags)) {
-        PyErr_Format(PyExc_TypeError, "%s: no array of doubles in C order", name);
+        PyErr_Format(PyExc_TypeError, "%s: not an array of doubles in C order", name);
         return 0;
     }
     if (view->len == size || view->len == size * rows)
         return 1;
-    PyErr_Format(PyExc_ValueError, "%s: %zd numbers, not %zd", name, view->len / (Py_ssize_t)sizeof(double),
-                 count);
+    PyErr_Format(PyExc_ValueError, "%s: has %zd numbers; must have %zd", name,
+                 view->len / (Py_ssize_t)sizeof(double), count);
     PyBuffer_Release(view);
     return 0;
 }
@@ -78,8 +79,8 @@ static int need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py
 struct library {
     PyObject_HEAD void *handle;
     const struct refdyn_model *model;
-    const struct refdyn_lane_model *lanes; /* NULL: it has none */
-    const struct refdyn_spatial *spatial;  /* NULL: no point asks for its spatial Jacobian */
+    const struct refdyn_lane_model *lanes; /* NULL: the library has no functions for lanes */
+    const struct refdyn_spatial *spatial;  /* NULL: no point has a spatial Jacobian */
 };
 
 static void library_dealloc(PyObject *self) {
@@ -95,7 +96,7 @@ static const void *find_table(const struct library *library, PyObject *symbol) {
     const char *name = symbol ? PyUnicode_AsUTF8(symbol) : NULL;
     const void *table = name ? dlsym(library->handle, name) : NULL;
     if (name && !table)
-        PyErr_Format(PyExc_ImportError, "the library has no %s", name);
+        PyErr_Format(PyExc_ImportError, "the compiled library has no table %s", name);
     Py_XDECREF(symbol);
     return table;
 }
@@ -108,7 +109,7 @@ static const struct refdyn_spatial *find_spatial(const struct library *library, 
     return spatial;
 }
 
-/* Its tables, of versions that this file knows. */
+/* Finds the tables of the library and checks that their versions are the ones of this file. */
 static int find_tables(struct library *library, const char *name, int width) {
     library->model = find_table(library, PyUnicode_FromFormat("%s_model", name));
     if (!library->model)
@@ -122,11 +123,12 @@ static int find_tables(struct library *library, const char *name, int width) {
     if (library->model->interface_version == REFDYN_MODEL_VERSION &&
         (!width || library->lanes->interface_version == REFDYN_LANES_VERSION))
         return 1;
-    PyErr_SetString(PyExc_ImportError, "the library is of another version of refdyn");
+    PyErr_SetString(PyExc_ImportError,
+                    "the compiled library belongs to another version of refdyn; install the package again");
     return 0;
 }
 
-/* Library(path, name, lanes): of a model of that name, with functions for so many lanes, 0: none. */
+/* Library(path, name, lanes): the model's name, and the lane width of its functions for lanes; 0: none. */
 static PyObject *library_new(PyTypeObject *type, PyObject *arguments, PyObject *keywords) {
     const char *path, *name;
     int width;
@@ -145,15 +147,15 @@ static PyObject *library_new(PyTypeObject *type, PyObject *arguments, PyObject *
     return NULL;
 }
 
-/* What one set of parameters is prepared with. */
+/* Arguments and scratch for the preparation of one set of parameters. */
 struct preparation {
     const struct refdyn_model *model;
-    const char *is_anchored;  /* (parameter_count) non-zero: the value is that of the start of a motion */
-    double *state, *anchored; /* (2 n) and (anchored_count), room */
-    double *required;         /* what the model needs of parameters, room */
+    const char *is_anchored;  /* (parameter_count) non-zero: the start of a motion sets the value */
+    double *state, *anchored; /* scratch: (2 n) and (anchored_count + 2 n) */
+    double *required;         /* scratch for the results of the model's `required` */
 };
 
-/* As refdyn_prepare, refdyn_initial_state and refdyn_anchor do it. */
+/* Computes the same as refdyn_prepare, refdyn_initial_state and refdyn_anchor. */
 static void prepare(const struct preparation *with, double *p, const double *x) {
     const struct refdyn_model *model = with->model;
     double *q = with->state, *qd = with->state + model->n;
@@ -186,7 +188,8 @@ static size_t required_count(const struct refdyn_model *model) {
     return count;
 }
 
-/* The first requirement of a model that the parameters p do not meet, and its numbers; -1: they meet all. */
+/* Returns the index of the first requirement that the parameters p violate, and its numbers; -1 if p meets
+ * all. */
 static int find_refused(const struct preparation *with, const double *p, const double *x,
                         const double **numbers) {
     const struct refdyn_model *model = with->model;
@@ -211,7 +214,8 @@ static PyObject *refuse(const struct refdyn_requirement *requirement, const doub
                         fact);
 }
 
-/* Prepares rows up to the first one that the model refuses. Returns the requirement; -1: none is refused. */
+/* Prepares rows up to the first one that the model refuses. Returns the index of the violated requirement;
+ * -1 if the model accepts all rows. */
 static int prepare_rows(const struct preparation *with, Py_ssize_t rows, double *p, const double *x,
                         int has_x_by_row, const double **numbers) {
     const Py_ssize_t width = with->model->parameter_count + with->model->derived_count;
@@ -226,8 +230,9 @@ static int prepare_rows(const struct preparation *with, Py_ssize_t rows, double 
     return refused;
 }
 
-/* prepare(rows, p, is_anchored, x): p (rows x (parameters + derived)) begins each row with the parameters;
- * sets the rest of it. x (inputs), or a row for each of p. */
+/* prepare(rows, p, is_anchored, x): each row of p (rows x (parameters + derived)) begins with the
+ * parameters; the function sets the derived ones and those that the start of a motion sets. x has one row of
+ * inputs, or one for each row of p. */
 static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
     const struct refdyn_model *model = ((struct library *)self)->model;
     const Py_ssize_t width = model->parameter_count + model->derived_count;
@@ -238,7 +243,7 @@ static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
     if (!PyArg_ParseTuple(arguments, "nOy#O", &rows, &p_object, &with.is_anchored, &flags, &x_object))
         return NULL;
     if (flags != model->parameter_count)
-        return PyErr_Format(PyExc_ValueError, "is_anchored: %zd flags, not %d", flags,
+        return PyErr_Format(PyExc_ValueError, "is_anchored: has %zd flags; must have %d", flags,
                             model->parameter_count);
     if (!need_doubles(p_object, "p", width, rows, PyBUF_WRITABLE, &p))
         return NULL;
@@ -278,15 +283,15 @@ static PyObject *library_derived(PyObject *self, void *closure) {
 /* The state of the module. */
 struct types {
     PyTypeObject *function;
-    PyTypeObject *array; /* numpy.ndarray: its kinds, as masked arrays, have more to say than their doubles */
+    PyTypeObject *array; /* numpy.ndarray; derived types, such as masked arrays, hold more than doubles */
 };
 
 struct function {
     PyObject_HEAD struct library *library; /* held */
     refdyn_function *of_one;
-    refdyn_lane_function *of_lanes; /* NULL: it has none */
-    int rates, size;                /* numbers behind qd, and of a result */
-    double *p, *x, *rest;           /* the model's: prepared parameters, inputs; (rates) zeros */
+    refdyn_lane_function *of_lanes; /* NULL: the quantity is not emitted for lanes */
+    int rates, size;                /* numbers in qd and in a result */
+    double *p, *x, *rest;           /* the model's prepared parameters and inputs; (rates) zeros */
 };
 
 static void function_dealloc(PyObject *self) {
@@ -302,7 +307,7 @@ static int parameter_count(const struct function *function) {
     return function->library->model->parameter_count + function->library->model->derived_count;
 }
 
-/* Functions of struct refdyn_spatial, which have no lanes; NULL: another name. */
+/* Returns a function of struct refdyn_spatial, which is not emitted for lanes; NULL for another name. */
 static refdyn_function *find_spatial_function(const struct refdyn_spatial *spatial, const char *name) {
     if (spatial && strcmp(name, "J") == 0)
         return spatial->J;
@@ -320,7 +325,7 @@ static int find_function(struct function *function, const char *name) {
     if (!quantity)
         function->of_one = find_spatial_function(library->spatial, name);
     if (!function->of_one)
-        PyErr_Format(PyExc_ImportError, "the library has no function %s", name);
+        PyErr_Format(PyExc_ImportError, "the compiled library has no function %s", name);
     return function->of_one != NULL;
 }
 
@@ -347,7 +352,7 @@ static int keep_values(struct function *function, PyObject *p_object, PyObject *
     return function->p != NULL;
 }
 
-/* function(quantity, rates, size, p, x): the model's own values are p, prepared, and x. */
+/* function(quantity, rates, size, p, x): p (prepared) and x are the default values of its calls. */
 static PyObject *library_function(PyObject *self, PyObject *arguments) {
     const char *name;
     int rates, size;
@@ -368,7 +373,7 @@ static PyObject *library_function(PyObject *self, PyObject *arguments) {
     return NULL;
 }
 
-/* The arguments of one call: each view with its doubles, or the function's own values. */
+/* The arguments of one call: the doubles of a view, or the function's default values. */
 enum { VIEW_Q, VIEW_QD, VIEW_OUT, VIEW_P, VIEW_X, VIEWS };
 
 struct call {
@@ -376,7 +381,7 @@ struct call {
     int is_open[VIEWS];
     const double *p, *x, *q, *qd;
     double t, *out;
-    const PyTypeObject *array; /* rows are arrays of this type alone */
+    const PyTypeObject *array; /* the only type that a row may have */
 };
 
 static void close_views(struct call *call) {
@@ -385,7 +390,7 @@ static void close_views(struct call *call) {
             PyBuffer_Release(&call->views[i]);
 }
 
-/* One row of `count` doubles; NULL, without an error of Python: it is something else. */
+/* Opens one row of `count` doubles. Returns NULL, without a Python error, for anything else. */
 static double *open_row(struct call *call, int which, PyObject *object, int count) {
     Py_buffer *view = &call->views[which];
     if (Py_TYPE(object) != call->array)
@@ -410,14 +415,14 @@ static int open_call(struct call *call, const struct function *function, PyObjec
     return is_number && call->q && call->qd && call->out && call->p && call->x;
 }
 
-/* one(q, qd, t, out[, p, x]): the result at one state into out; False, where an argument is no row of doubles
- * of its size, t no number: nothing was computed. qd None: rates 0. */
+/* one(q, qd, t, out[, p, x]): writes the result at one state to out; qd None means zero rates. Returns False
+ * and computes nothing if t is not a number or another argument is not a row of doubles of the right size. */
 static PyObject *function_one(PyObject *self, PyObject *const *given, Py_ssize_t count) {
     const struct function *function = (const struct function *)self;
     const struct types *types = PyType_GetModuleState(Py_TYPE(self));
     struct call call = {.t = 0, .array = types->array};
     if (count != 4 && count != 6)
-        return PyErr_Format(PyExc_TypeError, "one: %zd arguments, not 4 or 6", count);
+        return PyErr_Format(PyExc_TypeError, "one: has %zd arguments; must have 4 or 6", count);
     const int is_good = open_call(&call, function, given, count);
     if (is_good) {
         Py_BEGIN_ALLOW_THREADS;
@@ -432,10 +437,10 @@ static PyObject *function_one(PyObject *self, PyObject *const *given, Py_ssize_t
 
 /* ---- Many states ---- */
 
-/* An argument of many states: a row each, or one for all. */
+/* An argument for many states: one row for each state, or one row for all. */
 struct rows {
     const double *data;
-    double *lanes; /* (size x width) entry i of lane l at i * width + l */
+    double *lanes; /* (size x width) entry i of lane l is at i * width + l */
     Py_ssize_t size;
     int is_shared;
 };
@@ -447,12 +452,12 @@ struct many {
     Py_ssize_t count, size;
     double *out, *out_lanes;
     refdyn_function *of_one;
-    refdyn_lane_function *of_lanes; /* NULL: it has none */
+    refdyn_lane_function *of_lanes; /* NULL: the quantity is not emitted for lanes */
 };
 
-enum { WIDEST = 8 };
+enum { WIDEST = 8 }; /* the largest lane width */
 
-/* Rows first + lane into lanes; behind the last row it stands once more. */
+/* Copies `width` rows, beginning with `first`, into lanes. Lanes after the last row repeat it. */
 static inline void interleave(const struct rows *rows, Py_ssize_t first, Py_ssize_t count, int width) {
     const double *row[WIDEST];
     for (int l = 0; l < width; l++)
@@ -462,6 +467,7 @@ static inline void interleave(const struct rows *rows, Py_ssize_t first, Py_ssiz
             rows->lanes[i * width + l] = row[l][i];
 }
 
+/* Copies the results of the used lanes into rows, beginning with `first`. */
 static inline void part_lanes(const struct many *many, Py_ssize_t first, int width) {
     double *row = many->out + first * many->size;
     const int used = many->count - first < width ? (int)(many->count - first) : width;
@@ -470,7 +476,7 @@ static inline void part_lanes(const struct many *many, Py_ssize_t first, int wid
             row[l * many->size + i] = many->out_lanes[i * width + l];
 }
 
-/* `width` is a constant where this is called, so that the loops over lanes are unrolled. */
+/* Every call passes a constant `width`, so that the compiler unrolls the loops over lanes. */
 static inline void run_width(struct many *many, int width) {
     struct rows *rows = many->rows;
     for (int k = 0; k < ROWS_COUNT; k++)
@@ -490,7 +496,6 @@ static const double *row_of(const struct rows *rows, Py_ssize_t i) {
     return rows->data + (rows->is_shared ? 0 : i * rows->size);
 }
 
-/* One state after the other. */
 static void run_singly(struct many *many) {
     const struct rows *rows = many->rows;
     for (Py_ssize_t i = 0; i < many->count; i++)
@@ -509,7 +514,7 @@ static void run_many(struct many *many, int width) {
         run_width(many, WIDEST);
 }
 
-/* Room for all lanes, each array aligned to the widest vectors; NULL: there is no memory. */
+/* Allocates the arrays of all lanes, each aligned for the widest vectors. Returns NULL without memory. */
 static void *lay_out_lanes(struct many *many, int width) {
     const size_t line = WIDEST * sizeof(double);
     size_t sizes[ROWS_COUNT + 1], all = line;
@@ -518,29 +523,29 @@ static void *lay_out_lanes(struct many *many, int width) {
         sizes[k] = (size * (size_t)width * sizeof(double) + line - 1) / line * line;
         all += sizes[k];
     }
-    char *room = aligned_alloc(line, all), *at = room;
-    for (int k = 0; k <= ROWS_COUNT && room; k++, at += sizes[k - 1]) {
+    char *memory = aligned_alloc(line, all), *at = memory;
+    for (int k = 0; k <= ROWS_COUNT && memory; k++, at += sizes[k - 1]) {
         if (k < ROWS_COUNT)
             many->rows[k].lanes = (double *)(void *)at;
         else
             many->out_lanes = (double *)(void *)at;
     }
-    return room;
+    return memory;
 }
 
 static PyObject *compute_many(struct many *many, int width) {
-    void *room = lay_out_lanes(many, width);
-    if (!room)
+    void *memory = lay_out_lanes(many, width);
+    if (!memory)
         return PyErr_NoMemory();
     Py_BEGIN_ALLOW_THREADS;
     run_many(many, width);
-    free(room);
+    free(memory);
     Py_END_ALLOW_THREADS;
     Py_RETURN_NONE;
 }
 
-/* many(count, q, qd, t, out, p, x): the results at `count` states, a row each, by lanes where the function
- * has them. An argument is a row for each state, or one for all. */
+/* many(count, q, qd, t, out, p, x): writes the results at `count` states to the rows of out, in lanes if the
+ * quantity is emitted for lanes. An argument has one row for each state, or one row for all. */
 static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_t arguments) {
     static const char *const names[] = {"p", "x", "t", "q", "qd"};
     static const int places[] = {5, 6, 3, 1, 2};
@@ -551,10 +556,12 @@ static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_
     Py_buffer views[ROWS_COUNT + 1];
     int open = 0;
     if (arguments != 7)
-        return PyErr_Format(PyExc_TypeError, "many: %zd arguments, not 7", arguments);
+        return PyErr_Format(PyExc_TypeError, "many: has %zd arguments; must have 7", arguments);
     many.count = PyLong_AsSsize_t(given[0]);
     if (many.count < 1)
-        return PyErr_Occurred() ? NULL : PyErr_Format(PyExc_ValueError, "many: no states");
+        return PyErr_Occurred()
+                   ? NULL
+                   : PyErr_Format(PyExc_ValueError, "many: has no states; count must be positive");
     for (; open < ROWS_COUNT; open++) {
         if (!need_doubles(given[places[open]], names[open], sizes[open], many.count, 0, &views[open]))
             break;
@@ -581,7 +588,8 @@ static PyMethodDef library_methods[] = {
 };
 
 static PyGetSetDef library_values[] = {
-    {"derived_count", library_derived, NULL, "values behind the parameters in p", NULL},
+    {"derived_count", library_derived, NULL, "number of derived parameters, which follow the parameters in p",
+     NULL},
     {NULL, NULL, NULL, NULL, NULL},
 };
 
@@ -601,7 +609,7 @@ static PyMethodDef function_methods[] = {
 };
 
 static PyType_Slot function_slots[] = {
-    {Py_tp_doc, "An emitted function with the model's values; made by Library.function"},
+    {Py_tp_doc, "An emitted function and the model's values; created by Library.function"},
     {Py_tp_dealloc, function_dealloc},
     {Py_tp_methods, function_methods},
     {0, NULL},
@@ -652,7 +660,7 @@ static PyModuleDef_Slot module_slots[] = {
 static struct PyModuleDef module_definition = {
     PyModuleDef_HEAD_INIT,
     .m_name = "refdyn.core",
-    .m_doc = "Functions of compiled models on arrays: see core.c.",
+    .m_doc = "Evaluates the functions of compiled models on arrays.",
     .m_size = sizeof(struct types),
     .m_slots = module_slots,
     .m_traverse = module_traverse,

@@ -43,7 +43,7 @@ static void print_values(const char *title, const struct refdyn_model *model, co
             fprintf(stderr, "%s %s%s = %s", shown++ ? "," : "", model->coordinates[i].name, suffix,
                     exact_text(values[i], text));
     if (shown < model->n)
-        fprintf(stderr, " (%d of %d: at fault, or the largest)", shown, model->n);
+        fprintf(stderr, " (%d of %d: failing, or the largest)", shown, model->n);
     fputc('\n', stderr);
 }
 

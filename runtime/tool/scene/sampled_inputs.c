@@ -53,7 +53,7 @@ static void warn_of_passed(const struct reading *reading) {
             reading->role[i] == ROLE_NONE ? message_nearest_name(csv->names[i], missing, count) : NULL;
         if (near)
             complain_line(csv->path, csv->line,
-                          text_format("warning: inputs: column %s is passed over, the nearest input is %s",
+                          text_format("warning: inputs: column %s is ignored; the nearest input is %s",
                                       csv->names[i], near));
     }
 }
@@ -87,7 +87,7 @@ static bool assign_columns(struct reading *reading) {
         return no_input(reading);
     for (int k = 0; k < inputs->samples.width; k++)
         if (scene_inputs_are_set_by_event(model, inputs->place[k]))
-            return csv_complain(csv, "column %s: events of the model set this input, samples cannot",
+            return csv_complain(csv, "column %s: events of the model set this input; samples must not",
                                 model->inputs[inputs->place[k]].name);
     warn_of_passed(reading);
     return true;

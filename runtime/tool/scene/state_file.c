@@ -195,9 +195,8 @@ static void check_coordinates(struct reading *reading, const json_t *array) {
         if (!name || strcmp(name, tree->frames[i].name) != 0)
             complain_at(
                 reading, locate_line(reading->text, "coordinates", NULL, -1),
-                "coordinates[%d]: %s, the model has %s there; a state of the same model and options is "
-                "needed",
-                i, name ? name : "no name", tree->frames[i].name);
+                "coordinates[%d]: %s, but the model has %s; use a state of the same model and options", i,
+                name ? name : "no name", tree->frames[i].name);
     }
 }
 

@@ -52,7 +52,7 @@ static void open_functions(struct subject *s, const char *path, const char *name
     for (int k = 0; k < s->function_count; k++) {
         char *count = strtok(k ? NULL : counts, ",");
         if (!count)
-            stop("a count for each function is needed", path);
+            stop("must have a count for each function", path);
         s->results[k].count = (size_t)atol(count);
         s->results[k].values = s->out[k] = new_array(s->results[k].count);
     }

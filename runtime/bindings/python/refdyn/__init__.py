@@ -1,4 +1,4 @@
-"""Refdyn: equations of motion of robots with flexible links, as compiled C on NumPy arrays.
+"""Refdyn: equations of motion of robots with flexible links, evaluated on NumPy arrays by compiled C.
 
     import refdyn
     arm = refdyn.Model("models/manipulator.lua", n_rfe=4)

@@ -1,4 +1,4 @@
-"""`python -m refdyn`: the program."""
+"""Runs the program: `python -m refdyn`."""
 from .program import main
 
 main()

@@ -1,4 +1,4 @@
-"""The extension: see runtime/bindings/python/core.c."""
+"""Types of the extension module, which runtime/bindings/python/core.c implements."""
 from typing import Any, final
 
 @final

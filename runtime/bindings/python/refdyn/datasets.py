@@ -1,4 +1,4 @@
-"""What the program writes, as xarray datasets with units; and the tables that it reads."""
+"""Reads the program's results as xarray datasets with units, and writes the tables that it reads."""
 from __future__ import annotations
 
 import json
@@ -29,14 +29,14 @@ def variable(dims: Iterable[str], values: Any, unit: str | None = None) -> xarra
 
 
 def put(variables: dict[str, xarray.Variable], name: str, kind: str, value: xarray.Variable) -> None:
-    """A name that is taken gets its kind before it."""
+    """Adds a variable. If its name is taken, its kind precedes the name."""
     while name in variables:
         name = f"{kind}_{name}"
     variables[name] = value
 
 
 def moment(unit: str) -> str:
-    """The unit of the force of a coordinate."""
+    """Returns the unit of the generalised force of a coordinate."""
     return "N m" if unit == "rad" else "N"
 
 
@@ -48,42 +48,42 @@ def put_points(variables: dict[str, xarray.Variable], points: Mapping[str, Any])
 
 # ---- Attributes ----
 
-def plain(told: Mapping[str, Any]) -> dict[str, Any]:
-    """Attributes that files of netCDF can have: numbers and texts; lists and objects as JSON; what has no value is not there."""
+def plain(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns attributes that netCDF can store: numbers and texts. Lists and objects become JSON; None is left out."""
     forms = {bool: int, list: json.dumps, dict: json.dumps}
-    return {key: forms.get(type(value), lambda same: same)(value) for key, value in told.items() if value is not None}
+    return {key: forms.get(type(value), lambda same: same)(value) for key, value in values.items() if value is not None}
 
 
 def attributes(model: Model, parameters: Mapping[str, float], inputs: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Of which model, with which values a dataset is."""
+    """Returns the attributes that name the model of a dataset, its options and its values."""
     constants = {name: float(np.reshape(value, ())) for name, value in (inputs or {}).items() if name != "t" and np.size(value) == 1}
     return plain({"model": model._name, "options": dict(model.options), "parameters": {**model._fixed, **parameters}, "inputs": constants or None})
 
 
 # ---- Equilibria and modes ----
 
-def of_equilibrium(model: Model, told: Mapping[str, Any], held: Collection[str], attrs: Mapping[str, Any]) -> xarray.Dataset:
+def of_equilibrium(model: Model, result: Mapping[str, Any], held: Collection[str], attrs: Mapping[str, Any]) -> xarray.Dataset:
     variables: dict[str, xarray.Variable] = {}
-    for name, value in zip(told["coordinates"], told["q"]):
+    for name, value in zip(result["coordinates"], result["q"]):
         put(variables, name, "coordinate", variable((), float(value), model.units[name]))
-    put_points(variables, told["points"])
-    for name, value in zip((name for name in model.coordinates if name in held), told["hold_force"]):
+    put_points(variables, result["points"])
+    for name, value in zip((name for name in model.coordinates if name in held), result["hold_force"]):
         put(variables, f"force_{name}", "hold", variable((), float(value), moment(model.units[name])))
-    for contact in told.get("contacts", ()):
+    for contact in result.get("contacts", ()):
         put(variables, f"contact_{contact['name']}", "contact", variable((), float(contact["force"])))
         put(variables, f"gap_{contact['name']}", "contact", variable((), float(contact["gap"])))
-    put(variables, "lambda", "row", variable(("row",), np.array(told["lambda"], dtype=float)))
-    put(variables, "row", "row", variable(("row",), np.array(told["rows"], dtype=str)))
+    put(variables, "lambda", "row", variable(("row",), np.array(result["lambda"], dtype=float)))
+    put(variables, "row", "row", variable(("row",), np.array(result["rows"], dtype=str)))
     keys = ("residual", "phi", "stability", "unstable", "neutral", "potential", "criterion")
-    return xarray.Dataset(variables, attrs={**attrs, **plain({key: told[key] for key in keys})})
+    return xarray.Dataset(variables, attrs={**attrs, **plain({key: result[key] for key in keys})})
 
 
-def complex_of(told: Mapping[str, Any]) -> np.ndarray:
-    return np.array(told["re"]) + 1j * np.array(told["im"])
+def complex_of(result: Mapping[str, Any]) -> np.ndarray:
+    return np.array(result["re"]) + 1j * np.array(result["im"])
 
 
-def of_modes(model: Model, told: Mapping[str, Any], attrs: Mapping[str, Any]) -> xarray.Dataset:
-    modes, points = told["modes"], list(model.points)
+def of_modes(model: Model, result: Mapping[str, Any], attrs: Mapping[str, Any]) -> xarray.Dataset:
+    modes, points = result["modes"], list(model.points)
     free = len(modes)
     shape = np.array([complex_of(mode["shape"]) for mode in modes]).reshape(free, len(model.coordinates))
     moved = np.array([[complex_of(mode["points"][point]) for point in points] for mode in modes]).reshape(free, len(points), 3)
@@ -92,19 +92,19 @@ def of_modes(model: Model, told: Mapping[str, Any], attrs: Mapping[str, Any]) ->
     data["eigenvalue"] = variable(("mode",), np.array([complex(*mode["eigenvalue"]) for mode in modes]), "1/s")
     data["shape"] = variable(("mode", "coordinate"), shape)
     data["displacement"] = variable(("mode", "point", "axis"), moved, "m")
-    data["q"] = variable(("coordinate",), np.array(told["q"], dtype=float))
+    data["q"] = variable(("coordinate",), np.array(result["q"], dtype=float))
     coords = {"mode": np.arange(1, free + 1), "coordinate": list(model.coordinates), "point": points, "axis": list(AXES),
               "unit": ("coordinate", [model.units[name] for name in model.coordinates])}
     keys = ("at", "t", "held", "phi", "residual", "unstable")
-    return xarray.Dataset(data, coords, {**attrs, **plain({key: told[key] for key in keys})})
+    return xarray.Dataset(data, coords, {**attrs, **plain({key: result[key] for key in keys})})
 
 
 # ---- Motions ----
 
 def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, Any]) -> xarray.Dataset:
-    """The columns of a CSV along t."""
-    told = json.loads(pathlib.Path(summary).read_text()) if summary else {}
-    units = {"t": "s", **told.pop("units", {})}
+    """Reads the columns of a CSV along t."""
+    facts = json.loads(pathlib.Path(summary).read_text()) if summary else {}
+    units = {"t": "s", **facts.pop("units", {})}
     with open(path, encoding="utf-8") as file:
         names = file.readline().rstrip("\n").split(",")
         rows = [line.split(",") for line in file if line.endswith("\n")]
@@ -113,28 +113,28 @@ def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, 
     data = {name: variable(("t",), table[:, i], units.get(name)) for i, name in enumerate(names)}
     for name, row in residuals(model, data):
         data[name].attrs["long_name"] = row
-    return xarray.Dataset(data, attrs={**attrs, **plain(told)})
+    return xarray.Dataset(data, attrs={**attrs, **plain(facts)})
 
 
 def residuals(model: Model, names: Iterable[str]) -> list[tuple[str, str]]:
-    """phi_2 and what else is of a row, with its name."""
+    """Returns the columns that belong to a row, such as phi_2, and a text that names the row."""
     of_model = {*model.units, *(name + "_d" for name in model.units), *model.inputs, *model.courses}
     found = ((name, re.fullmatch(r"(?:phi|psi)_(\d+)", name)) for name in names if name not in of_model)
     return [(name, f"{name[:3]} of {model.rows[int(place[1]) - 1]}") for name, place in found if place and 0 < int(place[1]) <= len(model.rows)]
 
 
 def write_motion(run: xarray.Dataset, path: str) -> None:
-    """The CSV that the run was read from; its columns are those along t."""
+    """Writes the variables along t as a CSV of `refdyn sim`."""
     names = [str(name) for name in run.variables if run[name].dims == ("t",)]
     if "t" not in names or not run.sizes["t"]:
-        raise ValueError("view: a dataset of arm.simulate is needed, with rows along t")
+        raise ValueError("view: not a dataset of arm.simulate; must have rows along t")
     table = np.column_stack([run["t"].values, *(run[name].values for name in names if name != "t")])
     lines = [",".join(["t", *(name for name in names if name != "t")]), *(",".join(map(repr, row)) for row in table.tolist())]
     pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def write_samples(columns: Mapping[str, npt.ArrayLike], folder: str) -> str | None:
-    """The file of --inputs."""
+    """Writes the file of --inputs."""
     return write_table(columns, os.path.join(folder, "inputs.csv")) if columns else None
 
 
@@ -143,15 +143,15 @@ def write_cases(cases: Mapping[str, npt.ArrayLike], folder: str) -> str:
 
 
 def write_table(columns: Mapping[str, Any], path: str) -> str:
-    """Columns of one length, or of one value for all rows."""
+    """Writes columns of equal length; a column with one value has it in all rows."""
     for name, values in columns.items():
         if has_masked(values):
-            raise TypeError(f"{name}: a value is masked, a case needs each of its values")
+            raise TypeError(f"{name}: has masked values; each case needs a value")
     arrays = [np.atleast_1d(np.asarray(values)) for values in columns.values()]
     rows = max((array.size for array in arrays), default=0)
     for name, array in zip(columns, arrays):
         if array.ndim > 1 or array.size not in (1, rows):
-            raise ValueError(f"{name}: an array of shape {array.shape}, the longest column has {rows} values")
+            raise ValueError(f"{name}: has shape {array.shape}; must have {rows} values, as the longest column has, or one")
     arrays = [np.broadcast_to(array, rows) for array in arrays]
     fields = [[field_of(name, value) for value in array] for name, array in zip(columns, arrays)]
     lines = [",".join(columns), *map(",".join, zip(*fields))]
@@ -162,7 +162,7 @@ def write_table(columns: Mapping[str, Any], path: str) -> str:
 def field_of(name: str, value: Any) -> str:
     text = text_of(name, value)
     if any(letter in text for letter in ',"\n'):
-        raise ValueError(f"{name}: {text!r} has a comma, a quote or the end of a line, which a table cannot have")
+        raise ValueError(f"{name}: {text!r} contains a comma, a quote or a line break; remove it")
     return text
 
 
@@ -172,7 +172,7 @@ def need_h5py() -> Any:
     try:
         import h5py
     except ImportError as error:
-        raise ImportError("batches are read by h5py: pip install h5py") from error
+        raise ImportError("batch: h5py is missing; install it with pip install h5py") from error
     return h5py
 
 
@@ -181,14 +181,14 @@ def texts(values: np.ndarray) -> np.ndarray:
 
 
 def of_options(model: Model, name: str, values: np.ndarray) -> np.ndarray:
-    """Those of an option that varies, of the same type as `model.options` has."""
+    """Returns the values of an option that varies, in the type that `model.options` has."""
     kind = type(model.options.get(name, ""))
     read = {bool: lambda text: text == "true", int: int, float: float}.get(kind)
     return np.array([read(text) for text in texts(values)]) if read else values
 
 
 def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> xarray.Dataset:
-    with need_h5py().File(path) as file, open(summary) as told:
+    with need_h5py().File(path) as file, open(summary) as summary_file:
         variables = {"case": variable(("case",), file["case"][()])}
         for group, axis in TIME_AXES.items():
             if f"{group}/t" in file:
@@ -204,7 +204,7 @@ def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> 
             put(variables, name + ("_start" if is_start else ""), "case", varied)
         for group in ("final", "at", "extremes", "norms", "history"):
             put_group(variables, group, file.get(group, {}))
-        return xarray.Dataset(variables, attrs={**attrs, **plain(json.load(told))})
+        return xarray.Dataset(variables, attrs={**attrs, **plain(json.load(summary_file))})
 
 
 def text_of_attribute(item: Any, name: str) -> str:
@@ -220,7 +220,7 @@ def of_item(item: Any, dims: Iterable[str]) -> xarray.Variable:
 
 
 def put_group(variables: dict[str, xarray.Variable], group: str, items: Mapping[str, Any]) -> None:
-    """A group of the file under the names of RUNS.csv."""
+    """Adds a group of the file under the names of RUNS.csv."""
     suffix = {"norms": "_rms", "at": "_at", "history": "_history"}.get(group, "")
     axis = TIME_AXES.get(group)
     for name, item in items.items():

@@ -1,4 +1,4 @@
-"""A model: its emitted quantities, and what the program computes of it, as datasets."""
+"""A model: its emitted quantities as functions, and the results of the program as datasets."""
 from __future__ import annotations
 
 import contextlib
@@ -26,23 +26,24 @@ if TYPE_CHECKING:
 class Model:
     """A model file with its options and parameters: `Model("models/manipulator.lua", n_rfe=4)`.
 
-    Every emitted quantity is a function of the model, `arm.qdd(q, qd)`: `dir(arm)` lists them, `help(arm.qdd)` tells what
-    one takes and gives. Derivatives are compiled when they are first named. Any number of threads may use one model. It
-    does not change, nor when its file does; it can be pickled, and what is unpickled is the same model.
+    Every emitted quantity is a function of the model, such as `arm.qdd(q, qd)`. `dir(arm)` lists the quantities;
+    `help(arm.qdd)` explains the arguments and the result of one. Derivatives are compiled when they are first named. Any
+    number of threads may use one model. A model never changes, even if its file does. It can be pickled, and unpickling
+    restores the same model.
     """
 
     __module__ = "refdyn"
 
     coordinates: tuple[str, ...]                 # in the order of q
-    parameters: Mapping[str, float]              # that some quantity reads, with their values
+    parameters: Mapping[str, float]              # values of the parameters that some quantity reads
     inputs: Mapping[str, float]
     options: Mapping[str, int | float | bool | str]
-    units: Mapping[str, str]                     # of coordinates; `units_of` tells those of parameters and inputs
+    units: Mapping[str, str]                     # of coordinates; `units_of` also knows parameters and inputs
     rows: tuple[str, ...]
     points: tuple[str, ...]
     courses: tuple[str, ...]
-    held: tuple[str, ...]                        # in statics and modes
-    q0: np.ndarray                               # where a motion starts
+    held: tuple[str, ...]                        # coordinates that statics and modes hold
+    q0: np.ndarray                               # initial state
     qd0: np.ndarray
     if TYPE_CHECKING:
         M: Quantity
@@ -71,14 +72,14 @@ class Model:
     def __init__(self, file: str | os.PathLike[str], /, **settings: Any) -> None:
         name = os.fspath(file)
         if "\n" in name:
-            raise ValueError("this is a text and not the name of a file: refdyn.Model.from_text takes it")
+            raise ValueError("file: a text of several lines; use refdyn.Model.from_text")
         self._read(Sources(os.path.join(".", name) if name.startswith("-") else name), settings)
 
     @classmethod
     def from_text(cls, text: str, /, **settings: Any) -> Model:
-        """The same from the text of a model file; its errors have the file '<text>'. It can `require` no files."""
+        """Creates a model from the text of a model file. Errors name the file '<text>'. The text cannot `require` files."""
         if text.endswith(".lua") and "\n" not in text:
-            raise ValueError(f"{text!r} is the name of a file and not a text: refdyn.Model takes it")
+            raise ValueError(f"text: {text!r} is the name of a file; use refdyn.Model")
         return cls._of_sources(Sources(TEXT, {TEXT: text.encode()}), settings)
 
     @classmethod
@@ -91,30 +92,30 @@ class Model:
         self._lock, self._settings, self._sources = threading.RLock(), dict(settings), sources
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
         printed, facts = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
-        told, self._told = json.loads(printed), frozenset(facts)
-        sources.take(told["sources"])
-        self._name, self._known = told["name"], told["quantities"]
-        self._default = {entry["quantity"] for entry in told["functions"]}
-        self._units = {kind: named(told[kind], "unit") for kind in ("coordinates", "parameters", "inputs")}
-        self._by_events = {entry["name"] for entry in told["inputs"] if entry["by_events"]}
-        self._fixed = {entry["name"]: entry["value"] for entry in told["parameters"] if not entry["anchored"]}
-        lists = {key: tuple(told[key]) for key in ("rows", "points", "courses", "held")}
-        vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(told["parameters"], "value"),
-                          inputs=named(told["inputs"], "value"), units=self._units["coordinates"], options=types.MappingProxyType(told["options"]),
-                          q0=constant(told["q"]), qd0=constant(told["qd"]), **lists)
-        self._kinds = {"parameter": (*self.parameters, *told["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
-        self._libraries[None, False] = Compiled(told, self._kinds)
+        description, self._warned = json.loads(printed), frozenset(facts)
+        sources.keep(description["sources"])
+        self._name, self._known = description["name"], description["quantities"]
+        self._default = {entry["quantity"] for entry in description["functions"]}
+        self._units = {kind: named(description[kind], "unit") for kind in ("coordinates", "parameters", "inputs")}
+        self._by_events = {entry["name"] for entry in description["inputs"] if entry["by_events"]}
+        self._fixed = {entry["name"]: entry["value"] for entry in description["parameters"] if not entry["anchored"]}
+        lists = {key: tuple(description[key]) for key in ("rows", "points", "courses", "held")}
+        vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value"),
+                          inputs=named(description["inputs"], "value"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
+                          q0=constant(description["q"]), qd0=constant(description["qd"]), **lists)
+        self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
+        self._libraries[None, False] = Compiled(description, self._kinds)
 
     def __repr__(self) -> str:
         return f"<refdyn.Model {self._name}: {len(self.coordinates)} coordinates, {len(self.rows)} rows, {len(self.parameters)} parameters>"
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
-            raise AttributeError(f"{name}: a model does not change; refdyn.Model makes one with other values, parameters={{...}} gives them to one call")
+            raise AttributeError(f"{name}: a model cannot be changed; create another with refdyn.Model, or pass parameters={{...}} to one call")
         object.__setattr__(self, name, value)
 
     def __delattr__(self, name: str) -> None:
-        raise AttributeError(f"{name}: a model does not change")
+        raise AttributeError(f"{name}: a model cannot be changed; create another with refdyn.Model")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return restored, (type(self), self._sources.main, self._sources.texts, self._settings)
@@ -131,10 +132,10 @@ class Model:
     # ---- Quantities ----
 
     def __getattr__(self, name: str) -> Quantity:
-        """A quantity, when it is first named: from then on it is an attribute."""
+        """Creates a quantity when it is first named; later it is an ordinary attribute."""
         if name.startswith("_") or name not in self._known:
             near = None if name.startswith("_") else nearest(name, dir(self))
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}" + (f", the nearest is {near!r}" if near else ""))
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}" + (f"; did you mean {near!r}?" if near else ""))
         with self._lock:
             if name not in self.__dict__:
                 self.__dict__[name] = self._quantity(name)
@@ -146,19 +147,19 @@ class Model:
             compiled = self._library(emit, False)
         except program.ModelError as error:
             raise AttributeError(str(error)) from error
-        if name not in {entry["quantity"] for entry in compiled.told["functions"]}:
+        if name not in {entry["quantity"] for entry in compiled.description["functions"]}:
             raise AttributeError(f"{shown_file(self._sources.main)}: the model has no {name}")
         return Quantity(name, self, compiled, lambda: self._library(emit, True))
 
     def _library(self, emit: str | None, has_lanes: bool) -> Compiled:
         with self._lock:
             if (emit, has_lanes) not in self._libraries:
-                told = self._run("compile", {"emit": emit, "for_lanes": has_lanes})
-                self._libraries[emit, has_lanes] = Compiled(json.loads(told), self._kinds)
+                printed = self._run("compile", {"emit": emit, "for_lanes": has_lanes})
+                self._libraries[emit, has_lanes] = Compiled(json.loads(printed), self._kinds)
             return self._libraries[emit, has_lanes]
 
     def units_of(self, name: str) -> str:
-        """The unit of a coordinate, a parameter or an input."""
+        """Returns the unit of a coordinate, a parameter or an input."""
         for units in self._units.values():
             if name in units:
                 return units[name]
@@ -169,38 +170,38 @@ class Model:
     def statics(self, q: npt.ArrayLike | None = None, *, t: float | None = None, inputs: Mapping[str, float] | None = None,
                 parameters: Mapping[str, float] | None = None, hold: str | Sequence[str] | None = None,
                 release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
-        """The equilibrium, looked for from q; the options are those of `refdyn statics`."""
+        """Computes the equilibrium near q; the options are those of `refdyn statics`."""
         values = self._values("parameter", parameters)
         with self._state_file(q, None, t, self._values("input", inputs)) as state:
-            told = self._run("statics", {"state": state, "hold": listed(hold), "release": listed(release), "way": way}, values)
+            printed = self._run("statics", {"state": state, "hold": listed(hold), "release": listed(release), "way": way}, values)
         held = self.held if hold is None else (listed(hold) or "").split(",")
-        return datasets.of_equilibrium(self, json.loads(told), held, datasets.attributes(self, values, inputs))
+        return datasets.of_equilibrium(self, json.loads(printed), held, datasets.attributes(self, values, inputs))
 
     def modes(self, at: str = "statics", *, q: npt.ArrayLike | None = None, t: float | None = None, inputs: Mapping[str, float] | None = None,
               parameters: Mapping[str, float] | None = None, modes: int | None = None, hold: str | Sequence[str] | None = None,
               release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
-        """Frequencies, damping ratios and shapes about the equilibrium, `at="initial"` about the start, or about q."""
+        """Computes frequencies, damping ratios and shapes about the equilibrium, about the initial state (`at="initial"`) or about q."""
         check_place("at", at, [])
         values, constants = self._values("parameter", parameters), self._values("input", inputs)
         is_found = q is None and at == "statics"
         if is_found and t is not None:
-            raise ValueError("t: an equilibrium is found at t = 0, another time goes with q or at=\"initial\"")
+            raise ValueError("t: the equilibrium is computed at t = 0; add q or at=\"initial\" for another time")
         with self._state_file(q, None, t, {} if is_found else constants) as state:
             given = {"at": state or at, "modes": modes, "hold": listed(hold), "release": listed(release), "way": way}
-            told = self._run("modes", given, {**values, **constants} if is_found else values)
-        return datasets.of_modes(self, json.loads(told), datasets.attributes(self, values, inputs))
+            printed = self._run("modes", given, {**values, **constants} if is_found else values)
+        return datasets.of_modes(self, json.loads(printed), datasets.attributes(self, values, inputs))
 
     def simulate(self, t_end: float, tol: float | None = None, *, method: str | None = None, step: float | None = None, every: float | None = None,
                  from_: str = "initial", q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
                  inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, float] | None = None,
                  stop: str | Sequence[str] = (), **options: Any) -> xarray.Dataset:
-        """A motion until t_end [s]: a variable for each column of `refdyn sim`, along t, with its unit; the summary as attributes.
+        """Computes a motion until t_end [s]. The columns of `refdyn sim` become variables along t with units, the summary attributes.
 
-        tol        error of a step (1e-6), when no fixed `step` is given
-        from_      "initial", "statics" or the name of a STATE.json; or else q, qd and t give another start
-        inputs     constant values by name, or with times `t` samples that each hold until the next
+        tol        tolerance: bound on the local error (1e-6), for motions without a fixed `step`
+        from_      "initial", "statics" or the name of a STATE.json; q, qd and t define another start instead
+        inputs     constant values by name; with times `t` also samples, each valid until the next
         stop       a condition that ends the motion, "E_z<2", or several
-        options    further ones of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way
+        options    further options of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way
         """
         check_place("from_", from_, [name for name, value in (("q", q), ("qd", qd), ("t", t)) if value is not None])
         values = self._values("parameter", parameters)
@@ -221,21 +222,21 @@ class Model:
     def batch(self, cases: Mapping[str, npt.ArrayLike] | None = None, t_end: float | None = None, *, sweep: str | os.PathLike[str] | None = None,
               tol: float | None = None, method: str | None = None, from_: str | None = None, threads: int | None = None, lanes: int | None = None,
               **options: Any) -> xarray.Dataset:
-        """Many motions, along `case`.
+        """Computes many motions, along `case`.
 
-        cases      a column of values for each parameter, option, input or start value (NAME, NAME_d) that varies: a motion
-                   until t_end for each row, of which the final state is kept
-        sweep      instead of these a sweep file, which says what varies and what is kept
-        options    further ones of `refdyn batch`: step, step_max, every, stabilise, singular, start, hold, release, way
+        cases      a column of values for each parameter, option, input or start value (NAME, NAME_d) that varies. Each row is
+                   a motion until t_end; its final state is kept
+        sweep      a sweep file, which defines what varies and what is kept; it replaces `cases`
+        options    further options of `refdyn batch`: step, step_max, every, stabilise, singular, start, hold, release, way
 
-        Variables are named as the columns of RUNS.csv: what varied, `status`, `reason`, final values, NAME_min ...; histories
-        are NAME_history, along t. What a case does not have is NaN. Needs h5py.
+        Variables have the names of the columns of RUNS.csv: the varied values, `status`, `reason`, final values, NAME_min ...
+        Histories are NAME_history, along t. Values that a case lacks are NaN. Needs h5py.
         """
         datasets.need_h5py()
         if (cases is None) == (sweep is None):
-            raise ValueError("either cases or a sweep file is needed")
+            raise ValueError("batch: has no cases and no sweep, or both; give one of them")
         if cases is not None and not hasattr(cases, "items"):
-            raise TypeError(f"cases: {type(cases).__name__}, columns by name are needed: {{'NAME': values}}")
+            raise TypeError(f"cases: {type(cases).__name__}; must be columns by name, {{'NAME': values}}")
         varied = dict(cases.items()) if cases is not None else {}
         check_place("from_", from_ or "initial", [])
         with program.private_folder() as folder:
@@ -246,10 +247,10 @@ class Model:
             return datasets.of_runs(self, runs, summary, datasets.attributes(self, {}))
 
     def view(self, runs: xarray.Dataset | Mapping[str, xarray.Dataset] | Sequence[xarray.Dataset], file: str | os.PathLike[str]) -> None:
-        """One HTML page in which motions of this model are seen from all sides: `arm.view(run, "arm.html")`.
+        """Writes an HTML page that shows motions of this model from all sides: `arm.view(run, "arm.html")`.
 
-        Several runs, by their names or in a list, lie over each other; their options and parameters, which are in their
-        attributes, have to be the same.
+        Several runs, by name or in a list, share one scene. Their options and parameters, which are in their attributes, must
+        be the same.
         """
         named_runs = runs_by_name(self._name, runs)
         settings = self._settings_of(named_runs)
@@ -260,43 +261,43 @@ class Model:
             self._program("view", (*paths, *program.arguments({"output": os.path.abspath(file)})), settings, model="--model")
 
     def _settings_of(self, runs: Mapping[str, xarray.Dataset]) -> dict[str, Any]:
-        """Options and parameters of motions, where they are others than those of the model."""
+        """Returns the options and parameters of motions that differ from the model's."""
         values = []
         for name, run in runs.items():
             if run.attrs.get("model", self._name) != self._name:
-                raise ValueError(f"view: run {name} is of the model {run.attrs['model']}, this one is {self._name}")
+                raise ValueError(f"view: run {name} belongs to the model {run.attrs['model']}; must belong to {self._name}")
             given = {**json.loads(run.attrs.get("options", "{}")), **json.loads(run.attrs.get("parameters", "{}"))}
             values.append({key: value for key, value in given.items() if value != {**self.options, **self._fixed}.get(key)})
         for (name, _), given in zip(runs.items(), values):
             if given != values[0]:
-                raise ValueError(f"view: run {name} has other options or parameters than run {next(iter(runs))}; refdyn view draws those of `refdyn sim -o RUN.h5` together")
+                raise ValueError(f"view: run {name} has other options or parameters than run {next(iter(runs))}; must have the same, or use refdyn view with files of `refdyn sim -o RUN.h5`")
         return {**self._settings, **values[0]}
 
     def states(self, data: xarray.Dataset) -> tuple[np.ndarray, np.ndarray]:
-        """q and qd of a dataset as arrays (..., n), as quantities take them: `arm.energy(*arm.states(run), run.t)`. Rates
-        that it does not have, as those of an equilibrium, are 0."""
+        """Returns q and qd of a dataset as arrays (..., n) for quantities: `arm.energy(*arm.states(run), run.t)`. Rates that
+        the dataset lacks, for instance at an equilibrium, are 0."""
         q = np.stack([data[name].values for name in self.coordinates], axis=-1)
         rates = [data[name + "_d"].values if name + "_d" in data else np.zeros(q.shape[:-1]) for name in self.coordinates]
         return q, np.stack(rates, axis=-1)
 
     def _values(self, kind: str, given: Mapping[str, float] | None) -> dict[str, float]:
-        """One for each name."""
+        """Returns one number for each name."""
         return {name: one_real(f"{kind} {name}", value) for name, value in by_name(kind, given, self._kinds).items()}
 
     def _run(self, command: str, options: Mapping[str, Any], values: Mapping[str, float | None] = {}, *words: str) -> str:
-        """With these values instead of the model's; None: what is given elsewhere."""
+        """Runs a command with these values instead of the model's. Names with None are left out: another option sets them."""
         settings = {name: value for name, value in {**self._settings, **values}.items() if value is not None}
         return self._program(command, (*words, *program.arguments(options)), settings)
 
     def _program(self, command: str, words: Sequence[str], settings: Mapping[str, Any], model: str | None = None) -> str:
-        """A command on the model as it was read; `model`: the option that takes its file."""
+        """Runs a command on the model as it was read. `model` is the option for its file; None: the file is an operand."""
         file = [model, self._sources.path()] if model else [self._sources.path()]
-        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places, told=self._told)[0]
+        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places, warned=self._warned)[0]
 
     @contextlib.contextmanager
     def _state_file(self, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:
-        """A STATE.json of what is given, None: nothing is."""
-        given: dict[str, Any] = {key: finite_row(key, value, "one state").tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
+        """Provides a STATE.json with the given values; None without values."""
+        given: dict[str, Any] = {key: finite_row(key, value, "one state: a row of numbers").tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
         if inputs:
             given["inputs"] = dict(inputs)
         if not given:
@@ -309,32 +310,32 @@ class Model:
 
 
 def restored(kind: type[Model], main: str, texts: Mapping[str, bytes], settings: Mapping[str, Any]) -> Model:
-    """A model out of a pickle: that of the texts, whatever the files say by now."""
+    """Restores a pickled model from its texts, even if the files have changed."""
     return kind._of_sources(Sources(main, texts), settings)
 
 
 def runs_by_name(model: str, runs: Any) -> dict[str, xarray.Dataset]:
-    """Names that files can have."""
+    """Returns the runs by name. Each name must be usable as a file name."""
     if isinstance(runs, Sequence):
         runs = {f"{model} {number}": run for number, run in enumerate(runs, 1)}
     elif not isinstance(runs, dict):
         runs = {model: runs}
     if not runs:
-        raise ValueError("view: no run is given")
+        raise ValueError("view: no run; give at least one")
     for name in runs:
         if not name or "/" in name or name.startswith("-"):
-            raise ValueError(f"view: the run's name {name!r} cannot be that of a file")
+            raise ValueError(f"view: the run's name {name!r} is not a file name; must be without / and must not begin with -")
     return runs
 
 
 def check_place(argument: str, place: str, others: Sequence[str]) -> None:
-    """Where a motion starts, or modes are taken: at one place only."""
+    """Checks the place where a motion starts or modes are computed, and that only one place is given."""
     places = ("initial", "statics")
     if place not in places and not os.path.isfile(place):
         near = nearest(place, places)
-        raise ValueError(f"{argument}: {place!r} is none of {', '.join(places)}, and no file" + (f", the nearest is {near!r}" if near else ""))
+        raise ValueError(f"{argument}: {place!r} is not one of {', '.join(places)}, and not a file" + (f"; did you mean {near!r}?" if near else ""))
     if others and place != "initial":
-        raise ValueError(f"{argument}: {place!r} and {', '.join(others)} are two places; {others[0]} alone is one, and arm.statics(q) finds an equilibrium near q")
+        raise ValueError(f"{argument}: {place!r} is given together with {', '.join(others)}; give one of them (arm.statics(q) computes an equilibrium near q)")
 
 
 def shown_file(main: str) -> str:

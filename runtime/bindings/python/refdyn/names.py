@@ -1,4 +1,4 @@
-"""What is said of names that are not there, and of values that are no real numbers."""
+"""Checks of names and numbers that a caller passes, and the messages about wrong ones."""
 from __future__ import annotations
 
 import difflib
@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-WHERE = {"parameter": "a parameter, parameters={...} takes it", "input": "an input, inputs={...} takes it",
-         "option": "an option, refdyn.Model takes it", "coordinate": "a coordinate, q takes it"}
+WHERE = {"parameter": "a parameter; give it in parameters={...}", "input": "an input; give it in inputs={...}",
+         "option": "an option; give it to refdyn.Model", "coordinate": "a coordinate; give it in q"}
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
@@ -19,63 +19,73 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 
 def unknown(kind: str, name: str, known: Collection[str], kinds: Mapping[str, Collection[str]] = {}) -> str:
-    """`kinds`: the names of the model by their kind; one of another kind is told to be one."""
-    fact = f"no {kind} is called {name!r}"
+    """The message about an unknown name. `kinds` has the model's names by kind, so that a name of another kind gets a hint."""
     for other, names in kinds.items():
         if name in names:
-            return f"{fact}, it is {WHERE[other]}"
+            return f"{name}: not {article(kind)} {kind} but {WHERE[other]}"
     near = nearest(name, known)
-    return fact + (f", the nearest is {near!r}" if near else f", known: {', '.join(known) or 'none'}")
+    hint = f"did you mean {near!r}?" if near else f"use one of {', '.join(known)}" if known else f"the model has no {kind}"
+    return f"{name}: unknown {kind}; {hint}"
 
 
-def by_name(kind: str, given: Mapping[str, Any] | None, kinds: Mapping[str, Collection[str]], beside: Collection[str] = ()) -> Mapping[str, Any]:
-    """What is given, {} for None: values by names that the model has, or that are allowed beside these."""
+def article(kind: str) -> str:
+    return "an" if kind[0] in "aeiou" else "a"
+
+
+def by_name(kind: str, given: Mapping[str, Any] | None, kinds: Mapping[str, Collection[str]], further: Collection[str] = ()) -> Mapping[str, Any]:
+    """Returns the given values, {} for None. Their names must be in the model or in `further`."""
     if given is None:
         return {}
     if not isinstance(given, Mapping):
-        raise TypeError(f"{kind}s: {type(given).__name__}, values by name are needed: {{'NAME': value}}")
+        raise TypeError(f"{kind}s: {type(given).__name__}; must be values by name, {{'NAME': value}}")
     for name in given:
-        if name not in kinds[kind] and name not in beside:
+        if name not in kinds[kind] and name not in further:
             raise ValueError(unknown(kind, name, kinds[kind], kinds))
     return given
 
 
 def has_masked(value: Any) -> bool:
-    """Is a value of a masked array left out, or of such arrays in a list?"""
+    """Returns whether a masked array, or a list that contains one, has masked values."""
     return bool(np.ma.is_masked(value)) or isinstance(value, (list, tuple)) and any(map(has_masked, value))
 
 
 def reals(name: str, value: npt.ArrayLike) -> np.ndarray:
-    """Doubles at places that the compiled code can read; what would lose something on the way is refused, as are functions and texts."""
+    """Converts to aligned doubles. Values that would lose information, such as complex numbers, are errors, as are functions and texts."""
     if has_masked(value):
-        raise TypeError(f"{name}: a value is masked, real numbers are needed")
+        raise TypeError(f"{name}: has masked values; must be real numbers")
     try:
         array = np.asarray(value)
     except TypeError as error:
-        raise TypeError(f"{name}: {type(value).__name__}, real numbers are needed") from error
+        raise TypeError(f"{name}: {type(value).__name__}; must be real numbers") from error
     if array.dtype.kind not in "biufO" or array.dtype.kind == "O" and (callable(value) or isinstance(value, Mapping)):
-        what = "a function" if callable(value) else f"a value of {array.dtype}" if array.dtype.kind != "O" else type(value).__name__
-        raise TypeError(f"{name}: {what}, real numbers are needed")
+        what = "a function" if callable(value) else f"values of {array.dtype}" if array.dtype.kind != "O" else type(value).__name__
+        raise TypeError(f"{name}: {what}; must be real numbers")
     if array.dtype.kind == "O" and any(item is None for item in array.flat):
-        raise TypeError(f"{name}: a value is None, real numbers are needed")
+        raise TypeError(f"{name}: contains None; must be real numbers")
     try:
         return np.require(array.astype(float, copy=False), requirements="A")
     except TypeError as error:
-        raise TypeError(f"{name}: {error}, real numbers are needed") from error
+        raise TypeError(f"{name}: {error}; must be real numbers") from error
 
 
-def finite_row(name: str, value: npt.ArrayLike, needed: str) -> np.ndarray:
-    """Finite numbers, in one row or a single one; `needed` says what they are."""
+def finite(name: str, value: npt.ArrayLike) -> np.ndarray:
     array = reals(name, value)
+    wrong = array[~np.isfinite(array)]
+    if wrong.size:
+        raise ValueError(f"{name}: contains {wrong[0]}; all numbers must be finite")
+    return array
+
+
+def finite_row(name: str, value: npt.ArrayLike, allowed: str) -> np.ndarray:
+    """A finite number or a row of finite numbers; the message about another shape says what is `allowed`."""
+    array = finite(name, value)
     if array.ndim > 1:
-        raise ValueError(f"{name}: an array of shape {array.shape}, {needed} is needed")
-    if not np.isfinite(array).all():
-        raise ValueError(f"{name}: a value is not finite")
+        raise ValueError(f"{name}: has shape {array.shape}; must be {allowed}")
     return array
 
 
 def one_real(name: str, value: npt.ArrayLike) -> float:
     array = reals(name, value)
     if array.size != 1:
-        raise ValueError(f"{name}: {array.size} values, one is needed")
+        raise ValueError(f"{name}: {array.size} values; must be one number")
     return float(array.reshape(()))

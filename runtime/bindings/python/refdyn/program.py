@@ -1,4 +1,4 @@
-"""The program `refdyn` that the package carries: runs it, and makes exceptions and warnings of what it says."""
+"""Runs the program `refdyn` of the package and turns its messages into exceptions and warnings."""
 from __future__ import annotations
 
 import os
@@ -16,18 +16,18 @@ import numpy as np
 from . import wording
 from .names import one_real
 
-prefix = pathlib.Path(__file__).absolute().parent  # bin, lib, include: what `cmake --install` installs
+prefix = pathlib.Path(__file__).absolute().parent  # has the folders bin, lib and include that `cmake --install` writes
 PROGRAM = prefix / "bin" / "refdyn"
 
 FAULT, USAGE, NUMBERS = 1, 2, 3  # exit statuses
 PRIVATE = wording.PRIVATE
 PLACE = re.compile(r"(?P<file>[^\n]+?):(?P<line>\d+): (?!warning: )")
-WARNING = re.compile(r"^.*warning: .*\n?(?:  .*\n?)*", re.M)  # with the lines behind it that are set in
+WARNING = re.compile(r"^.*warning: .*\n?(?:  .*\n?)*", re.M)  # with the indented lines after it
 FAILURE = re.compile(r"refdyn: .*?: t = (?P<t>\S+) s: (?P<reason>.*)")
 
 
 class ModelError(Exception):
-    """A model, a state or a file is at fault: `file` and `line` (0: of no line) where, the text says what is allowed."""
+    """A model, a state or a file is wrong. `file` and `line` (0: no line) name the place; the text says what to do."""
 
     def __init__(self, text: str, file: str | None = None, line: int = 0) -> None:
         super().__init__(text)
@@ -38,7 +38,7 @@ class ModelError(Exception):
 
 
 class NumericalError(ArithmeticError):
-    """The numbers failed at time `t` [s] (None: at no time) for `reason`; `run`: what of a motion was computed until then."""
+    """A computation failed at time `t` [s] (None if it has no time) for `reason`. `run` has the motion up to that time."""
 
     def __init__(self, text: str, t: float | None = None, reason: str = "", run: Any = None) -> None:
         super().__init__(text)
@@ -49,28 +49,28 @@ class NumericalError(ArithmeticError):
 
 
 class ModelWarning(UserWarning):
-    """What the program warns of."""
+    """A warning of the program."""
 
 
 for _exception in (ModelError, NumericalError, ModelWarning):
     _exception.__module__ = "refdyn"
 
 
-# Options of commands that the package gives itself.
+# Options of commands that only the package sets.
 OWN_OPTIONS = ("until", "from", "output", "summary", "inputs", "stop", "table", "set", "of", "case", "cases", "resume", "dry_run", "slurm",
                "chunks", "slurm_options", "help")
 
 
 def further(options: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Options that a caller gives beside the arguments of a call."""
+    """Returns the additional options of a call after a check of their names."""
     for name in options:
         if name.rstrip("_").replace("-", "_") in OWN_OPTIONS:
-            raise TypeError(f"{name}: is no option of this call, which has arguments for what goes in and returns what comes out")
+            raise TypeError(f"{name}: not an option of this call; use its arguments and its result instead")
     return options
 
 
 def text_of(name: str, value: Any) -> str:
-    """A value as the command line takes it: numbers read back exactly."""
+    """Writes a value as a word of the command line. A number keeps all its digits."""
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, (int, np.integer)):
@@ -81,7 +81,7 @@ def text_of(name: str, value: Any) -> str:
 
 
 def arguments(options: Mapping[str, Any]) -> list[str]:
-    """Options by name as words of a command line; those that are None or False are not given."""
+    """Writes options by name as words of a command line. Options that are None or False are left out."""
     words = []
     for name, value in options.items():
         word = "--" + name.rstrip("_").replace("_", "-")
@@ -99,7 +99,7 @@ def settings(values: Mapping[str, Any]) -> list[str]:
 
 
 def failure(status: int, said: str) -> Exception:
-    """What the program ended with, as an exception."""
+    """Returns the exception for an exit status of the program."""
     said = said.strip()
     if status == FAULT:
         place = PLACE.search(said)
@@ -119,23 +119,23 @@ def warnings_of(said: str) -> list[str]:
 
 
 def fact_of(warning: str) -> str:
-    """Without the place, whose file has several names."""
+    """Removes the place: the same file can have several names there."""
     return warning.partition("warning: ")[2] or warning
 
 
 def private_folder() -> tempfile.TemporaryDirectory[str]:
-    """For the files that a call hands to the program, of which nobody else knows."""
+    """A temporary folder for the files that a call exchanges with the program."""
     return tempfile.TemporaryDirectory(prefix=PRIVATE)
 
 
-def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, told: Collection[str] = ()) -> tuple[str, list[str]]:
-    """What the program prints, and the facts that it warns of, which become warnings where they were not told before.
-    `places`: what folders are called in messages."""
+def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: Collection[str] = ()) -> tuple[str, list[str]]:
+    """Runs the program; returns its output and the facts of its warnings. Facts that are not in `warned` become warnings.
+    `places` maps folders to their names in messages."""
     done = subprocess.run([str(PROGRAM), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace")
     said = wording.shown(done.stderr, places)
     found = warnings_of(said)
     for text in found:
-        if fact_of(text) not in told:
+        if fact_of(text) not in warned:
             warnings.warn(text, ModelWarning, stacklevel=5)
     if done.returncode:
         raise failure(done.returncode, WARNING.sub("", said))
@@ -143,5 +143,5 @@ def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, told: Co
 
 
 def main() -> None:
-    """The command `refdyn`."""
+    """Runs the command `refdyn`."""
     os.execv(PROGRAM, ["refdyn", *sys.argv[1:]])

@@ -1,7 +1,7 @@
 """Emitted quantities as functions of NumPy arrays.
 
-A quantity takes coordinates, rates, time, inputs and parameters, and calls the emitted C on them where they lie; a
-leading axis of any of them is a batch, which lanes of vectors evaluate.
+The arguments of a quantity are coordinates, rates, time, inputs and parameters. The emitted C reads the arrays without a
+copy where their layout allows it. A leading axis of any argument is a batch, which is evaluated in lanes.
 """
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ import numpy as np
 import numpy.typing as npt
 
 from .core import Library
-from .names import by_name, reals
+from .names import by_name, finite, reals
 
 if TYPE_CHECKING:
     from .core import Function
     from .model import Model
 
-POINT_ROWS = {"C": 3, "J": 6}  # rows of each point, where the first axis is that of the points
+POINT_ROWS = {"C": 3, "J": 6}  # rows of each point; the first axis counts the points
 
 
 class Compiled:
-    """A library of the cache, with the model's values as its functions take them."""
+    """A compiled library from the cache, and the model's parameters and inputs in the order of its functions."""
 
-    def __init__(self, told: Mapping[str, Any], kinds: Mapping[str, Collection[str]]) -> None:
-        self.told, self.kinds = told, kinds
-        self.library = Library(told["library"], told["name"], told["lanes"])
-        self.places = {entry["name"]: place for place, entry in enumerate(told["parameters"])}
-        self.inputs = {entry["name"]: place for place, entry in enumerate(told["inputs"])}
-        self.anchored = [entry["anchored"] for entry in told["parameters"]]
-        self.values = np.array([entry["value"] for entry in told["parameters"]], dtype=float)
-        self.x = np.array([entry["value"] for entry in told["inputs"]], dtype=float)
+    def __init__(self, description: Mapping[str, Any], kinds: Mapping[str, Collection[str]]) -> None:
+        self.description, self.kinds = description, kinds
+        self.library = Library(description["library"], description["name"], description["lanes"])
+        self.places = {entry["name"]: place for place, entry in enumerate(description["parameters"])}
+        self.inputs = {entry["name"]: place for place, entry in enumerate(description["inputs"])}
+        self.anchored = [entry["anchored"] for entry in description["parameters"]]
+        self.values = np.array([entry["value"] for entry in description["parameters"]], dtype=float)
+        self.x = np.array([entry["value"] for entry in description["inputs"]], dtype=float)
         self.p = self.prepared({}, self.x)
 
-    def take_inputs(self, inputs: Mapping[str, npt.ArrayLike] | None) -> np.ndarray:
+    def input_rows(self, inputs: Mapping[str, npt.ArrayLike] | None) -> np.ndarray:
         """A row of inputs, or one for each state of a batch."""
         given = by_name("input", inputs, self.kinds)
         return filled(self.x, self.inputs, given, "input") if given else self.x
 
-    def take_parameters(self, parameters: Mapping[str, npt.ArrayLike] | None, x: np.ndarray) -> np.ndarray:
-        """A row of prepared parameters, or one for each state of a batch. A known one that has no place here is not read."""
+    def parameter_rows(self, parameters: Mapping[str, npt.ArrayLike] | None, x: np.ndarray) -> np.ndarray:
+        """A row of prepared parameters, or one for each state of a batch. Parameters that this library does not read are skipped."""
         given = by_name("parameter", parameters, self.kinds)
         read = {name: value for name, value in given.items() if name in self.places}
         depends_on_inputs = x is not self.x and any(self.anchored)
@@ -60,11 +60,8 @@ class Compiled:
 
 
 def filled(default: np.ndarray, places: Mapping[str, int], given: Mapping[str, npt.ArrayLike], kind: str) -> np.ndarray:
-    """Rows of values with the given ones in their places."""
-    arrays = {name: reals(f"{kind} {name}", value) for name, value in given.items()}
-    for name, array in arrays.items():
-        if not np.isfinite(array).all():
-            raise ValueError(f"{kind} {name}: a value is not finite")
+    """Rows of default values in which the given values replace theirs."""
+    arrays = {name: finite(f"{kind} {name}", value) for name, value in given.items()}
     rows = np.empty(np.broadcast_shapes(*(array.shape for array in arrays.values())) + default.shape)
     rows[...] = default
     for name, array in arrays.items():
@@ -73,29 +70,30 @@ def filled(default: np.ndarray, places: Mapping[str, int], given: Mapping[str, n
 
 
 def spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
-    """One row for all, or one for each state of the batch, in C order."""
+    """Returns one row for all states, or one row for each state of the batch, in C order."""
     if array.ndim > 1 and array.shape[:-1] != lead:
         array = np.broadcast_to(array, lead + array.shape[-1:])
     return np.ascontiguousarray(array)
 
 
-def taken(name: str, value: npt.ArrayLike, size: int) -> np.ndarray:
+def states_of(name: str, value: npt.ArrayLike, size: int) -> np.ndarray:
     array = reals(name, value)
     if array.ndim == 0 or array.shape[-1] != size:
-        raise ValueError(f"{name}: an array of shape {array.shape}, the last axis must have {size} entries")
+        raise ValueError(f"{name}: has shape {array.shape}; its last axis must have {size} entries")
     return array
 
 
 class Quantity:
-    """An emitted function of the model, by which it is made: `arm.qdd(q, qd)`.
+    """An emitted function of a model: `arm.qdd(q, qd)`.
 
     q       coordinates (..., n) in the order of `arm.coordinates`
-    qd      their rates (..., n); at rest without. Of a tangent: qd, then what `constrained` gives (qdd, power, lambda)
+    qd      their rates (..., n); default: zero. For a tangent: qd, then the result of `constrained` (qdd, power, lambda)
     t       time [s] (...)
-    inputs, parameters   values by name (...); the model's without. What the model refuses, as a negative mass, is a ValueError.
+    inputs, parameters   values by name (...); default: the model's. Values that the model refuses, such as a negative mass,
+                         raise ValueError
 
-    Axes before the last one (t, inputs, parameters: all of them) are a batch; they are broadcast, and stand before the
-    result's. Gives an array, or where there are several parts a dictionary of arrays. NaN where it has no value.
+    Axes before the last one (for t, inputs and parameters: all axes) are a batch. They are broadcast and precede the axes of
+    the result. Returns an array, or a dictionary of arrays for a quantity with several parts. Undefined values are NaN.
     """
 
     __module__ = "refdyn"
@@ -105,19 +103,19 @@ class Quantity:
         self._model, self._compiled, self._open_lanes = model, compiled, lanes
         self._lock = threading.Lock()
         self._lanes: tuple[Compiled, Function] | None = None
-        told = next(entry for entry in compiled.told["functions"] if entry["quantity"] == name)
-        n, m = len(compiled.told["coordinates"]), len(compiled.told["rows"])
-        self._n, self._rates = n, 2 * n + 1 + m if told["takes_motion"] else n
-        self._parts = {part["name"]: self._shape_of(part) for part in told["parts"]}
+        description = next(entry for entry in compiled.description["functions"] if entry["quantity"] == name)
+        n, m = len(compiled.description["coordinates"]), len(compiled.description["rows"])
+        self._n, self._rates = n, 2 * n + 1 + m if description["takes_motion"] else n
+        self._parts = {part["name"]: self._shape_of(part) for part in description["parts"]}
         self._size = sum(map(math.prod, self._parts.values()))
-        self._shape = None if told["is_struct"] else next(iter(self._parts.values()))
+        self._shape = None if description["is_struct"] else next(iter(self._parts.values()))
         self._one = self._function(compiled).one
-        parts = "".join(f"\n    {part['name']}  {part['about']}" for part in told["parts"])
-        self.__doc__ = f"{told['about']}{parts}\n\n{type(self).__doc__}"
+        parts = "".join(f"\n    {part['name']}  {part['about']}" for part in description["parts"])
+        self.__doc__ = f"{description['about']}{parts}\n\n{type(self).__doc__}"
 
     def __repr__(self) -> str:
         shape = self._shape or self._parts
-        return f"<refdyn quantity {self.__name__} of {self._compiled.told['name']}: {shape}>"
+        return f"<refdyn quantity {self.__name__} of {self._compiled.description['name']}: {shape}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return getattr, (self._model, self.__name__)
@@ -148,9 +146,9 @@ class Quantity:
 
     def _general(self, q: npt.ArrayLike, qd: npt.ArrayLike | None, t: npt.ArrayLike, inputs: Mapping[str, npt.ArrayLike] | None,
                  parameters: Mapping[str, npt.ArrayLike] | None) -> Any:
-        """Any arguments: of one state, or of a batch."""
-        q = taken("q", q, self._n)
-        qd = np.zeros(self._rates) if qd is None else taken("qd", qd, self._rates)
+        """Evaluates arguments of any type, for one state or a batch."""
+        q = states_of("q", q, self._n)
+        qd = np.zeros(self._rates) if qd is None else states_of("qd", qd, self._rates)
         t = reals("t", t)
         by_name("input", inputs, self._compiled.kinds)
         by_name("parameter", parameters, self._compiled.kinds)
@@ -158,14 +156,14 @@ class Quantity:
         lead = max(shapes) if len(shapes) <= 2 else np.broadcast_shapes(*shapes)
         out = np.empty(lead + (self._size,))
         if not lead:
-            x = self._compiled.take_inputs(inputs)
-            p = self._compiled.take_parameters(parameters, x)
+            x = self._compiled.input_rows(inputs)
+            p = self._compiled.parameter_rows(parameters, x)
             if not self._one(np.ascontiguousarray(q), np.ascontiguousarray(qd), float(t), out, p, x):
-                raise AssertionError("arguments of one state are rows of doubles")
+                raise AssertionError("the arguments of one state must be rows of doubles")
         elif out.size:
             compiled, function = self._with_lanes()
-            x = compiled.take_inputs(inputs)
-            p = compiled.take_parameters(parameters, x)
+            x = compiled.input_rows(inputs)
+            p = compiled.parameter_rows(parameters, x)
             q, qd, t, p, x = (spread(array, lead) for array in (q, qd, t[..., np.newaxis], p, x))
             function.many(math.prod(lead), q, qd, t, out, p, x)
         return self._shaped(out)

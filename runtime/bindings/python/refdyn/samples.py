@@ -1,4 +1,4 @@
-"""Inputs of a motion: constants, or samples along `t`."""
+"""Splits the inputs of a motion into constants and columns of samples along `t`."""
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
@@ -11,8 +11,10 @@ from .names import by_name, finite_row
 
 def split(inputs: Mapping[str, npt.ArrayLike] | None, kinds: Mapping[str, Collection[str]],
           by_events: Collection[str]) -> tuple[dict[str, float], dict[str, np.ndarray]]:
-    """Constants that are settings of the model, since its events change them, which samples cannot; and the columns of
-    --inputs: samples, and constants for all of them."""
+    """Returns settings of the model and the columns of --inputs.
+
+    Constants for inputs that events change become settings, since a column of --inputs must not set such an input. Samples
+    and the other constants become columns."""
     given = {name: finite_row("times" if name == "t" else f"input {name}", value, "one value or a row of samples")
              for name, value in by_name("input", inputs, kinds, ("t",)).items()}
     times = given.pop("t", None)
@@ -27,15 +29,15 @@ def split(inputs: Mapping[str, npt.ArrayLike] | None, kinds: Mapping[str, Collec
 
 def constant(name: str, values: np.ndarray) -> np.ndarray:
     if values.size != 1:
-        raise ValueError(f"input {name}: {values.size} values, their times are missing: inputs={{'t': times, {name!r}: values}}")
+        raise ValueError(f"input {name}: {values.size} values without times; write inputs={{'t': times, {name!r}: values}}")
     return values.reshape(())
 
 
 def check_samples(times: np.ndarray, given: Mapping[str, np.ndarray]) -> None:
     if not given:
-        raise ValueError("inputs: times 't' without an input, values at these are needed")
+        raise ValueError("inputs: times 't' without an input; add an input with a value for each time")
     if not times.ndim or not times.size:
-        raise ValueError(f"inputs: 't' has the shape {times.shape}, a row of times is needed")
+        raise ValueError(f"inputs: 't' has shape {times.shape}; must be a row of times")
     for name, values in given.items():
         if values.ndim and values.size != times.size:
-            raise ValueError(f"input {name}: an array of shape {values.shape}, that of 't' is {times.shape}")
+            raise ValueError(f"input {name}: has shape {values.shape}; must have the shape of 't', {times.shape}")

@@ -1,4 +1,4 @@
-"""The files of a model as they were when it was read, so that all that is computed of it is of one text."""
+"""Keeps the files of a model as they were when it was read, so that all its results belong to the same text."""
 from __future__ import annotations
 
 import os
@@ -12,14 +12,14 @@ from collections.abc import Iterable, Mapping
 
 from .program import PRIVATE, ModelWarning
 
-TEXT = "text.lua"  # of a model that is given as a text, which no folder has
+TEXT = "text.lua"  # name of a model that is given as a text and has no file
 
 
 class Sources:
-    """`main`: the model's file, or TEXT; the files that it requires lie beside it.
+    """`main`: the model's file, or TEXT. The files that it requires are in the same folder.
 
-    The program reads `path()`: the file where it lies while it says the same as then, else a copy. `places` tells, for
-    messages, which folder that of the copies stands for.
+    The program reads `path()`: the file itself while it is unchanged, otherwise a copy of the old text. `places` maps the folder
+    of the copies to the original folder, so that messages name the original.
     """
 
     def __init__(self, main: str, texts: Mapping[str, bytes] | None = None) -> None:
@@ -28,8 +28,8 @@ class Sources:
         self._lock = threading.Lock()
         self._copies: str | None = None
 
-    def take(self, paths: Iterable[str]) -> None:
-        """The files that the program has read, the model's first."""
+    def keep(self, paths: Iterable[str]) -> None:
+        """Keeps the texts of the files that the program has read; the model's file comes first."""
         if not self.texts:
             self.main = os.path.abspath(self.main)
             self.texts = {os.path.abspath(path): pathlib.Path(path).read_bytes() for path in paths}
@@ -52,7 +52,7 @@ class Sources:
         if self.main == TEXT:
             return
         self.places[self._copies] = os.path.dirname(self.main)
-        warnings.warn(f"{changed}: the file has changed since this model was read, which stays as it was; refdyn.Model reads it anew",
+        warnings.warn(f"{changed}: the file has changed since the model was read; the model stays as it was, and refdyn.Model reads the new file",
                       ModelWarning, stacklevel=6)
 
 

@@ -1,12 +1,12 @@
-"""What the program says on stderr, as a user of Python reads it."""
+"""Rewrites the program's messages on stderr for users of Python."""
 from __future__ import annotations
 
 import re
 import tempfile
 from collections.abc import Mapping
 
-PRIVATE = "refdyn-"  # begin of the names of private folders
-ARGUMENTS = {"until": "t_end", "from": "from_", "table": "cases"}  # that have other names than their options
+PRIVATE = "refdyn-"  # prefix of the names of private folders
+ARGUMENTS = {"until": "t_end", "from": "from_", "table": "cases"}  # arguments whose names differ from their options
 OPTIONS = ("accuracy", "at", "every", "hold", "inputs", "lanes", "method", "modes", "release", "singular", "stabilise", "start", "step", "step-max",
            "stop", "threads", "tol", "verify", "way", *ARGUMENTS)
 VALUES = ("baumgarte", "baumgarte-auto", "downhill", "load", "none", "pass", "path", "project", "statics", "stop")
@@ -15,7 +15,7 @@ LONG_NUMBER = re.compile(r"-?\b\d+\.\d{12,}(?:e[+-]?\d+)?\b|(?<![\w.])-0(?![\w.]
 
 
 def shown(text: str, places: Mapping[str, str] = {}) -> str:
-    """With `<cases>` for the file cases.csv of a private folder, and folders of `places` by what they stand for."""
+    """Replaces a file cases.csv in a private folder by `<cases>`, and each folder of `places` by its original."""
     for folder, name in places.items():
         text = text.replace(folder, name)
     return re.sub(re.escape(f"{tempfile.gettempdir()}/{PRIVATE}") + r"\w{8}/(text|state|cases|inputs)\.\w+", r"<\1>", text)
@@ -27,7 +27,7 @@ def argument(found: re.Match[str]) -> str:
 
 
 def of_python(text: str) -> str:
-    """Options as arguments: `start="project"` for `--start project`."""
+    """Writes options as arguments: `start="project"` for `--start project`."""
     if text.startswith("unknown option"):
         return text
     text = text.replace("the CSV has no column", "a motion has no column")
@@ -35,10 +35,10 @@ def of_python(text: str) -> str:
 
 
 def rounded(text: str) -> str:
-    """Numbers that tell of a state with as many digits as one reads."""
+    """Rounds the numbers of a state, which the program prints exactly, to ten digits."""
     return LONG_NUMBER.sub(lambda found: f"{float(found[0]) or 0.0:.10g}", text)
 
 
 def without_summary(text: str) -> str:
-    """What `refdyn sim` says of a motion that fails, without the summary, and the file that nobody sees, behind it."""
+    """Removes the summary of a failed motion and the name of its private file from the message of `refdyn sim`."""
     return re.sub(r"^method {5,}.*?(?=^refdyn: |\Z)|^refdyn: what was computed until then is in [^\n]*", "", text, flags=re.M | re.S).strip()

@@ -257,7 +257,7 @@ static bool is_of_same_batch(const struct journal *journal, const struct head *f
     return true;
 }
 
-static const char not_a_journal[] = "this is no journal of a batch; use another name for the result";
+static const char not_a_journal[] = "not a journal of a batch; use another name for the result";
 
 /* Also true for the part of a head that a kill leaves. */
 static bool begins_as_journal(const struct journal *journal, int64_t size) {

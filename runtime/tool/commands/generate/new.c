@@ -80,7 +80,8 @@ static bool write_editor_settings(void) {
     const char *folder = editor_folder();
     struct document document;
     if (!folder) {
-        fputs("refdyn new: warning: refdyn.lua, which tells editors the model language, is not where the "
+        fputs("refdyn new: warning: refdyn.lua, which describes the model language to editors, is not where "
+              "the "
               "program is "
               "installed\n",
               stderr);

@@ -75,13 +75,12 @@ static bool complain_of_rest(const struct robot *robot, const struct flexible *f
     if (most > least_share * link->mass)
         return import_robot_complain(
             robot, link->line,
-            "link %s: a beam with rho %.6g kg/m^3 has %.6g kg and leaves a body that cannot exist, "
-            "less than %.6g kg/m^3 is needed",
+            "link %s: a beam with rho %.6g kg/m^3 has %.6g kg and leaves a body that cannot exist; "
+            "rho must be less than %.6g kg/m^3",
             link->name, rho, rho * volume, most / volume);
-    return import_robot_complain(
-        robot, link->line,
-        "link %s: its mass and inertia are not those of a body that has a beam of %.6g m in it", link->name,
-        flexible->length);
+    return import_robot_complain(robot, link->line,
+                                 "link %s: a body with this mass and inertia cannot contain a beam of %.6g m",
+                                 link->name, flexible->length);
 }
 
 bool import_flexible_make(const struct robot *robot, int link, const struct beam_choice *choice,
@@ -91,8 +90,8 @@ bool import_flexible_make(const struct robot *robot, int link, const struct beam
     if (!set_line(robot, choice, flexible))
         return false;
     if (!robot->links[link].has_mass)
-        return import_robot_complain(robot, robot->links[link].line,
-                                     "link %s: it has no mass, a beam needs one", robot->links[link].name);
+        return import_robot_complain(robot, robot->links[link].line, "link %s: has no mass; a beam needs it",
+                                     robot->links[link].name);
     moments_of_link(&robot->links[link], whole);
     moments_of_beam(flexible, choice, beam);
     const double volume = choice->area * flexible->length, most = import_second_moments_share(whole, beam);

@@ -114,7 +114,7 @@ static bool complain_of_link(const struct robot *robot, const char *name) {
         known[i] = robot->links[i].name;
     const char *near = message_nearest_name(name, known, robot->link_count);
     return import_robot_complain(robot, 0, "--flexible: there is no link '%s'%s%s%s", name,
-                                 near ? ", the nearest is '" : "", near ? near : "", near ? "'" : "");
+                                 near ? "; the nearest is '" : "", near ? near : "", near ? "'" : "");
 }
 
 static bool make_beams(const struct robot *robot, const struct options *options,
@@ -147,7 +147,7 @@ static void warn_of_joint(const struct robot *robot, const struct robot_joint *j
         import_robot_warn(robot, joint->line, "joint %s: limits of several coordinates are left out",
                           joint->name);
     if (choice->has_drives && !is_single && joint->kind != JOINT_FIXED)
-        import_robot_warn(robot, joint->line, "joint %s: it has several coordinates, which get no inputs",
+        import_robot_warn(robot, joint->line, "joint %s: has several coordinates; they get no inputs",
                           joint->name);
     if (joint->damping > 0 && !is_single && joint->kind != JOINT_FIXED)
         import_robot_warn(robot, joint->line, "joint %s: damping %g of several coordinates is left out",
@@ -177,10 +177,8 @@ static void warn_of_massless(const struct robot *robot) {
             continue;
         const struct robot_joint *joint = &robot->joints[robot->links[i].joint];
         if (joint->kind != JOINT_FIXED && !is_told[joint->parent])
-            import_robot_warn(
-                robot, joint->line,
-                "joint %s: nothing that it moves has mass, a motion needs one, or a fixed joint",
-                joint->name);
+            import_robot_warn(robot, joint->line,
+                              "joint %s: moves no mass; add mass, or make the joint fixed", joint->name);
         is_told[i] = is_told[joint->parent] || joint->kind != JOINT_FIXED;
     }
 }
@@ -193,9 +191,8 @@ static void mend_inertias(struct robot *robot) {
             continue;
         import_tidy(link->inertia, 6, I[0] + I[1] + I[2]);
         import_robot_warn(robot, link->line,
-                          "link %s: no body has the moments %g %g %g with the products %g %g %g, the nearest "
-                          "that one has are "
-                          "taken: %g %g %g with %g %g %g",
+                          "link %s: no body has the moments %g %g %g with the products %g %g %g; the nearest "
+                          "possible ones replace them: %g %g %g with %g %g %g",
                           link->name, was[0], was[1], was[2], was[3], was[4], was[5], I[0], I[1], I[2], I[3],
                           I[4], I[5]);
     }
@@ -238,14 +235,15 @@ static void set_right_angles(struct robot *robot, double within) {
     for (int i = 0; i < robot->link_count; i++)
         set_right(&angles, robot->links[i].pose.rpy);
     if (angles.set > 0)
-        fprintf(stderr, "%d angle%s made right, by %.2g rad at most\n", angles.set,
+        fprintf(stderr, "%d angle%s set to right angles, changed by at most %.2g rad\n", angles.set,
                 angles.set == 1 ? " is" : "s are", angles.changed);
     if (angles.count > 0)
-        fprintf(stderr,
-                "%d angle%s but for %.2g rad at most: --right-angles %.1g takes %s, which costs fewer "
-                "operations\n",
-                angles.count, angles.count == 1 ? " is a right one" : "s are right ones", angles.farthest,
-                1.5 * angles.farthest, angles.count == 1 ? "it as that" : "them as these");
+        fprintf(
+            stderr,
+            "%d angle%s within %.2g rad of a right angle; --right-angles %.1g makes %s exact, which saves "
+            "operations\n",
+            angles.count, angles.count == 1 ? " is" : "s are", angles.farthest, 1.5 * angles.farthest,
+            angles.count == 1 ? "it" : "them");
 }
 
 static void print_beam(const struct robot *robot, const struct flexible *beam) {
@@ -300,7 +298,7 @@ static int count_inputs(const struct robot *robot, const struct model_choice *ch
 static void print_summary(const struct robot *robot, const struct model_choice *choice) {
     for (int i = 0; i < choice->flexible_count; i++)
         print_beam(robot, &choice->flexible[i]);
-    fprintf(stderr, "%s, %s, %s beside those of beams", counted(robot->link_count, "link"),
+    fprintf(stderr, "%s, %s, %s without those of beams", counted(robot->link_count, "link"),
             counted(robot->joint_count, "joint"), counted(count_coordinates(robot, choice), "coordinate"));
     fprintf(stderr, "%s%s\n", choice->has_drives ? ", " : "",
             choice->has_drives ? counted(count_inputs(robot, choice), "input") : "");

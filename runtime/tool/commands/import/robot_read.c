@@ -71,7 +71,7 @@ static bool take_numbers(const struct part *part, const char *name, double *out,
     while ((word = strtok_r(rest, " \t\r\n", &rest))) {
         double number;
         if (strstr(given, "${"))
-            return import_robot_complain(part->robot, line, "%s: '%s' is of xacro, %s", where, given,
+            return import_robot_complain(part->robot, line, "%s: '%s' belongs to xacro; %s", where, given,
                                          xacro_advice);
         if (!text_to_number(word, &number) || fabs(number) > largest)
             return import_robot_complain(part->robot, line, "%s: '%s' is not a number up to 1e100", where,
@@ -79,8 +79,8 @@ static bool take_numbers(const struct part *part, const char *name, double *out,
         if (found++ < count)
             out[found - 1] = number;
     }
-    return found == count || import_robot_complain(part->robot, line, "%s: '%s' has %d numbers, %d %s needed",
-                                                   where, given, found, count, count == 1 ? "is" : "are");
+    return found == count || import_robot_complain(part->robot, line, "%s: '%s' has %d numbers; must have %d",
+                                                   where, given, found, count);
 }
 
 static bool need_attribute(const struct part *part, const char *name) {
@@ -108,7 +108,7 @@ static bool take_child(const struct part *part, const char *name, struct part *c
     *child = (struct part){part->robot, xml_child(part->element, name), part->owner};
     for (const struct xml_element *at = child->element ? child->element->next : NULL; at; at = at->next)
         if (strcmp(at->name, name) == 0)
-            return import_robot_complain(part->robot, at->line, "%s: a second <%s>, the first is in line %d",
+            return import_robot_complain(part->robot, at->line, "%s: a second <%s>; the first is in line %d",
                                          part->owner, name, child->element->line);
     return true;
 }
@@ -161,7 +161,7 @@ static bool take_link(struct robot *robot, const struct xml_element *element) {
     part.owner = text_format("link %s", link->name);
     const int same = import_robot_find_link(robot, link->name);
     if (!*link->name)
-        return import_robot_complain(robot, element->line, "link: its name is empty, each needs one");
+        return import_robot_complain(robot, element->line, "link: its name is empty; each link needs one");
     if (same >= 0)
         return import_robot_complain(robot, element->line,
                                      "%s: line %d has the same name; each link must have its own", part.owner,
@@ -197,7 +197,7 @@ static bool complain_of_link(const struct part *part, const char *name) {
         known[i] = robot->links[i].name;
     const char *near = message_nearest_name(name, known, robot->link_count);
     return import_robot_complain(robot, part->element->line, "%s: <%s>: there is no link '%s'%s%s%s",
-                                 part->owner, part->element->name, name, near ? ", the nearest is '" : "",
+                                 part->owner, part->element->name, name, near ? "; the nearest is '" : "",
                                  near ? near : "", near ? "'" : "");
 }
 
@@ -254,7 +254,7 @@ static bool take_limits(const struct part *part, struct robot_joint *joint) {
                         (xml_attribute(limit.element, "lower") || xml_attribute(limit.element, "upper"));
     if (limits->has_range && limits->from == limits->to) {
         import_robot_warn(part->robot, limit.element->line,
-                          "%s: <limit>: lower and upper are both %g, the range is left out", part->owner,
+                          "%s: <limit>: lower and upper are both %g; the range is left out", part->owner,
                           limits->from);
         limits->has_range = false;
     }
@@ -306,7 +306,7 @@ static bool take_mimic(struct robot *robot, struct robot_joint *joint, const str
     joint->multiplier = 1;
     if (joint->kind == JOINT_FIXED) {
         import_robot_warn(robot, mimic.element->line,
-                          "%s: <mimic>: it is fixed, which follows nobody: left out", part.owner);
+                          "%s: <mimic>: a fixed joint cannot follow another; left out", part.owner);
         return true;
     }
     if (!import_joint_is_single(joint))
@@ -322,8 +322,8 @@ static bool take_mimic(struct robot *robot, struct robot_joint *joint, const str
     for (int i = 0; i < robot->joint_count && leader >= 0 && &robot->joints[leader] != joint; i++)
         leader = robot->joints[leader].leader;
     return leader < 0 || import_robot_complain(robot, mimic.element->line,
-                                               "%s: <mimic>: it follows itself, a leader that does "
-                                               "not is needed",
+                                               "%s: <mimic>: it follows itself; name a joint that "
+                                               "does not follow this one",
                                                part.owner);
 }
 
@@ -384,7 +384,7 @@ static bool take_mimics(struct robot *robot, const struct xml_element *root) {
 static bool refuse_macros(const struct robot *robot, const struct xml_element *root) {
     for (const struct xml_element *at = root; at; at = xml_next(at, root))
         if (strncmp(at->name, "xacro:", strlen("xacro:")) == 0)
-            return import_robot_complain(robot, at->line, "xacro: <%s> is a macro, %s", at->name,
+            return import_robot_complain(robot, at->line, "xacro: <%s> is a macro; %s", at->name,
                                          xacro_advice);
     return true;
 }
@@ -392,7 +392,7 @@ static bool refuse_macros(const struct robot *robot, const struct xml_element *r
 bool import_robot_read(struct robot *robot, const char *path) {
     *robot = (struct robot){.path = path};
     if (text_ends_with(path, ".xacro"))
-        return import_robot_complain(robot, 0, "xacro: a file of macros, %s", xacro_advice);
+        return import_robot_complain(robot, 0, "xacro: a file of macros; %s", xacro_advice);
     const struct xml_element *root = xml_read(path);
     if (!root)
         return false;

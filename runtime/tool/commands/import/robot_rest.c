@@ -46,10 +46,10 @@ static const struct {
     {"visual", "shapes do not enter the dynamics"},
     {"collision", "shapes do not enter the dynamics"},
     {"material", "looks do not enter the dynamics"},
-    {"transmission", "only rotors as <drake:rotor_inertia> are taken"},
+    {"transmission", "only rotors as <drake:rotor_inertia> are read"},
     {"gazebo", "it is for Gazebo"},
     {"safety_controller", "controllers are written in Lua"},
-    {"calibration", "q = 0 is that of the joint"},
+    {"calibration", "coordinates keep the joint's zero"},
 };
 
 enum { KINDS_MOST = 40 };
@@ -134,14 +134,14 @@ static const char *reason_of(const char *element) {
     for (size_t i = 0; i < sizeof reasons / sizeof *reasons; i++)
         if (strcmp(reasons[i].element, element) == 0)
             return reasons[i].why;
-    return "it is not known";
+    return "unknown";
 }
 
 static void warn_of_kind(const struct robot *robot, const struct kind *kind) {
     const char *meshes = kind->meshes ? text_format(" with %d meshes", kind->meshes) : "";
     if (kind->is_attribute)
-        import_robot_warn(robot, kind->line, "<%s>: attribute %s, %d in all, left out: it is not known",
-                          kind->owner, kind->name, kind->count);
+        import_robot_warn(robot, kind->line, "<%s>: attribute %s, %d in all, left out: unknown", kind->owner,
+                          kind->name, kind->count);
     else
         import_robot_warn(robot, kind->line, "<%s> in <%s>, %d in all%s, left out: %s", kind->name,
                           kind->owner, kind->count, meshes, reason_of(kind->name));
@@ -153,5 +153,5 @@ void import_robot_warn_of_rest(const struct robot *robot, const struct xml_eleme
     for (int i = 0; i < rest->count; i++)
         warn_of_kind(robot, &rest->kinds[i]);
     if (rest->more > 0)
-        import_robot_warn(robot, 0, "%d elements and attributes of other names left out, too", rest->more);
+        import_robot_warn(robot, 0, "%d elements and attributes of other names are left out too", rest->more);
 }

@@ -78,7 +78,7 @@ static void print_warnings(const struct analysis *analysis) {
     scene_print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
                               analysis->spectrum.redundant_count);
     if (off >= 0)
-        fprintf(stderr, "refdyn: warning: this state is no equilibrium: %s is out of balance by %.4g\n",
+        fprintf(stderr, "refdyn: warning: this state is not an equilibrium: %s is out of balance by %.4g\n",
                 analysis->scene->model->coordinates[linear->place[off]].name, fabs(linear->force[off]));
     if (analysis->phi > programme_tol)
         fprintf(stderr, "refdyn: warning: the state is off the programme: largest |phi| %.4g\n",

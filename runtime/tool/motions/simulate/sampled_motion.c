@@ -232,7 +232,7 @@ long motion_count_outputs(double span, double every) {
 static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
     const char *near = message_nearest_name(name, stops->table.names, stops->table.count);
     return usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
-                       near ? ", the nearest is " : "", near ? near : "");
+                       near ? "; the nearest is " : "", near ? near : "");
 }
 
 static enum status read_stop(struct stops *stops, const struct options *options, const char *text) {

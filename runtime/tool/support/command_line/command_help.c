@@ -181,7 +181,7 @@ static const char *meant_command(const struct command *const *commands, const ch
 
 enum status command_error(const struct command *const *commands, const char *name) {
     const char *meant = meant_command(commands, name), *dot = strrchr(name, '.');
-    fprintf(stderr, "refdyn: unknown command '%s', the commands are", name);
+    fprintf(stderr, "refdyn: unknown command '%s'; use one of", name);
     for (int i = 0; commands[i]; i++)
         fprintf(stderr, "%s %s", i ? "," : "", commands[i]->name);
     if (dot && strcmp(dot, ".lua") == 0)

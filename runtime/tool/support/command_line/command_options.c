@@ -110,7 +110,7 @@ static enum status wrong_option(const struct reading *reading, char **argv, int 
         return usage_error(command, "%s needs a value", given);
     const char *near = is_letter || optopt ? NULL : nearest_option(reading, given + 2);
     if (near)
-        return usage_error(command, "unknown option %s, the nearest is --%s", given, near);
+        return usage_error(command, "unknown option %s; the nearest is --%s", given, near);
     return usage_error(command, optopt && !is_letter ? "%s: this option takes no value" : "unknown option %s",
                        given);
 }

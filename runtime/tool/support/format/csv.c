@@ -198,8 +198,8 @@ static bool check_names(struct csv *csv) {
     qsort(csv->fields, (size_t)csv->count, sizeof *csv->fields, by_text);
     for (int i = 1; i < csv->count && is_good; i++)
         if (strcmp(csv->fields[i - 1], csv->fields[i]) == 0)
-            is_good = csv_complain(csv, "two columns are called '%s', each needs a name of its own",
-                                   csv->fields[i]);
+            is_good =
+                csv_complain(csv, "two columns are called '%s'; each needs its own name", csv->fields[i]);
     for (int i = 0; i < csv->count && is_good; i++)
         for (const char *at = csv->names[i]; *at && is_good; at++)
             if ((unsigned char)*at < ' ' || *at == 0x7F)
@@ -263,9 +263,8 @@ static bool read_all(FILE *file, char **text, const char *path, const char *what
     if (end == EOF)
         return !ferror(file) || complain_file(path, what, strerror(errno));
     complain_line(path, 0,
-                  end == TOO_LONG
-                      ? text_format("%s: more than %d bytes, no such file is read", what, TEXT_MOST)
-                      : text_format("%s: %s", what, binary_kind(*text)));
+                  end == TOO_LONG ? text_format("%s: larger than %d bytes; must be smaller", what, TEXT_MOST)
+                                  : text_format("%s: %s", what, binary_kind(*text)));
     return false;
 }
 

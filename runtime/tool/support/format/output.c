@@ -137,10 +137,10 @@ bool text_names_hdf5(const char *path) {
 
 const char *text_unfit_for_hdf5(const char *name) {
     enum { LONGEST = 1000 /* HDF5 stores a name in less than 64 kB together with the rest of its header */ };
-    return !*name                   ? "a name is needed"
-           : strchr(name, '/')      ? "a slash leads into a group of a file of HDF5"
-           : strcmp(name, ".") == 0 ? "a dot is the group itself in a file of HDF5"
-           : strlen(name) > LONGEST ? "the name is too long for a file of HDF5"
+    return !*name                   ? "the name is empty"
+           : strchr(name, '/')      ? "HDF5 reserves a slash for groups"
+           : strcmp(name, ".") == 0 ? "HDF5 reserves a dot for the group itself"
+           : strlen(name) > LONGEST ? "the name is too long for HDF5"
                                     : NULL;
 }
 
