@@ -1,9 +1,22 @@
 /*
- * State events: values, the side of zero of each, and what is due.
+ * State events and contacts: values, the side of zero of each, and what is due.
  *
  * In: the emitted `event` and `event_terms`, and the state at the begin of a step. Out: which events are due
  * there, at a start, because values have jumped, or after the actions of others. event_zeros.c finds those
  * inside steps.
+ *
+ * The motion keeps on which side of zero each value is, so that rounding does not count. After an event it is
+ * the side to which the crossing led. If an action has turned the value, it follows from the value's rate. A
+ * value that is zero at the start is an event if it leaves zero in the event's direction.
+ *
+ * A contact has one of three modes:
+ * - free: its value is the gap;
+ * - resting: its row keeps the gap closed, and its value is the force of that row, its multiplier:
+ *   M qdd - h - Q = u^T lambda, u the gradient of the gap;
+ * - touching: other contacts keep the gap closed, or nothing presses it, so that there is no force.
+ *
+ * To the gap of a contact that touches, and for a short time of one that has just opened, the value adds an
+ * allowance for errors and rounding. Each value falls through zero where the mode changes.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -18,7 +31,169 @@ enum {
     REPEATS_PAIR = 4
 };
 static const double rounding = 8 * DBL_EPSILON;
-static const double risen_least = 16; /* times its rounding: the value has left zero */
+static const double risen_least = 16;                /* times its rounding: the value has left zero */
+static const double force_digits = 64 * DBL_EPSILON; /* rounding of a force, over the largest force */
+static const double difference_part = 1e-4; /* of the longest step: time difference for the rate of a force */
+static const double dependent = 1e-9;       /* a column that keeps less of its length depends on others */
+static const double first_step = 1e-3;      /* in place of the longest step before the first one [s] */
+
+/* ---- Contacts ---- */
+
+static void contacts_lay_out(struct refdyn_contacts *contacts, const struct refdyn_model *model,
+                             struct layout *layout) {
+    const int n = model->n, m = model->m, first = refdyn_programme_rows(model), count = m - first;
+    contacts->count = count;
+    contacts->first_row = first;
+    contacts->event = layout_ints(layout, count);
+    contacts->mode = layout_ints(layout, count);
+    contacts->since = layout_doubles(layout, count);
+    contacts->reach = layout_doubles(layout, count);
+    contacts->allowance = layout_doubles(layout, count);
+    contacts->allowed_until = layout_doubles(layout, count);
+    contacts->inside = layout_doubles(layout, count);
+    contacts->rates = layout_doubles(layout, count > 0 ? 2 * n + 1 + m : 0);
+    contacts->state = layout_doubles(layout, count > 0 ? 2 * n + 1 : 0);
+    contacts->force_rates = layout_doubles(layout, count);
+    contacts->is_closed = layout_ints(layout, count);
+    contacts->is_at_rest = layout_ints(layout, count);
+    contacts->gap = layout_doubles(layout, count);
+    contacts->rate = layout_doubles(layout, count);
+    contacts->bias = layout_doubles(layout, count);
+    contacts->scale = layout_doubles(layout, count);
+    contacts->rounding = layout_doubles(layout, count);
+    contacts->rate_rounding = layout_doubles(layout, count);
+    contacts->bias_rounding = layout_doubles(layout, count);
+    contacts->restitution = layout_doubles(layout, count);
+    contacts->qdd = layout_doubles(layout, count > 0 ? n : 0);
+    refdyn_one_sided_lay_out(&contacts->problem, count, count > 0 ? n : 0, layout);
+}
+
+void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_workspace *work,
+                           double tolerance) {
+    const struct refdyn_model *model = work->model;
+    contacts->resting = 0;
+    contacts->are_unique = 1;
+    contacts->longest = contacts->late = 0;
+    contacts->tolerance = tolerance;
+    for (int i = 0; i < model->event_count; i++)
+        if (model->events[i].contact > 0)
+            contacts->event[model->events[i].contact - 1 - contacts->first_row] = i;
+    for (int k = 0; k < contacts->count; k++) {
+        contacts->mode[k] = REFDYN_CONTACT_FREE;
+        contacts->since[k] = NAN;
+        contacts->inside[k] = contacts->allowance[k] = 0;
+        contacts->allowed_until[k] = -INFINITY;
+        work->p[refdyn_contact_mode_place(model, contacts->event[k])] = 0;
+    }
+    if (contacts->count > 0)
+        refdyn_prepare(work);
+}
+
+double refdyn_contacts_pace(const struct refdyn_contacts *contacts) {
+    return contacts->longest > 0 ? contacts->longest : first_step;
+}
+
+int refdyn_contact_of(const struct refdyn_contacts *contacts, int event) {
+    for (int k = 0; k < contacts->count; k++)
+        if (contacts->event[k] == event)
+            return k;
+    return -1;
+}
+
+/* The forces of a state: the multipliers of the contacts' rows, in `rates`. */
+static double *find_forces(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
+                           const double *state, int *status) {
+    *status = refdyn_rates(&step->evaluation, t, state, contacts->rates);
+    return contacts->rates + 2 * step->n + 1 + contacts->first_row;
+}
+
+static int contacts_values(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
+                           const double *state, double *values) {
+    const double *forces = NULL;
+    int status = REFDYN_OK;
+    if (contacts->resting > 0)
+        forces = find_forces(contacts, step, t, state, &status);
+    for (int k = 0; k < contacts->count && !status; k++)
+        if (contacts->mode[k] == REFDYN_CONTACT_RESTING)
+            values[contacts->event[k]] = forces[k];
+        else
+            values[contacts->event[k]] += t < contacts->allowed_until[k] ? contacts->allowance[k] : 0;
+    return status;
+}
+
+static void contacts_end_allowances(struct refdyn_contacts *contacts, double t, double *values) {
+    for (int k = 0; k < contacts->count; k++) {
+        double *value = &values[contacts->event[k]];
+        if (contacts->mode[k] != REFDYN_CONTACT_FREE || !(t < contacts->allowed_until[k]) ||
+            *value - contacts->allowance[k] <= contacts->reach[k])
+            continue;
+        *value -= contacts->allowance[k];
+        contacts->allowed_until[k] = -INFINITY;
+    }
+}
+
+static int contacts_force_rates(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
+                                const double *state) {
+    const int n = step->n, count = contacts->count;
+    const double ahead = difference_part * refdyn_contacts_pace(contacts);
+    double *next = contacts->state, largest = 0;
+    int status;
+    if (contacts->resting == 0)
+        return REFDYN_OK;
+    const double *forces = find_forces(contacts, step, t, state, &status);
+    memcpy(contacts->force_rates, forces, (size_t)count * sizeof *forces);
+    for (int j = 0; j < 2 * n + 1; j++)
+        next[j] = state[j] + ahead * contacts->rates[j];
+    if (!status)
+        forces = find_forces(contacts, step, refdyn_step_inside(step, t + ahead), next, &status);
+    for (int k = 0; k < count; k++) {
+        largest = fmax(largest, fabs(contacts->force_rates[k]));
+        contacts->force_rates[k] = (forces[k] - contacts->force_rates[k]) / ahead;
+    }
+    contacts->force_noise = force_digits * largest;
+    contacts->force_rate_noise = 4 * contacts->force_noise / ahead;
+    return status;
+}
+
+/* Column j of the closed contacts' gradients (count). */
+static void take_column(const struct refdyn_contacts *contacts, const struct refdyn_model *model,
+                        const double *terms, int j, double *column) {
+    const double *by_q = terms + model->event_count + model->kink_count;
+    for (int k = 0; k < contacts->count; k++)
+        column[k] = contacts->mode[k] == REFDYN_CONTACT_FREE ? 0 : by_q[contacts->event[k] * model->n + j];
+}
+
+/* Removes from x its parts along `size` orthonormal vectors (count); a second pass reduces rounding. */
+static void leave_rest(const double *basis, int size, int count, double *x) {
+    for (int pass = 0; pass < 2; pass++)
+        for (int b = 0; b < size; b++)
+            dense_add(x, -dense_dot(basis + b * count, x, count), basis + b * count, count);
+}
+
+/* The forces are projected onto the range of u; u^T maps the part orthogonal to it to 0. */
+void refdyn_contacts_spread(struct refdyn_contacts *contacts, const struct refdyn_model *model,
+                            const double *terms, double *forces) {
+    const int count = contacts->count;
+    double *basis = contacts->problem.triangle, *rest = contacts->problem.share;
+    int size = 0;
+    for (int j = 0; j < model->n && size < count; j++) {
+        double *column = basis + size * count;
+        take_column(contacts, model, terms, j, column);
+        const double before = dense_dot(column, column, count);
+        leave_rest(basis, size, count, column);
+        const double square = dense_dot(column, column, count);
+        for (int k = 0; k < count && square > 0; k++)
+            column[k] /= sqrt(square);
+        size += square > dependent * dependent * before;
+    }
+    memcpy(rest, forces, (size_t)count * sizeof *rest);
+    leave_rest(basis, size, count, rest);
+    const double most = force_digits * refdyn_largest(forces, count, NULL);
+    for (int k = 0; k < count; k++)
+        if (forces[k] - rest[k] < -most)
+            return;
+    dense_add(forces, -1, rest, count);
+}
 
 /* ---- Layout ---- */
 
@@ -46,7 +221,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->risen = layout_doubles(layout, count);
     events->terms = layout_doubles(layout, count > 0 ? count_terms(model) : 0);
     events->room = layout_doubles(layout, count > 0 ? 2 * model->n + 1 : 0);
-    refdyn_contacts_lay_out(&events->contacts, model, layout);
+    contacts_lay_out(&events->contacts, model, layout);
 }
 
 /* ---- Values ---- */
@@ -65,7 +240,7 @@ int refdyn_state_events_values(struct refdyn_state_events *events, const struct 
                                const double *state, double *values) {
     const struct refdyn_workspace *work = step->evaluation.work;
     work->model->event(work->p, work->x, t, state, state + step->n, values);
-    const int status = refdyn_contacts_values(&events->contacts, step, t, state, values);
+    const int status = contacts_values(&events->contacts, step, t, state, values);
     if (status)
         return status;
     return refdyn_is_finite(values, events->count) ? REFDYN_OK : REFDYN_NOT_FINITE;
@@ -96,7 +271,7 @@ void refdyn_state_events_evaluate_terms(struct refdyn_state_events *events, cons
                                         double t, const double *state) {
     const struct refdyn_workspace *work = step->evaluation.work;
     work->model->event_terms(work->p, work->x, t, state, state + step->n, events->terms);
-    refdyn_contacts_force_rates(&events->contacts, step, t, state);
+    contacts_force_rates(&events->contacts, step, t, state);
 }
 
 void refdyn_state_events_evaluate(struct refdyn_state_events *events, const struct refdyn_step *step,
@@ -274,7 +449,7 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
     events->looks_again = 0;
     const int status = refdyn_state_events_values(events, step, step->t_begin, step->state, events->samples);
     if (!status)
-        refdyn_contacts_end_allowances(&events->contacts, step->t_begin, events->samples);
+        contacts_end_allowances(&events->contacts, step->t_begin, events->samples);
     for (int i = 0; i < events->count && !status; i++) /* not of refused steps, which may lead anywhere */
         events->sizes[i] = fmax(events->sizes[i], fabs(events->samples[i]));
     place_zeros(events);
