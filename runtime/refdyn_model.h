@@ -106,7 +106,7 @@ struct refdyn_requirement {
  *     damping    the same with dC_j/dt
  *     stiffness  the same with d2C_j/dt2, and with what turns C along
  *
- * Their products are the tangent: runtime/core/linear/linear.h.
+ * Their products are the tangent: runtime/core/linear/chain_sweeps.c.
  */
 enum refdyn_vector {
     REFDYN_TURN_AXIS,        /**< axis of a turn */

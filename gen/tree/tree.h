@@ -103,7 +103,7 @@ const char *joint_axis_text(struct memory *memory, const struct model *model, co
 /* The tree with kept axes wherever possible; the tree itself if there are none. */
 const struct tree *parallel_axes_keep(struct memory *memory, const struct tree *tree, enum kept_axes axes);
 
-/* ---- Expanding links: tree.c, and rigid_finite_elements.c for beams ---- */
+/* ---- Expanding links: tree.c, with frames.c, and rigid_finite_elements.c for beams ---- */
 
 /* An element or a solid on a frame. */
 struct part {
@@ -123,6 +123,8 @@ struct expansion {
 
 /* Adds a frame with one joint at the place `at`, which then becomes that frame. */
 struct frame *frames_add(struct expansion *x, struct fixed_frame *at, const struct joint *joint);
+/* The same for a joint about an axis in any direction. */
+struct frame *joint_axis_add(struct expansion *x, struct fixed_frame *at, const struct joint *joint);
 /* Adds to the inertia of the frame that carries `at`, for that link. A body fixed to the ground has no
  * part in the motion. */
 void frames_add_inertia(struct expansion *x, int link, const struct fixed_frame *at, struct inertia inertia);

@@ -151,8 +151,8 @@ static struct lane_step step_of(struct worker *worker) {
                                    .attempt = attempt,
                                    .x = worker->work.x,
                                    .is_new = worker->is_new,
-                                   .needs_stages =
-                                       attempt->ahead.t_out < attempt->t_new || motion->state_events.count > 0};
+                                   .needs_stages = attempt->ahead.t_out < attempt->t_new ||
+                                                   motion->state_events.count > 0};
     worker->is_new = 0;
     return step;
 }

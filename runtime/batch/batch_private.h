@@ -1,4 +1,4 @@
-/* Private declarations of batches: lanes, which step several motions side by side, and workers, which compute
+/* Private declarations of batches: lanes, which step several motions side by side; workers, which compute
  * cases. */
 #ifndef REFDYN_BATCH_PRIVATE_H
 #define REFDYN_BATCH_PRIVATE_H
@@ -7,15 +7,7 @@
 #include "refdyn_lanes.h"
 #include "runtime/core/motion/motion.h"
 
-/*
- * ---- Lanes ----
- *
- * Steps of several motions side by side, one in each lane of vectors. In: motions that have halted at a step
- * (motion.h) and the functions for lanes that were emitted for their model. Out: for each motion the end of
- * the step, its error and, where that is small enough, the rates on the programme. The methods are those of
- * one motion (..._step.inc in runtime/core/methods). Widths are 2, 4 and 8; 4 and 8 are compiled for
- * processors with such vectors and, separately, for others. Lanes do not depend on each other.
- */
+/* ---- Lanes: steps of several motions side by side, one in each lane of vectors (lanes.c) ---- */
 
 /* Returns the largest width that fits this processor's vectors: 2, 4 or 8. */
 int refdyn_lanes_widest(void);
@@ -59,12 +51,10 @@ int refdyn_lanes_start(struct lanes *lanes, const struct refdyn_lane_model *mode
 void refdyn_lanes_take(struct lanes *lanes, struct lane_step *steps);
 void refdyn_lanes_release(struct lanes *lanes);
 
-/* ---- lanes_motion.c ---- */
-/* Returns whether lanes support methods of this kind. */
+/* Can lanes take steps by methods of this kind, the next step of this motion, project the end of the step?
+ * Not at a time event. */
 int refdyn_lanes_have_kind(const struct lanes *lanes, const struct refdyn_method_kind *kind);
-/* Returns whether lanes can take the next step of this motion. */
 int refdyn_lanes_can_take(const struct lanes *lanes, const struct refdyn_motion *motion);
-/* Returns whether lanes can project the end of the step; not at a time event. */
 int refdyn_lanes_can_meet(const struct lanes *lanes, const struct lane_step *one);
 /* Asks the motion for directions in the metric of M at the end of the step. Returns 1 if they differ from
  * those of this lane. Without directions, the motion projects the end itself. */
@@ -78,12 +68,7 @@ typedef void lanes_take(struct lanes *lanes, struct lane_step *steps);
 lanes_take refdyn_lanes_take_2, refdyn_lanes_take_4, refdyn_lanes_take_8, refdyn_lanes_take_4_apart,
     refdyn_lanes_take_8_apart;
 
-/*
- * ---- Workers ----
- *
- * A worker computes one case of a batch from its start to its end and passes the states to the callbacks of
- * the batch.
- */
+/* ---- Workers: one case of a batch from its start to its end (motion_of_case.c) ---- */
 
 /* The variables and arrays of one case, in one block of memory. */
 struct worker {
@@ -99,8 +84,7 @@ struct worker {
     size_t statics_size;
     void *memory;                      /* the block */
     int is_busy;                       /* has a case; set by the thread */
-    int output;                        /* the next of the batch's times */
-    int turns;                         /* turns since the case began */
+    int output, turns;                 /* the next of the batch's times; turns since the case began */
     struct refdyn_attempt attempt;     /* the step at which the case has halted */
     long steps_in_lanes;               /* accepted since the case began */
     int is_new;                        /* parameters or inputs have changed since the last step in lanes */

@@ -1,4 +1,12 @@
-/* Lanes: their memory, and the choice between the versions for this processor. */
+/*
+ * Lanes: their memory, and the choice between the versions for this processor.
+ *
+ * In: motions that have halted at a step (motion.h) and the functions for lanes that were emitted for their
+ * model. Out: for each motion the end of the step, its error and, where that is small enough, the rates on
+ * the programme. The methods are those of one motion (..._step.inc in runtime/core/methods). Widths are 2, 4
+ * and 8; 4 and 8 are compiled for processors with such vectors and, separately, for others. Lanes do not
+ * depend on each other.
+ */
 #include "runtime/core/base/core.h"
 
 #include "runtime/batch/batch_private.h"

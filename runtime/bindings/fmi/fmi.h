@@ -1,26 +1,14 @@
-/*
- * The parts of an FMU: its constants, instances, the rules on modes, Model Exchange, Co-Simulation,
- * directional derivatives, saved states and values.
- *
- * fmi2.c and fmi3.c call these functions for the two versions of the standard. A status is an enum
- * fmu_status.
- */
+/* The parts of an FMU, for fmi2.c and fmi3.c, the two versions of the standard: Functional Mock-up Interface
+ * for Model Exchange and Co-Simulation, 2.0.5 and 3.0.2, Modelica Association. */
 #ifndef REFDYN_FMI_H
 #define REFDYN_FMI_H
-
-#include <stddef.h>
 
 #include "refdyn.h"
 #include "runtime/bindings/fmi/variables.h"
 
-/*
- * ---- Constants ----
- *
- * The model of an FMU and the values that it was exported with. `refdyn export` writes this struct as C,
- * together with the emitted model; the files of this folder provide the functions of FMI for it. FMI:
- * Functional Mock-up Interface for Model Exchange and Co-Simulation, 2.0.5 and 3.0.2, Modelica Association.
- */
+/* ---- Constants ---- */
 
+/* The model of an FMU and the values that it was exported with. `refdyn export` writes this struct as C. */
 struct refdyn_fmu {
     const struct refdyn_model *model;
     const struct refdyn_spatial *spatial; /* NULL: no point with angular velocity */
@@ -32,17 +20,9 @@ struct refdyn_fmu {
     double t_start;                /* [s] */
     struct refdyn_options options; /* of Co-Simulation */
 };
-
 extern const struct refdyn_fmu refdyn_fmu;
 
-/*
- * ---- Instances ----
- *
- * One instance of an FMU, for both versions of FMI and for both types. It contains a workspace and an
- * integrator of the core. Co-Simulation steps with the integrator; Model Exchange uses its state,
- * accelerations and events, and leaves the steps to the importer. All variables are in this struct and in one
- * block of memory, which together are the state of the instance.
- */
+/* ---- Instances (instance.c) ---- */
 
 /* Numbered like the statuses of FMI, without fmi2Pending. */
 enum fmu_status { FMU_OK, FMU_WARNING, FMU_DISCARD, FMU_ERROR, FMU_FATAL };
@@ -75,6 +55,9 @@ enum fmu_block {
     FMU_D_FORCE = 64
 };
 
+/* One instance, of both versions and types. Co-Simulation steps with the integrator; Model Exchange uses its
+ * state, accelerations and events, and leaves the steps to the importer. This struct and one block of memory
+ * are the state of the instance. */
 struct fmu_instance {
     struct fmu_listener listener;
     int is_logging; /* messages other than warnings and errors are sent */
@@ -95,22 +78,18 @@ struct fmu_instance {
     unsigned filled;    /* set of enum fmu_block */
 
     size_t work_size, integrator_size, block_size;
-    char *block;                 /* memory of workspace and integrator, followed by the arrays below */
-    double *start;               /* (2 n) q, qd set before the start */
-    int *is_start_set;           /* (2 n) */
-    int *given;                  /* (anchored_count) parameters that keep their value at the start */
-    double *rates;               /* (2 n + 1 + m) */
-    double *r, *rd, *rdd, *C;    /* positions, velocities, accelerations and Jacobians of points */
-    double *energy;              /* (3) */
-    double *force;               /* (n) */
-    double *course;              /* (course_count) */
-    double *drift, *J;           /* (spatial x 6), (spatial x 6 x n) */
-    double *d_qdd, *d_force;     /* (n x (2 n + inputs)) derivatives by q, qd, inputs, in this order */
-    double *zeros;               /* (indicators) value that an event has left beyond zero */
-    double *left_at, *left_rate; /* (events) time of the last occurrence, -INFINITY: none [s]; rate of the
-                                    value after it */
-    double
-        *since; /* (contacts) time at which they came to rest, as reported to the listener; NaN: open [s] */
+    char *block;                     /* memory of workspace and integrator, followed by the arrays below */
+    double *start;                   /* (2 n) q, qd set before the start */
+    int *is_start_set;               /* (2 n) */
+    int *given;                      /* (anchored_count) parameters that keep their value at the start */
+    double *rates;                   /* (2 n + 1 + m) */
+    double *r, *rd, *rdd, *C;        /* positions, velocities, accelerations and Jacobians of points */
+    double *energy, *force, *course; /* (3), (n), (course_count) */
+    double *drift, *J;               /* (spatial x 6), (spatial x 6 x n) */
+    double *d_qdd, *d_force;         /* (n x (2 n + inputs)) derivatives by q, qd, inputs, in this order */
+    double *zeros;                   /* (indicators) value that an event has left beyond zero */
+    double *left_at, *left_rate; /* (events) time of the last occurrence [s], or -INFINITY; rate after it */
+    double *since;   /* (contacts) when they came to rest, as reported to the listener; NaN: open [s] */
     double *scratch; /* (6 n + 1 + m + 2 inputs + 3 points + courses + indicators) */
 };
 
@@ -123,9 +102,8 @@ enum fmu_status fmu_reset(struct fmu_instance *instance);
  * because the importer takes the steps. */
 enum fmu_status fmu_set_experiment(struct fmu_instance *instance, double tolerance, double t_first,
                                    double t_stop);
-/* Starts a motion with the values that were set, at a state that satisfies the rows. */
-enum fmu_status fmu_start(struct fmu_instance *instance);
-/* Computes accelerations, multipliers and row terms of the state with the values that were set. */
+/* Computes accelerations, multipliers and row terms of the state with the values that were set. Starts the
+ * motion first, at a state that satisfies the rows. */
 enum fmu_status fmu_evaluate(struct fmu_instance *instance);
 /* Discards everything that was computed, after a change of the state. */
 void fmu_invalidate(struct fmu_instance *instance);
@@ -146,30 +124,25 @@ enum fmu_status fmu_tell_failure(struct fmu_instance *instance, int status);
  * is not allowed. */
 int fmu_allows(struct fmu_instance *instance, unsigned modes, const char *function);
 
-/* ---- Co-Simulation: the integrator steps from one communication point to the next ---- */
+/* ---- Co-Simulation (co_simulation.c) ---- */
 
 /* Steps from t_now, the time of the motion, to t_next. FMU_DISCARD: an event of the model has ended the
  * motion earlier, at integrator.t. */
 enum fmu_status fmu_step(struct fmu_instance *instance, double t_now, double t_next);
 
-/* ---- Directional derivatives of accelerations and outputs by states and inputs ---- */
+/* ---- Directional derivatives of accelerations and outputs by states and inputs (directional.c) ---- */
 
-/* sensitivity (unknown_count) = d unknowns / d knowns seed (known_count), at the present state. */
+/* At the present state: sensitivity (unknown_count) = d unknowns / d knowns seed (known_count); and
+ * sensitivity (known_count) = seed (unknown_count) d unknowns / d knowns. */
 enum fmu_status fmu_directional(struct fmu_instance *instance, const unsigned *unknowns, size_t unknown_count,
                                 const unsigned *knowns, size_t known_count, const double *seed,
                                 double *sensitivity);
-
-/* sensitivity (known_count) = seed (unknown_count) d unknowns / d knowns. */
 enum fmu_status fmu_adjoint(struct fmu_instance *instance, const unsigned *unknowns, size_t unknown_count,
                             const unsigned *knowns, size_t known_count, const double *seed,
                             double *sensitivity);
 
-/*
- * ---- Exported functions ----
- *
- * Importers that link the sources into a program define FMI2_FUNCTION_PREFIX or FMI3_FUNCTION_PREFIX, as the
- * standard describes. Private names have no prefix, so that a program can contain the sources of one FMU of
- * Refdyn only.
+/* ---- Exported functions. Importers that link the sources into a program define FMI2_FUNCTION_PREFIX or
+ * FMI3_FUNCTION_PREFIX; private names have no prefix, so that it can contain the sources of one FMU only ----
  */
 
 #if defined(_WIN32)
@@ -183,7 +156,7 @@ enum fmu_status fmu_adjoint(struct fmu_instance *instance, const unsigned *unkno
 #define FMI_JOIN_(a, b) a##b
 #define FMI_JOIN(a, b) FMI_JOIN_(a, b)
 
-/* ---- Model Exchange: the importer integrates; event mode locates and executes events ---- */
+/* ---- Model Exchange (model_exchange.c) ---- */
 
 struct fmu_event_update {
     int ends;           /* an event of the model ends the motion */
@@ -206,7 +179,6 @@ int fmu_complete_step(struct fmu_instance *instance);
 /* ---- Saved states ---- */
 
 struct fmu_saved;
-
 /* Copies the state into *saved, which is allocated if NULL. */
 enum fmu_status fmu_save(struct fmu_instance *instance, struct fmu_saved **saved);
 /* Restores a state of this instance, which then continues to the bit as it did from there. */
@@ -223,14 +195,13 @@ enum {
     FMU_RUNNING = FMU_STARTED & ~FMU_MODE(INITIALISING)
 };
 
-/* Returns the instance if it is in one of the modes; otherwise reports the error and returns NULL. */
+/* Returns the instance if it is in one of the modes, and of any type, of Model Exchange, or of Co-Simulation;
+ * otherwise reports the error and returns NULL. */
 struct fmu_instance *fmu_enter(struct fmu_instance *instance, unsigned modes, const char *function);
-/* The same for an instance of Model Exchange, and of Co-Simulation. */
 struct fmu_instance *fmu_enter_exchange(struct fmu_instance *instance, unsigned modes, const char *function);
 struct fmu_instance *fmu_enter_steps(struct fmu_instance *instance, unsigned modes, const char *function);
 /* Returns whether an array of the importer has the length of the model. */
 int fmu_has_length(struct fmu_instance *instance, size_t count, int wanted);
-
 enum fmu_status fmu_leave_initialisation(struct fmu_instance *instance);
 /* states (2 n): q, qd */
 enum fmu_status fmu_get_states(struct fmu_instance *instance, double *states);
@@ -245,7 +216,6 @@ enum fmu_status fmu_get(struct fmu_instance *instance, unsigned reference, doubl
 enum fmu_status fmu_set(struct fmu_instance *instance, unsigned reference, double value);
 /* Computes the blocks (set of enum fmu_block) for the present state, which has been evaluated. */
 void fmu_fill(struct fmu_instance *instance, unsigned blocks);
-
 /* Computes event indicators (fmu_count_indicators) of a state q, qd (2 n) at the present time. */
 void fmu_find_indicators(const struct fmu_instance *instance, const double *state, double *indicators);
 

@@ -1,4 +1,5 @@
-/* One instance of an FMU: messages, memory, the start of the motion, evaluation of its state. */
+/* One instance of an FMU: messages, memory, the start of the motion, evaluation of its state, checks of modes
+ * and lengths for both versions of FMI, saved states. */
 #include "runtime/bindings/fmi/fmi.h"
 
 #include <float.h>
@@ -304,7 +305,7 @@ static void place_gains(struct fmu_instance *instance) {
     }
 }
 
-enum fmu_status fmu_start(struct fmu_instance *instance) {
+static enum fmu_status start(struct fmu_instance *instance) {
     const int n = instance->work.n;
     double *state = instance->scratch;
     place_start(instance, state);
@@ -366,7 +367,7 @@ enum fmu_status fmu_evaluate(struct fmu_instance *instance) {
     if (!instance->is_stale)
         return FMU_OK;
     if (instance->mode <= FMU_INITIALISING)
-        return fmu_start(instance);
+        return start(instance);
     instance->filled = 0;
     if (instance->has_new_values) {
         const int renewed = refdyn_integrator_refresh(&instance->integrator);
@@ -380,4 +381,113 @@ enum fmu_status fmu_evaluate(struct fmu_instance *instance) {
         return fmu_tell(instance, FMU_DISCARD, "t = %.9g s: %s", instance->integrator.t,
                         refdyn_status_text(status));
     return status ? fmu_tell_failure(instance, status) : FMU_OK;
+}
+
+/* ---- Checks of modes and lengths ---- */
+
+struct fmu_instance *fmu_enter(struct fmu_instance *instance, unsigned modes, const char *function) {
+    return instance && fmu_allows(instance, modes, function) ? instance : NULL;
+}
+
+struct fmu_instance *fmu_enter_exchange(struct fmu_instance *instance, unsigned modes, const char *function) {
+    if (!fmu_enter(instance, modes, function))
+        return NULL;
+    if (instance->is_exchange)
+        return instance;
+    fmu_tell(instance, FMU_ERROR, "%s belongs to Model Exchange", function);
+    return NULL;
+}
+
+struct fmu_instance *fmu_enter_steps(struct fmu_instance *instance, unsigned modes, const char *function) {
+    if (!fmu_enter(instance, modes, function))
+        return NULL;
+    if (!instance->is_exchange)
+        return instance;
+    fmu_tell(instance, FMU_ERROR, "%s belongs to Co-Simulation", function);
+    return NULL;
+}
+
+int fmu_has_length(struct fmu_instance *instance, size_t count, int wanted) {
+    if (count == (size_t)wanted)
+        return 1;
+    fmu_tell(instance, FMU_ERROR, "an array of %lu numbers; must have %d", (unsigned long)count, wanted);
+    return 0;
+}
+
+enum fmu_status fmu_leave_initialisation(struct fmu_instance *instance) {
+    const enum fmu_status status = fmu_evaluate(instance);
+    if (status == FMU_OK)
+        instance->mode = instance->is_exchange ? FMU_EVENT_MODE : FMU_STEP_MODE;
+    return status;
+}
+
+enum fmu_status fmu_get_states(struct fmu_instance *instance, double *states) {
+    const enum fmu_status status = instance->mode == FMU_INITIALISING ? fmu_evaluate(instance) : FMU_OK;
+    if (status == FMU_OK)
+        memcpy(states, instance->integrator.q, (size_t)(2 * instance->work.n) * sizeof *states);
+    return status;
+}
+
+enum fmu_status fmu_refuse(struct fmu_instance *instance, const char *function) {
+    if (fmu_enter(instance, FMU_ALIVE, function))
+        fmu_tell(instance, FMU_ERROR, "%s: this FMU does not support it", function);
+    return FMU_ERROR;
+}
+
+enum fmu_status fmu_refuse_type(struct fmu_instance *instance, size_t count, const char *function) {
+    if (!fmu_enter(instance, FMU_ALIVE, function))
+        return FMU_ERROR;
+    return count == 0
+               ? FMU_OK
+               : fmu_tell(instance, FMU_ERROR, "%s: all variables of this FMU are real numbers", function);
+}
+
+/* ---- Saved states: copies of an instance's struct and its block ---- */
+
+struct fmu_saved {
+    struct fmu_instance instance; /* the copy; its pointers lead to the instance's block */
+    const struct fmu_instance *of;
+    char *block;
+};
+
+/* Pointers of the state must lead to the instance's memory. An instance that was opened in the memory of a
+ * closed one may use its saved states. */
+static int fits(const struct fmu_saved *saved, const struct fmu_instance *instance) {
+    return saved && saved->of == instance && saved->instance.block == instance->block &&
+           saved->instance.block_size == instance->block_size &&
+           saved->instance.is_exchange == instance->is_exchange;
+}
+
+enum fmu_status fmu_save(struct fmu_instance *instance, struct fmu_saved **saved) {
+    struct fmu_saved *copy = *saved ? *saved : calloc(1, sizeof *copy);
+    if (copy && !copy->block)
+        copy->block = malloc(instance->block_size);
+    if (!copy || !copy->block) {
+        free(copy);
+        *saved = NULL;
+        return fmu_tell(instance, FMU_ERROR, "out of memory");
+    }
+    copy->of = instance;
+    copy->instance = *instance;
+    memcpy(copy->block, instance->block, instance->block_size);
+    *saved = copy;
+    return FMU_OK;
+}
+
+enum fmu_status fmu_restore(struct fmu_instance *instance, const struct fmu_saved *saved) {
+    if (!fits(saved, instance))
+        return fmu_tell(instance, FMU_ERROR, "the state does not belong to this instance");
+    const struct fmu_listener listener = instance->listener;
+    const int is_logging = instance->is_logging;
+    *instance = saved->instance;
+    instance->listener = listener;
+    instance->is_logging = is_logging;
+    memcpy(instance->block, saved->block, instance->block_size);
+    return FMU_OK;
+}
+
+void fmu_forget(struct fmu_saved *saved) {
+    if (saved)
+        free(saved->block);
+    free(saved);
 }

@@ -1,9 +1,7 @@
 /*
- * The variables of an FMU by value reference.
- *
+ * The variables of an FMU by value reference, for the FMU and for the program, which describes them.
  * Value references count through the kinds below, each with the number of variables that the model has. Rows
- * and points that a kind leaves out keep their numbers. The program, which describes the variables, and the
- * FMU share this file.
+ * and points that a kind leaves out keep their numbers.
  */
 #ifndef REFDYN_VARIABLES_H
 #define REFDYN_VARIABLES_H
@@ -42,8 +40,7 @@ struct fmu_variable {
 
 /* Returns the number of one-sided contacts; their rows are the last ones. */
 int fmu_count_contacts(const struct refdyn_model *model);
-/* Returns the number of event indicators: state events, kinks, and values whose sign changes at time events.
- */
+/* Returns the number of event indicators: state events, kinks, values whose sign changes at time events. */
 int fmu_count_indicators(const struct refdyn_model *model);
 /* Returns the number of variables of a kind. spatial may be NULL. */
 int fmu_count_variables(const struct refdyn_model *model, const struct refdyn_spatial *spatial,

@@ -2,8 +2,10 @@
  * The exact Jacobian of the motion as a system of first order.
  *
  * In: the emitted `tangent` at a state. Out: the derivatives of the accelerations a by positions, rates and
- * time, from (implicit.h) [ M  -u^T ] [ da      ]   [ -K   dq - D    dqd - f_t dt ] [ u   0   ] [ dlambda ] =
- * [ -G_q dq - G_qd dqd - g_t dt ] with one factorisation and a solution for each column.
+ * time, from (linearisation.c)
+ *     [ M  -u^T ] [ da      ]   [ -K   dq - D    dqd - f_t dt ]
+ *     [ u   0   ] [ dlambda ] = [ -G_q dq - G_qd dqd - g_t dt ]
+ * with one factorisation and a solution for each column.
  */
 #include "runtime/core/base/core.h"
 

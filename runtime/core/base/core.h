@@ -19,11 +19,9 @@
 #define INLINE static inline
 #endif
 
-/*
- * ---- Layout of arrays in one piece of memory ----
- *
- * The same sequence of calls first counts bytes (base NULL) and then hands out the arrays.
+/* ---- Layout of arrays in one piece of memory. The same calls first count bytes, then hand out arrays ----
  */
+
 struct layout {
     char *base;  /* NULL: only count */
     size_t used; /* bytes; SIZE_MAX: more than a size_t can count */
@@ -54,11 +52,10 @@ static inline int refdyn_model_is_readable(const struct refdyn_model *model) {
     return model && model->interface_version == REFDYN_MODEL_VERSION;
 }
 
-/* Whether a model may be used. Errors: BAD_MODEL, OTHER_VERSION. */
+/* Whether a model may be used. Errors: BAD_MODEL, OTHER_VERSION; for a workspace's model also BAD_MEMORY,
+ * when the arrays have not been laid out. */
 int refdyn_model_status(const struct refdyn_model *model);
-/* The same for a workspace's model; BAD_MEMORY when the arrays have not been laid out. */
 int refdyn_workspace_status(const struct refdyn_workspace *work);
-
 /* Number of doubles in the result of `required`. */
 int refdyn_required_count(const struct refdyn_model *model);
 

@@ -1,38 +1,30 @@
 /*
  * Constraint rows: the equations at a state, accelerations under rows, projection onto the programme,
- * impulses, one-sided conditions and the rates of a motion's state.
- *
+ * impulses, one-sided conditions and the rates of a motion's state. n: coordinates, m: rows.
  * Except where stated, functions read the equations or the row terms that a function above them has left in
- * the workspace, and return a status of refdyn.h. n: coordinates, m: rows.
+ * the workspace, and return a status of refdyn.h.
  */
 #ifndef REFDYN_CONSTRAINTS_H
 #define REFDYN_CONSTRAINTS_H
 
 #include "runtime/core/base/core.h"
 
-#include "refdyn.h"
-
 /* ---- Equations and index partition ---- */
 
 /* Returns NOT_FINITE, with the fault at the first coordinate or row whose equations are infinite or NaN;
  * otherwise OK. */
 int refdyn_fault_not_finite(struct refdyn_workspace *work);
-
 /* Writes u, v, phi, psi and k of a state into the workspace. Error: NOT_FINITE. */
 int refdyn_row_terms(struct refdyn_workspace *work, double t, const double *q, const double *qd);
-
 /* Checks after refdyn_row_terms whether the partition is still well conditioned. If not, evaluates the
  * equations and chooses another one. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double *q, const double *qd);
-
 /* Factors K_d, writes [K_d^-1 K_i, K_d^-1 sign right] into work->rows and P into work->P; right (m). Chooses
  * another partition where necessary. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign);
-
 /* Returns the rank of the rows in the workspace. A row whose independent part is no larger than phi explains
  * counts as dependent. Keeps the partition; overwrites work->rows. */
 int refdyn_rank_of_rows(struct refdyn_workspace *work);
-
 /* Chooses the dependent coordinates again, after the set of rows has changed; the rank may grow. Errors:
  * NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_renew(struct refdyn_workspace *work);
@@ -44,10 +36,8 @@ void refdyn_partition_bound_rank(struct refdyn_workspace *work, int most);
 
 /* Returns the largest ratio of a residual (m) to the largest coefficient of its row. */
 double refdyn_distance(const struct refdyn_workspace *work, const double *residual);
-/*
- * Factors the metric of the smallest change, L L^T, into work->reduced. The metric is M; where only rows hold
- * coordinates without mass, rows are added (smallest_change.c). Errors: NOT_FINITE, MASS_NOT_POSITIVE.
- */
+/* Factors the metric of the smallest change, L L^T, into work->reduced: M; where only rows hold coordinates
+ * without mass, rows are added (smallest_change.c). Errors: NOT_FINITE, MASS_NOT_POSITIVE. */
 int refdyn_factor_metric(struct refdyn_workspace *work);
 /* After refdyn_factor_metric: change (n) := the smallest change in its metric with u change = -residual (m)
  * for the rows up to a level. */
@@ -59,39 +49,31 @@ double refdyn_metric_length(const struct refdyn_workspace *work, const double *c
 void refdyn_metric_unspread(const struct refdyn_workspace *work, double *z);
 /* Like refdyn_project, for a state whose equations are already in the workspace. */
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd);
-/*
- * Directions to project along instead: the count x count matrix of their products with their rows must be
- * regular. refdyn_project_along needs the row terms of the given state in the workspace and leaves those of
- * the new state there. Errors: NOT_FINITE, NO_CONVERGENCE, ROWS_INCONSISTENT.
- */
+/* Directions to project along instead. The matrix of their products with their rows must be regular. */
 struct refdyn_directions {
     const double *vectors; /* (count x n) */
     const int *rows;       /* (count) rows that the directions belong to */
     int count;
 };
+/* Needs the row terms of the given state in the workspace and leaves those of the new state there. Errors:
+ * NOT_FINITE, NO_CONVERGENCE, ROWS_INCONSISTENT. */
 int refdyn_project_along(struct refdyn_workspace *work, const struct refdyn_directions *along, double t,
                          double *q, double *qd);
 
 /* ---- Jumps of rates by an impulse ---- */
 
 /* After refdyn_factor_metric: work->basis := the rows of the programme up to level `last`, without contacts,
- * made orthonormal in the metric of the mass matrix. Dependent rows drop out. Returns the number of vectors.
- */
+ * made orthonormal in the metric of the mass matrix. Returns the number of independent ones. */
 int refdyn_spread_programme(struct refdyn_workspace *work, enum refdyn_row_level last);
 /* Removes from x (n) its components along the first `count` vectors of the basis. Returns the ratio of its
  * length after to its length before. */
 double refdyn_leave_rest(const struct refdyn_workspace *work, int count, double *x);
-
-/*
- * jump (n) := the jump of the rates by an impulse along `gradient` (n) with gradient . jump = change. The
+/* jump (n) := the jump of the rates by an impulse along `gradient` (n) with gradient . jump = change. The
  * rows of positions and velocities remain satisfied. Errors: NOT_FINITE, MASS_NOT_POSITIVE; EVENT_NOT_MET
- * where the rows permit no change along the gradient.
- */
+ * where the rows permit no change along the gradient. */
 int refdyn_impulse(struct refdyn_workspace *work, const double *gradient, double change, double *jump);
-/*
- * jump (n) := the jump of the rates by an impulse of the rows with u jump = change (m). Rows that depend on
- * others get no impulse. Errors: NOT_FINITE, MASS_NOT_POSITIVE.
- */
+/* jump (n) := the jump of the rates by an impulse of the rows with u jump = change (m). Rows that depend on
+ * others get no impulse. Errors: NOT_FINITE, MASS_NOT_POSITIVE. */
 int refdyn_impulse_of_rows(struct refdyn_workspace *work, const double *change, double *jump);
 
 /* ---- The nearest state on the programme from far away ---- */
@@ -105,34 +87,21 @@ int refdyn_is_far(const struct refdyn_workspace *work, const double *change);
  */
 int refdyn_nearest_state(struct refdyn_workspace *work, double t, double *q, const double *qd);
 
-/*
- * ---- One-sided conditions ----
- *
- * The shortest vector that meets them:
- *     min |x|^2 / 2   subject to   N x >= b,   N (count x n)
- * In the metric of the mass matrix this is an impact of several contacts at once (x: change of rates) and
- * Gauss's principle of least constraint (x: change of accelerations).
- *
- * Takes the normals N and the bounds b of the conditions that take part; returns x and the multipliers p >= 0
- * of x = N^T p. x is unique. Where normals depend on each other, p is not: it is then nonzero for independent
- * normals only. Dual method of Goldfarb and Idnani (Math. Programming 27:1-33, 1983).
- */
+/* ---- One-sided conditions: min |x|^2 / 2 subject to N x >= b (one_sided.c) ---- */
 
 struct refdyn_one_sided {
     int n, count;
     int *takes_part;     /* (count) 0: the condition is ignored */
-    double *normals;     /* (count x n) */
+    double *normals;     /* (count x n) N */
     double *bounds;      /* (count) b */
     double *slack;       /* (count) a condition may be violated by this */
     double *x;           /* (n) */
-    double *multipliers; /* (count) p; 0 for conditions that do not act */
+    double *multipliers; /* (count) p >= 0 of x = N^T p; 0 for conditions that do not act */
 
-    /* active conditions, and N of these as an upper triangle times orthonormal rows */
+    /* active conditions, and N of these as an upper triangle (column by column) times orthonormal rows */
     int *active, active_count;
-    double *basis;    /* (count x n) */
-    double *triangle; /* (count x count) column by column */
-    double *share;    /* (count) */
-    double *along;    /* (n) */
+    double *basis, *triangle; /* (count x n), (count x count) */
+    double *share, *along;    /* (count), (n) */
 };
 
 void refdyn_one_sided_lay_out(struct refdyn_one_sided *problem, int count, int n, struct layout *layout);
@@ -142,21 +111,16 @@ int refdyn_one_sided_solve(struct refdyn_one_sided *problem);
  * Returns how many are independent. */
 int refdyn_one_sided_meet(struct refdyn_one_sided *problem);
 
-/*
- * ---- Rates of change of a motion's state ----
- *
- * A state is q, qd and the work done, 2 n + 1 values. Its rates are qd, qdd and power, followed by the
- * multipliers lambda (m), which the tangent of implicit steps is evaluated at.
- */
+/* ---- Rates of change of a motion's state: q, qd and the work done (2 n + 1). They are qd, qdd and power,
+ * then the multipliers lambda (m) for the tangent of implicit steps ---- */
 
 /* How the accelerations of a motion are evaluated. */
 struct refdyn_evaluation {
     struct refdyn_workspace *work;
     enum refdyn_stabilise stabilise;
-    int balance;        /* power is needed for the energy balance */
-    int by_partition;   /* by the index partition, even if `constrained` was emitted */
-    int has_no_inverse; /* by the index partition, because M is singular and emitted functions would divide by
-                           zero */
+    int balance; /* power is needed for the energy balance */
+    /* by the index partition: even if `constrained` was emitted; because M is singular there */
+    int by_partition, has_no_inverse;
 };
 
 static inline int refdyn_rates_size(const struct refdyn_model *model) {

@@ -1,5 +1,12 @@
 /*
- * The shortest vector that meets one-sided conditions.
+ * The shortest vector that meets one-sided conditions:
+ *     min |x|^2 / 2   subject to   N x >= b,   N (count x n)
+ * In the metric of the mass matrix this is an impact of several contacts at once (x: change of rates) and
+ * Gauss's principle of least constraint (x: change of accelerations).
+ *
+ * Takes the normals N and the bounds b of the conditions that take part; returns x and the multipliers p >= 0
+ * of x = N^T p. x is unique. Where normals depend on each other, p is not: it is then nonzero for independent
+ * normals only. Dual method of Goldfarb and Idnani (Math. Programming 27:1-33, 1983).
  *
  * The method begins with x = 0 and activates the condition that x violates most. Let z be the part of its
  * normal orthogonal to the normals of the active conditions. x moves along z until the condition is met, or

@@ -1,37 +1,19 @@
-/* clang-format off */
-/*
- * The constrained equations of motion, linearised about a state, and the matrix of a linearly implicit step: theory, sect. 8.4.
- *
- * At the accelerations and multipliers of a state the emitted `tangent` gives K, D and f_t of M qdd - h - Q - u^T lambda and
- * G_q, G_qd and g_t of u qdd - k. Accelerations then change with positions, velocities and time by
- *     M da - u^T dlambda = -K dq - D dqd - f_t dt,   u da = -G_q dq - G_qd dqd - g_t dt,
- * and with dq = g (r_q + dqd), dqd = g (r_v + da), an implicit step needs one solution of
- *     (M + g D + g^2 K) x - g u^T lambda = -(g D + g^2 K) s + g D r_q - g f_t dt,   s = g r_v + r_q,
- *     (u + g G_qd + g^2 G_q) x           = -(g G_qd + g^2 G_q) s + g G_qd r_q - g g_t dt,
- * dq = g (x + s), dqd = x + s - r_q: there is no product with M^-1, nor one with M, in which an ill-conditioned M
- * would cost the right side digits. Only the independent rows of the partition take part.
- */
-/* clang-format on */
+/* The constrained equations of motion, linearised about a state, and the matrix of a linearly implicit step:
+ * linearisation.c has the formulas. */
 #ifndef REFDYN_IMPLICIT_H
 #define REFDYN_IMPLICIT_H
 
-#include "runtime/core/base/core.h"
-
-#include "refdyn.h"
 #include "runtime/core/constraints/constraints.h"
 #include "runtime/core/linear/linear.h"
 
-/* Counts of the work for the steps of a motion. */
+/* Counts of the work for the steps of a motion. A complex factorisation or solution counts four; four that
+ * chains compute side by side count four together. */
 struct refdyn_linear_counts {
-    long tangents;
-    long factorisations; /* a complex one counts four; four complex ones that chains compute side by side
-                            count four together */
-    long solutions;      /* with these factors, counted in the same way */
+    long tangents, factorisations, solutions;
 };
 
-enum {
-    REFDYN_COMPLEXES_MOST = 3
-}; /* of a method: six stages at Gauss's points have three complex matrices */
+/* Complex matrices of a method: six stages at Gauss's points have three. */
+enum { REFDYN_COMPLEXES_MOST = 3 };
 
 struct refdyn_linear {
     int n, m, size;  /* size: n and the independent rows */
@@ -42,7 +24,7 @@ struct refdyn_linear {
     double *f_t, *g_t, *G_q, *G_qd, *u, *diagonals, *K, *D, *M;
     struct refdyn_chain chain;
     double *matrix;          /* (size x size) factors */
-    double *directions;      /* (rank x n) u_b z_a = 1 for a = b, else 0 */
+    double *directions;      /* (rank x n) z_a: u_b z_a = 1 for a = b, else 0 */
     double *sides, *x;       /* scratch: (2 n), (2 size) */
     double *scale;           /* (size) scratch */
     int *pivot;              /* (size) */
@@ -50,7 +32,7 @@ struct refdyn_linear {
     double *complex_factors; /* (complexes x 2 x size x size) factors, real and imaginary parts */
     int *complex_pivot;      /* (complexes x size) */
     int *rows;               /* (m) rows of the partition for which they were factored */
-    int is_at_begin;         /* the tangent was evaluated at the start of the step */
+    int is_at_begin;         /* the tangent is that of the start of the step */
     long factored;           /* how often the real matrix was factored */
     double all_h;            /* step for which refdyn_linear_factor_all was called; 0: its factors are lost */
     int all_choice;          /* partition.choices at that call */
@@ -61,11 +43,9 @@ struct refdyn_linear {
  * directions in the metric of M. */
 void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
                            int complexes, struct layout *layout);
-/* Resets the counts. */
 void refdyn_linear_reset(struct refdyn_linear *linear);
-/* Returns whether the tangent was evaluated at the start of the step. */
+/* Is the tangent that of the start of the step? It is no longer. */
 int refdyn_linear_is_at_begin(const struct refdyn_linear *linear);
-/* Marks that the tangent is no longer that of the start of the step. */
 void refdyn_linear_leave_begin(struct refdyn_linear *linear);
 /* Discards the factors of refdyn_linear_factor_all. */
 void refdyn_linear_drop_factors(struct refdyn_linear *linear);
@@ -83,10 +63,8 @@ void refdyn_linear_stiffness(struct refdyn_linear *linear, const struct refdyn_w
 void refdyn_linear_damping(struct refdyn_linear *linear, double *D);
 /* Factors the matrix for g. Errors: MATRIX_SINGULAR. */
 int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_workspace *work, double g);
-/*
- * Solves dq = g (r_q + dqd), dqd = g (r_v + da) for dq and dqd, where da is the change of accelerations by
- * dq, dqd and a change dt of time. r_q, r_v, dq, dqd (n).
- */
+/* Solves dq = g (r_q + dqd), dqd = g (r_v + da) for dq and dqd (n), where da is the change of accelerations
+ * by dq, dqd and a change dt of time. r_q, r_v (n). */
 void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const double *r_v, double dt,
                          double *dq, double *dqd);
 /* Writes into linear->directions the z_a (n), smallest in the metric of the factored matrix, with u_b z_a = 1
@@ -105,18 +83,16 @@ enum refdyn_by { REFDYN_BY_Q, REFDYN_BY_QD, REFDYN_BY_T };
 void refdyn_linear_change_by(struct refdyn_linear *linear, enum refdyn_by by, int j);
 
 /*
- * Factors the matrices for g = h lambda_k of `count` eigenvalues (count x 2: real and imaginary parts), of
- * which the first alone may be real, which then is that of refdyn_linear_factor. Solves for the change of
- * accelerations by residuals: right sides M x and u x; x holds n values for a real eigenvalue, n real and n
- * imaginary ones for another, in place; of the first ones alone where `count` is smaller. Errors:
- * MATRIX_SINGULAR.
+ * As refdyn_chain_factor_all and refdyn_chain_solve_all: factors for g = h lambda_k, and solutions. Only the
+ * first eigenvalue may be real; its matrix is that of refdyn_linear_factor. Errors: MATRIX_SINGULAR.
  */
 int refdyn_linear_factor_all(struct refdyn_linear *linear, const struct refdyn_workspace *work, int count,
                              const double *lambda, double h);
 void refdyn_linear_solve_all(struct refdyn_linear *linear, int count, const double *lambda, double *x);
-/* Returns whether the factors of refdyn_linear_factor_all are valid for a step of h. */
+/* Are the factors of refdyn_linear_factor_all valid for a step of h? */
 int refdyn_linear_has_factors(const struct refdyn_linear *linear, const struct refdyn_workspace *work,
                               double h);
+
 /* ---- For steps whose matrices batches factor side by side (lanes_implicit.inc) ---- */
 /* Cost of the matrices of the first `count` eigenvalues in units of a real one. */
 long refdyn_linear_weight(const struct refdyn_linear *linear, int count, const double *lambda);
@@ -127,11 +103,9 @@ void refdyn_linear_mark_factors(struct refdyn_linear *linear, const struct refdy
  * (m x n). */
 double *refdyn_linear_take_directions(struct refdyn_linear *linear);
 
-/*
- * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a step, and its damping ratio,
- * by iteration of vectors: accurate to some per cent, which suffices to bound steps. Overwrites `rates` (2 n
- * + 1 + m) of the state and the scratch `room` (2 n); factors are lost. Errors: NOT_FINITE, MATRIX_SINGULAR.
- */
+/* The largest |eigenvalue| [1/s] of the linearised equations at the begin of a step, and its damping ratio,
+ * to some per cent. Overwrites `rates` (2 n + 1 + m) of the state and the scratch `room` (2 n); factors are
+ * lost. Errors: NOT_FINITE, MATRIX_SINGULAR. */
 int refdyn_linear_spectrum(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *state, double *rates, double *room, double *rate, double *damping);
 

@@ -1,10 +1,20 @@
+/* clang-format off */
 /*
- * The linearised equations of motion and the matrix of a linearly implicit step.
+ * The constrained equations of motion, linearised about a state, and the matrix of a linearly implicit step: theory, sect. 8.4.
  *
- * In: the emitted `tangent` (generator's README, Derivatives) and the independent rows of the partition. Out:
- * solutions, by L U factorisation of dense matrices, or in O(n) from `tangent_vectors` (linear.h) where that
- * needs fewer operations.
+ * In: the emitted `tangent` (generator's README, Derivatives) and the independent rows of the partition. Out: solutions, by L U
+ * factorisation of dense matrices, or in O(n) from `tangent_vectors` (chain_sweeps.c) where that needs fewer operations.
+ *
+ * At the accelerations and multipliers of a state the emitted `tangent` gives K, D and f_t of M qdd - h - Q - u^T lambda and
+ * G_q, G_qd and g_t of u qdd - k. Accelerations then change with positions, velocities and time by
+ *     M da - u^T dlambda = -K dq - D dqd - f_t dt,   u da = -G_q dq - G_qd dqd - g_t dt,
+ * and with dq = g (r_q + dqd), dqd = g (r_v + da), an implicit step needs one solution of
+ *     (M + g D + g^2 K) x - g u^T lambda = -(g D + g^2 K) s + g D r_q - g f_t dt,   s = g r_v + r_q,
+ *     (u + g G_qd + g^2 G_q) x           = -(g G_qd + g^2 G_q) s + g G_qd r_q - g g_t dt,
+ * dq = g (x + s), dqd = x + s - r_q: there is no product with M^-1, nor one with M, in which an ill-conditioned M
+ * would cost the right side digits. Only the independent rows of the partition take part.
  */
+/* clang-format on */
 #include "runtime/core/implicit/implicit.h"
 
 #include <math.h>

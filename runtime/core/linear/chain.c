@@ -1,6 +1,6 @@
 /*
- * The tangent of a tree of joints as vectors: layout, vectors, and the border of couplings and rows. linear.h
- * has the formulas, chain_sweeps.c the sweeps over joints.
+ * The tangent of a tree of joints as vectors: layout, vectors, and the border of couplings and rows.
+ * chain_sweeps.c has the formulas and the sweeps over joints.
  */
 #include "runtime/core/linear/linear.h"
 

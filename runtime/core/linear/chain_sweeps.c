@@ -1,6 +1,23 @@
+/* clang-format off */
 /*
- * Sweeps over a tree of joints: products, elimination, solution; linear.h has the formulas. COMPILE
- * (linear_private.h) compiles them twice.
+ * Sweeps over a tree of joints: products with its tangent, and L U in O(n) (theory, sect. 8.5).
+ *
+ * In: the result of `tangent_vectors` (refdyn_model.h). Out: products with M, D and K, and solutions with
+ * A = M + g D + g^2 K + pulled^T (g pull_by_qd + g^2 pull_by_q), bordered by rows. For a joint i beyond j, with wrenches
+ * moved to the origin of j,
+ *     A_ji = S_j . W_i,   A_ij = Z_j . Y_i
+ *     S = (e | e), where e turns | slides
+ *     W = (moment | force) of mass + 2 g damping + g^2 stiffness
+ *     Y = (mass moment, spin, mass force, turned rows)
+ *     Z = (e + 2 g e' + g^2 e'', 2 g e + 2 g^2 e', g^2 lever + [e + 2 g e' + g^2 e''], g^2 e), only the brackets of a slide.
+ * Products of all pairs are sums carried from joint to joint. Eliminated from the tips (no pivoting, as in
+ * L^T D L of M), x_i adds -S_l . W_i Y_i . Z_k / A_ii to every entry (l, k) of joints nearer the ground. One matrix
+ * X = sum W_i Y_i^T / A_ii, moved along, sums this over all joints beyond j, so that at j
+ *     W_j -= X Z_j,   Y_j -= X^T S_j,   A_jj = Z_j . Y_j + rotor_j + g damping_j + g^2 stiffness_j.
+ * Three turns that share springs (strains) are eliminated together: their entries A_tu are computed, K and D of the
+ * strains added, and rows and columns combined, Y_l -= A_lk Y_k / A_kk, W_l -= W_k A_kl / A_kk, A_lj -= A_lk A_kj / A_kk.
+ * Couplings and rows are a border, eliminated last. In a plane X is 3 x 5, in space 6 x 12. The matrices of a collocation
+ * method, one real or complex g for each eigenvalue, are worked on side by side.
  *
  * All arrays are by position. The record of a joint contains S, the shift and its rate, W of mass, damping
  * and stiffness, Z of the same, and Y. A "number" is a real number or (wide) LANES complex numbers side by
@@ -8,7 +25,9 @@
  * processor's vectors, which the few components of a wrench would not. Components of a wrench: moments,
  * forces. Components of Y and Z: moment, spin, force, turned. In a plane there are one moment about the
  * normal and two forces, along the axes that follow the normal in the cycle x y z x.
+ * COMPILE (linear_private.h) compiles the functions twice.
  */
+/* clang-format on */
 #include "runtime/core/linear/linear_private.h"
 
 #include <float.h>

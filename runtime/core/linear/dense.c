@@ -1,4 +1,10 @@
-/* Small dense kernels: products, U^T D U and solutions with it. */
+/*
+ * Small dense kernels: products, U^T D U and solutions with it. Inner loops are contiguous in memory.
+ *
+ * The factors come from row-oriented outer products (Golub and Van Loan, Matrix Computations, 4.1). Rounding
+ * does not depend on a scaling of rows and columns of A (van der Sluis, Numer. Math. 14:14-23, 1969), so none
+ * is applied.
+ */
 #include "runtime/core/linear/linear.h"
 
 #include <float.h>

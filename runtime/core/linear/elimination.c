@@ -3,7 +3,8 @@
  *
  * Step k divides column k by its pivot and subtracts A_kj times it from each remaining column j (Golub and
  * Van Loan, Matrix Computations, 3.2.6, by columns). Elimination and solution run along columns, which are
- * contiguous in memory; sums along short rows would wait for each addition.
+ * contiguous in memory; sums along short rows would wait for each addition. refdyn_lu_factor divides rows by
+ * their largest entry when it compares pivots (Golub and Van Loan, 3.4).
  */
 #include "runtime/core/linear/linear.h"
 

@@ -8,14 +8,8 @@
 
 #include "runtime/core/base/core.h"
 
-#include "refdyn.h"
-
-/*
- * ---- Dense kernels ----
- *
- * Inner loops are contiguous in memory. A symmetric matrix is stored and factored in its upper triangle, rows
- * `stride` apart; the part below the diagonal is scratch.
- */
+/* ---- Dense kernels. A symmetric matrix is stored and factored in its upper triangle, rows `stride` apart;
+ * the part below the diagonal is scratch ---- */
 
 /* sum_j a_j b_j. Four partial sums, because one would wait for each addition. */
 static inline double dense_dot(const double *restrict a, const double *restrict b, int count) {
@@ -43,12 +37,8 @@ double refdyn_largest(const double *a, int count, int *index);
 /* Returns whether all entries are finite. */
 int refdyn_is_finite(const double *a, int count);
 
-/*
- * A = U^T D U with unit upper U (row-oriented outer products, Golub and Van Loan, Matrix Computations, 4.1).
- * Afterwards row k holds D_kk, then D_kk U_kj. Rounding does not depend on a scaling of rows and columns of A
- * (van der Sluis, Numer. Math. 14:14-23, 1969), so none is applied.
- * Returns -1, or the index of the first pivot that is not above n eps of its diagonal entry.
- */
+/* A = U^T D U with unit upper U. Afterwards row k holds D_kk, then D_kk U_kj. Returns -1, or the index of the
+ * first pivot that is not above n eps of its diagonal entry. */
 int refdyn_factor(double *A, int n, int stride);
 /* x := A^-1 x with the factor. */
 void refdyn_factor_solve(const double *A, int n, int stride, double *x);
@@ -58,25 +48,18 @@ void refdyn_factor_half_backward(const double *A, int n, int stride, double *x);
 
 /* y := A x for a contiguous A (rows x columns). Returns 0, as does refdyn_add_all. */
 int refdyn_times(const double *A, int rows, int columns, const double *x, double *y);
-
 /* y (n) += scale sum_j weight_j x_j over `count` vectors, `stride` apart. */
 int refdyn_add_all(double *y, double scale, const double *weights, int count, const double *x, int stride,
                    int n);
 
-/*
- * ---- Elimination ----
- *
- * P A = L U of dense matrices with pivoting, real and complex. Factors are stored column by column, L_ij or
- * U_ij in A[j n + i], with the inverses of U's diagonal. pivot (k) is the row that was exchanged with row k.
- * The imaginary parts of a complex matrix or vector follow all its real parts.
- */
+/* ---- Elimination: P A = L U with pivoting, real and complex. pivot (k) is the row that was exchanged with
+ * row k. The imaginary parts of a complex matrix or vector follow all its real parts ---- */
 
 /*
- * Eliminates a real matrix that is stored column by column. Returns the number of pivots: min(rows, columns),
- * or fewer where the remaining entries are 0. scale (rows) weighs the rows when pivots are compared, 0
- * excludes a row; it is permuted like the rows. order NULL: pivot k is the largest entry of column k (partial
- * pivoting); otherwise it is the largest of all remaining columns (full pivoting), and order (columns) is
- * permuted like them.
+ * Eliminates a real matrix that is stored column by column: L_ij or U_ij in A[j n + i], with the inverses of
+ * U's diagonal. Returns the number of pivots: min(rows, columns), or fewer where the remaining entries are 0.
+ * scale (rows) weighs the rows when pivots are compared, 0 excludes a row; it is permuted like the rows.
+ * order NULL: partial pivoting; otherwise full pivoting, and order (columns) is permuted like the columns.
  */
 int refdyn_eliminate(double *A, int rows, int columns, int *pivot, int *order, double *scale);
 
@@ -90,11 +73,8 @@ static inline void refdyn_sort(int *list, int count) {
         }
 }
 
-/*
- * Factors a matrix (n x n, row by row) by partial pivoting; rows are divided by their largest entry when
- * pivots are compared (Golub and Van Loan, Matrix Computations, 3.4). scale (n): 1 over the largest entry of
- * each row, in the order after pivoting. Returns -1, or the first column without a pivot.
- */
+/* Factors a matrix (n x n, row by row) by partial pivoting. scale (n): 1 over the largest entry of each row,
+ * in the order after pivoting. Returns -1, or the first column without a pivot. */
 int refdyn_lu_factor(int is_complex, double *A, int n, int *pivot, double *scale);
 /* x (n) := A^-1 x with the factors. Returns 0. */
 int refdyn_lu_solve(int is_complex, const double *A, int n, const int *pivot, double *x);
@@ -103,44 +83,14 @@ int refdyn_lu_solve_transposed(const double *A, int n, const int *pivot, double 
 
 /* ---- Eigenvalues ---- */
 
-/*
- * values (n) and vectors (n x n, one a column) of a symmetric A (n x n), which is overwritten; in no
- * particular order. * By Jacobi's rotations (Golub and Van Loan, Matrix Computations, 8.5): good to rounding
- * of the largest entry.
- */
+/* values (n) and vectors (n x n, one a column) of a symmetric A (n x n), which is overwritten; in no
+ * particular order. Good to rounding of the largest entry. */
 void refdyn_symmetric_eigenvalues(double *A, int n, double *values, double *vectors);
-
-/*
- * re and im (n) of the eigenvalues of any A (n x n), which is overwritten. Complex pairs are neighbours, the
- * one with im > 0 first. By Householder's reflections to Hessenberg form and Francis's double shifts (Golub
- * and Van Loan, Matrix Computations, 7.4, 7.5). Returns 0 where they do not converge.
- */
+/* re and im (n) of the eigenvalues of any A (n x n), which is overwritten. Complex pairs are neighbours, the
+ * one with im > 0 first. Returns 0 where the iteration does not converge. */
 int refdyn_eigenvalues(double *A, int n, double *re, double *im);
 
-/* clang-format off */
-/*
- * ---- Trees of joints in O(n) ----
- *
- * The tangent of a tree of joints as vectors: its products, and L U in O(n) (theory, sect. 8.5).
- *
- * In: the result of `tangent_vectors` (refdyn_model.h). Out: products with M, D and K, and solutions with
- * A = M + g D + g^2 K + pulled^T (g pull_by_qd + g^2 pull_by_q), bordered by rows. For a joint i beyond j, with wrenches
- * moved to the origin of j,
- *     A_ji = S_j . W_i,   A_ij = Z_j . Y_i
- *     S = (e | e), where e turns | slides
- *     W = (moment | force) of mass + 2 g damping + g^2 stiffness
- *     Y = (mass moment, spin, mass force, turned rows)
- *     Z = (e + 2 g e' + g^2 e'', 2 g e + 2 g^2 e', g^2 lever + [e + 2 g e' + g^2 e''], g^2 e), only the brackets of a slide.
- * Products of all pairs are sums carried from joint to joint. Eliminated from the tips (no pivoting, as in
- * L^T D L of M), x_i adds -S_l . W_i Y_i . Z_k / A_ii to every entry (l, k) of joints nearer the ground. One matrix
- * X = sum W_i Y_i^T / A_ii, moved along, sums this over all joints beyond j, so that at j
- *     W_j -= X Z_j,   Y_j -= X^T S_j,   A_jj = Z_j . Y_j + rotor_j + g damping_j + g^2 stiffness_j.
- * Three turns that share springs (strains) are eliminated together: their entries A_tu are computed, K and D of the
- * strains added, and rows and columns combined, Y_l -= A_lk Y_k / A_kk, W_l -= W_k A_kl / A_kk, A_lj -= A_lk A_kj / A_kk.
- * Couplings and rows are a border, eliminated last. In a plane X is 3 x 5, in space 6 x 12. The matrices of a collocation
- * method, one real or complex g for each eigenvalue, are worked on side by side.
- */
-/* clang-format on */
+/* ---- Trees of joints in O(n): chain_sweeps.c has the formulas ---- */
 
 /* The tangent as vectors of joints, and its factors. "By position" means an order in which all joints beyond
  * a joint follow it. */

@@ -2,8 +2,23 @@
  * Collocation methods on the constrained equations of motion: the step and its interpolant.
  *
  * In: a state and a step h. Out: the state after it, an error estimate, and states between.
- * collocation_step.inc has the step, methods.h the formulas. Tangent and factors are reused in later steps
- * while the iteration converges with them.
+ * collocation_step.inc has the step. Tangent and factors are reused in later steps while the iteration
+ * converges with them.
+ *
+ * A step of h (theory, sect. 8.6): accelerations a_i at the times t + c_i h, so that with
+ *     Q_i = q + h c_i qd + h^2 sum_j aa_ij a_j,   V_i = qd + h sum_j a_ij a_j
+ * they are those of the states (Q_i, V_i); then
+ *     q_new = q + h qd + h^2 sum_j bb_j a_j,   qd_new = qd + h sum_j b_j a_j
+ * (Hairer, Norsett and Wanner, Solving ODEs I, II.7). L_j(theta) = sum_k lagrange_jk theta^k are the
+ * polynomials that are 1 at c_j and 0 at the others. The matrix a_ij is R B L, R L = 1, with a block of B
+ * for each eigenvalue: lambda_k of a real one, the rows (re, -im) and (im, re) of a conjugate pair, of which
+ * one is listed. L has the left eigenvectors as rows, of pairs their real parts above their imaginary ones.
+ *
+ * Error: d = acceleration at t_begin + sum_j e_j a_j, the defect of the polynomial there, decreases with h^s;
+ * d_low, with one abscissa less, decreases with h^(s - 1). A vibration of x radians a step has d = K x^s and
+ * d_low = K_low x^(s - 1) times its acceleration, and an error of its position of C x^(order + 1) times its
+ * amplitude: so
+ *     x = ratio |d| / |d_low|,   error = share h^2 |d| x^(order - s - 1),   ratio = K_low / K, share = C / K.
  */
 #include "runtime/core/methods/methods.h"
 
@@ -124,12 +139,107 @@ static int find_stages(struct refdyn_step *step, const struct collocation_of_one
     return status ? status : iteration.status;
 }
 
+/*
+ * ---- Jumps and kinks of friction within a step ----
+ *
+ * Divided differences d_k of the accelerations over theta = 0, c_1 ... c_s, of orders k = s - 3 ... s, show
+ * them. A vibration of x radians a step has x^k/k! times its acceleration, alternately with sine and cosine,
+ * so that with X > x
+ *     max(s! d_s/X^s, (s - 1)! d_(s-1)/X^(s-1)) < max((s - 2)! d_(s-2)/X^(s-2), (s - 3)! d_(s-3)/X^(s-3)).
+ * Otherwise the error is that of a vibration that the step does not resolve: with x radians a step it is
+ * share c_1 ... c_s h^2 d_s x^(order - 1 - s), by the formulas above with K = c_1 ... c_s / s!. The
+ * differences are not multiplied by the matrix of the step: in a step that begins at rest, it would damp the
+ * sign that sliding has begun.
+ *
+ * Where the polynomial misses a large part of the accelerations, the error exceeds the tolerance of the step,
+ * so that no step continues beyond a layer of friction that it has passed unnoticed.
+ */
+
+/* Largest radians a step of a smooth motion: a jump or a kink anywhere in the step looks like more than 2.4.
+ */
+static const double smooth = 2.3;
+/* Radians that represent a jump or a kink. With this value the error is that of the velocity over about ten
+ * steps, several times the error of the position over h. */
+static const double unresolved = 50;
+/* Defect of the polynomial over the difference of order s: about the largest product of distances from s + 1
+ * nodes. */
+static const double missed = 0.005;
+/* The polynomial follows the accelerations if its defect is below this fraction of the largest one. */
+static const double followed = 0.25;
+/* Rates that change by less in a step count as at rest [unit/s]: a hundredth of the smallest width of
+ * friction. */
+static const double at_rest = 1e-12;
+/* Error, in tolerances, of a step whose defect equals that fraction. */
+static const double refused = 2;
+
+static double node(const struct refdyn_collocation_table *table, int j) {
+    return j == 0 ? 0 : table->c[j - 1];
+}
+
+/* Replaces differences by those of the next order. Returns the largest, times order!/smooth^order. */
+static double differ(const struct refdyn_step *step, int order, double *d) {
+    const struct refdyn_collocation_table *table = step->method->table;
+    const int n = step->n;
+    double largest = 0;
+    for (int j = 0; j + order <= table->stages; j++) {
+        const double distance = node(table, j + order) - node(table, j);
+        for (int i = 0; i < n; i++)
+            d[j * n + i] = (d[(j + 1) * n + i] - d[j * n + i]) / distance;
+        largest = fmax(largest, refdyn_step_largest_change(step, d + j * n, NULL));
+    }
+    for (int k = 1; k <= order; k++)
+        largest *= k / smooth;
+    return largest;
+}
+
+/* most (n) := the largest of `count` accelerations of each coordinate. */
+static void find_most(const double *accelerations, int count, int n, double *most) {
+    for (int j = 0; j < n; j++)
+        most[j] = 0;
+    for (int i = 0; i < count; i++)
+        for (int j = 0; j < n; j++)
+            most[j] = fmax(most[j], fabs(accelerations[i * n + j]));
+}
+
+/* Returns the largest relative defect of the polynomial among coordinates whose rate changes; top (n):
+ * differences of order s. */
+static double largest_part_missed(const struct refdyn_step *step, const double *most, const double *top,
+                                  double h) {
+    double part = 0;
+    for (int j = 0; j < step->n; j++)
+        if (h * missed * fabs(top[j]) > at_rest * step->units[j])
+            part = fmax(part, missed * fabs(top[j]) / most[j]);
+    return part;
+}
+
+/* The error of the positions after a step of h, in the step's units, where friction causes a jump or a kink;
+ * 0 where the accelerations ((s + 1) x n), at theta = 0 and at the stages, are smooth. Overwrites them. */
+static double error_of_kink(const struct refdyn_step *step, double *accelerations, double h) {
+    const struct refdyn_collocation_table *table = step->method->table;
+    const int s = table->stages;
+    double *most = step->stage, low[2] = {0, 0}, error = table->share * h * h;
+    find_most(accelerations, s + 1, step->n, most);
+    for (int order = 1; order <= s - 2; order++) {
+        low[0] = low[1];
+        low[1] = differ(step, order, accelerations);
+    }
+    const double before = differ(step, s - 1, accelerations), last = differ(step, s, accelerations);
+    const double high = fmax(before, last);
+    if (high <= fmax(low[0], low[1]))
+        return 0;
+    for (int k = 1; k <= s; k++)
+        error *= table->c[k - 1] * smooth / k;
+    error *= high * pow(unresolved, step->method->order - 1 - s);
+    const double part = largest_part_missed(step, most, accelerations, h);
+    return part > followed ? fmax(error, refused * step->tolerance * part / followed) : error;
+}
+
 /* The last stage is the end of the step, where stiff transients are damped: the next step may begin there. */
 static int ends_with_stage(const struct refdyn_collocation_table *table) {
     return table->c[table->stages - 1] == 1;
 }
 
-/* That of methods.h. The acceleration at the begin is that of the last stage before: the equations give
+/* The acceleration at the begin is that of the last stage before: the equations give
  * what stiffness makes of its rounding. */
 static double unsmooth_error(struct refdyn_step *step, const struct stages_of_one *stages, double h) {
     const int n = step->n, size = table_of(step)->stages * n;
@@ -137,8 +247,10 @@ static double unsmooth_error(struct refdyn_step *step, const struct stages_of_on
     double *a = stages->missing; /* and the parts behind it */
     memcpy(a, first, (size_t)n * sizeof *a);
     memcpy(a + n, stages->now, (size_t)size * sizeof *a);
-    return refdyn_unsmooth_error(step, a, h);
+    return error_of_kink(step, a, h);
 }
+
+/* ---- The step ---- */
 
 static int take(struct refdyn_step *step, double h) {
     struct taking taking = {step, h};

@@ -1,5 +1,5 @@
 /*
- * Coefficients of collocation methods; their meaning is in methods.h.
+ * Coefficients of collocation methods; their meaning is in collocation.c.
  *
  * gauss12: abscissae are the roots of the Legendre polynomial of degree 6 (Butcher, Math. Comp. 18:50-64,
  * 1964); radau9: those of the Radau polynomial of degree 5 with the end of the step among them (Ehle 1969;

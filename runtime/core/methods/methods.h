@@ -6,10 +6,6 @@
 #ifndef REFDYN_METHODS_H
 #define REFDYN_METHODS_H
 
-#include "runtime/core/base/core.h"
-
-#include "refdyn.h"
-#include "runtime/core/constraints/constraints.h"
 #include "runtime/core/implicit/implicit.h"
 
 /*
@@ -17,8 +13,7 @@
  *
  * A step leads from `state` with `rates` at t_begin to `state_new`, where the caller then evaluates
  * `rates_new`. Between them, theta in [0, 1] denotes the time t_begin + theta (t_end - t_begin). All
- * variables belong to the motion and are in struct refdyn_step; methods are constant, so that several motions
- * can be stepped side by side.
+ * variables are in struct refdyn_step; methods are constant.
  */
 
 /* Control of the step length by error estimates: step_control.c. */
@@ -35,10 +30,9 @@ struct refdyn_method_kind {
     int begins_by_tangent; /* the tangent is evaluated at t_begin */
     int leaves_out_work;   /* state_new lacks the work done; quadrature computes it */
     int ends_at_outputs;   /* steps end at outputs, because the interpolant has a lower order */
-    /* Returns the number of doubles in `memory`. */
+    /* Returns the number of doubles in `memory`. NULL `begin`: the methods keep nothing of earlier steps;
+     * else see refdyn_step_break_off. */
     int (*memory_size)(const struct refdyn_method_definition *method, const struct refdyn_model *model);
-    /* Forgets the polynomials of earlier steps and, with is_new, all information about the motion. NULL: the
-     * methods keep none. */
     void (*begin)(struct refdyn_step *step, int is_new);
     /* Computes `state_new` and `error` from `state`. Errors: those of refdyn_rates, MATRIX_SINGULAR,
      * NO_CONVERGENCE, with their time in failed_t. */
@@ -86,25 +80,22 @@ struct refdyn_step {
     double *units;  /* (n) change that counts as 1 rad: options.length for a translation, 1 for a rotation */
     double *memory; /* private to the method */
     int has_rates_new; /* rates_new were evaluated at state_new */
-    int is_met;        /* state_new has been projected onto the programme already. Row met_row had the largest
-                          residual;        `side` is the state before projection; row terms and rates_new are evaluated. */
-    int met_row;
+    /* state_new has been projected onto the programme already: row met_row had the largest residual, `side`
+     * is the state before, row terms and rates_new are evaluated */
+    int is_met, met_row;
     int is_looked_into; /* the additional stages of the interpolant have been evaluated */
     double failed_t;    /* time at which the last failed step failed [s] */
 };
 
 void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *model, int memory_size,
                          struct layout *layout);
-/* From now on projects stages onto the programme and computes rates by the index partition; NULL: ends this.
- */
+/* Projects stages onto the programme, and computes rates by the index partition; NULL: ends this. */
 void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide *guide);
-/* Calls `begin` of the method: it forgets earlier steps and, with is_new, all information about the motion.
- */
+/* The method forgets earlier steps and, with is_new, all information about the motion. */
 void refdyn_step_break_off(struct refdyn_step *step, int is_new);
 /* Sets both ends of the step to `state` at t, where a motion begins or continues. */
 void refdyn_step_place(struct refdyn_step *step, double t, const double *state);
-/* Makes the end of the last step the start of the next one, at t_begin, which is on the right side of a time
- * event. */
+/* The end of the last step becomes the start of the next one, at t_begin, right of a time event. */
 void refdyn_step_next(struct refdyn_step *step, double t_begin);
 /* Discards the attempted step: its end becomes its start. */
 void refdyn_step_give_up(struct refdyn_step *step);
@@ -139,136 +130,62 @@ double refdyn_step_largest_error(const struct refdyn_step *step, double h);
 void refdyn_step_hermite(const struct refdyn_step *step, const double *rates_end, double theta,
                          double *state);
 
-/*
- * ---- Collocation methods ----
- *
- * A step of h (theory, sect. 8.6): accelerations a_i at the times t + c_i h, so that with
- *     Q_i = q + h c_i qd + h^2 sum_j aa_ij a_j,   V_i = qd + h sum_j a_ij a_j
- * they are those of the states (Q_i, V_i); then q_new = q + h qd + h^2 sum_j bb_j a_j, qd_new = qd + h sum_j
- * b_j a_j (Hairer, Norsett and Wanner, Solving ODEs I, II.7). L_j(theta) = sum_k lagrange_jk theta^k are the
- * polynomials that are 1 at c_j and 0 at the others. The matrix a_ij is R B L, R L = 1, with a block of B
- * for each eigenvalue: lambda_k of a real one, the rows (re, -im) and (im, re) of a conjugate pair, of which
- * one is listed. L has the left eigenvectors as rows, of pairs their real parts above their imaginary ones.
- *
- * Error: d = acceleration at t_begin + sum_j e_j a_j, the defect of the polynomial there, decreases with h^s;
- * d_low, with one abscissa less, decreases with h^(s - 1). A vibration of x radians a step has d = K x^s and
- * d_low = K_low x^(s
- * - 1) times its acceleration, and an error of its position of C x^(order + 1) times its amplitude: so x =
- * ratio |d| / |d_low|,   error = share h^2 |d| x^(order - s - 1),   ratio = K_low / K, share = C / K.
- */
+/* ---- Collocation methods: collocation.c has the formulas ---- */
+
 struct refdyn_collocation_table {
     int stages;
-    int continued; /* number of final stages whose polynomial is extrapolated as first guess of the next step
-                    */
+    int continued;   /* final stages whose polynomial is extrapolated as first guess of the next step */
     int eigenvalues; /* number of eigenvalues listed */
     double ratio, share;
-    const double *c;        /* (s) */
-    const double *a;        /* (s x s) integrals of L_j to c_i */
-    const double *aa;       /* (s x s) its square */
-    const double *b;        /* (s) integrals to 1 */
-    const double *bb;       /* (s) their integrals to 1 */
-    const double *lagrange; /* (s x s) */
-    const double *e;        /* (s) -L_j(0) */
-    const double *e_low;    /* (s) the same without the last abscissa */
-    const double *lambda;   /* (eigenvalues x 2) real and imaginary part; a real one comes first */
-    const double *left;     /* (s x s) L */
-    const double *right;    /* (s x s) R */
+    const double *c;            /* (s) */
+    const double *a, *aa;       /* (s x s) integrals of L_j to c_i; its square */
+    const double *b, *bb;       /* (s) integrals to 1, and their integrals */
+    const double *lagrange;     /* (s x s) */
+    const double *e, *e_low;    /* (s) -L_j(0); the same without the last abscissa */
+    const double *lambda;       /* (eigenvalues x 2) real and imaginary part; a real one comes first */
+    const double *left, *right; /* (s x s) L, R */
 };
-
 /* Computes the accelerations (n) at theta from the polynomial of the last step. */
 void refdyn_collocation_accelerations(const struct refdyn_step *step, double theta, double *qdd);
-
-/* The kind of methods with such a table. A guided step iterates without matrices where none fit into memory.
- */
+/* A guided step iterates without matrices where none fit into memory. */
 extern const struct refdyn_method_kind refdyn_collocation;
 
-/*
- * ---- Rosenbrock methods ----
- *
- * A step of h from (t, y) with J = df/dy and f_t = df/dt there, in the form without products of matrices and
- * vectors (Hairer and Wanner, Solving ODEs II, 2nd ed., IV.7): (I / (h gamma) - J) U_i = f(t + alpha_i h, y +
- * sum_j a_ij U_j) + sum_j c_ij U_j / h + gamma_sum_i h f_t y_new = y + sum_j b_j U_j,   error = sum_j e_j U_j
- * with j < i in the sums over a and c. Between the ends of the step, 0 <= theta <= 1,
- *     y(t + theta h) = (1 - theta) y + theta (y_new + (1 - theta) (K_1 + theta (K_2 + theta (K_3 + ...))))
- *     K_k = sum_j interpolant_kj U_j
- * or Hermite's cubic if interpolant_terms is 0. The stages beyond `stages` have the same form with b = e = 0;
- * they are evaluated only when a step is interpolated. `all` is stages + interpolant_stages. A W-method keeps
- * its order with any matrix for J and any vector for f_t, zeros included.
- */
+/* ---- Rosenbrock methods: rosenbrock.c has the formulas. `all` is stages + interpolant_stages ---- */
+
 struct refdyn_rosenbrock_table {
-    int stages;
-    int interpolant_stages;
+    int stages, interpolant_stages;
     int order_error;       /* of the embedded formula, whose weights are b - e */
     int order_interpolant; /* of y(t + theta h) */
     int interpolant_terms; /* 0: the cubic of Hermite */
     int is_w_method;
     double gamma;
-    const double *a;           /* (all x all) strictly lower triangle, of U_j */
-    const double *c;           /* (all x all) strictly lower triangle, of U_j / h */
+    const double *a, *c;       /* (all x all) strictly lower triangles, of U_j and of U_j / h */
     const double *alpha;       /* (all) the times of the stages, in steps */
     const double *gamma_sum;   /* (all) of h f_t */
-    const double *b;           /* (all) */
-    const double *e;           /* (all) */
+    const double *b, *e;       /* (all) */
     const double *interpolant; /* (interpolant_terms x all) */
 };
-
-/* The kind of methods with such a table; steps leave out the work. */
+/* Steps leave out the work. */
 extern const struct refdyn_method_kind refdyn_rosenbrock;
 
-/*
- * ---- Explicit Runge-Kutta methods ----
- *
- * Butcher tableau: Y_s = y + h sum_j a_sj f(t + c_j h, Y_j), y_new = y + h sum_s b_s f_s.
- *
- * Between the ends of the step, 0 <= theta <= 1 (Hairer, Norsett and Wanner, Solving ODEs I, 2nd ed., II.6),
- *     y(t + theta h) = y + h sum_s w_s(theta) f_s,   w_s(theta) = sum_k interpolant_sk theta^(k + 1)
- * over `all` = stages + interpolant_stages rates; those beyond `stages` are evaluated only when a step is
- * interpolated.
- *
- * With two embedded formulas, E = h |sum e_s f_s| and E_low = h |sum e_low_s f_s| are combined to the error
- * E^2 / sqrt(E^2 + E_low^2 / 100). For rk8 this decreases with h^8, E with h^6 and E_low with h^4 (II.10).
- */
+/* ---- Explicit Runge-Kutta methods: runge_kutta.c has the formulas. `all` as above ---- */
+
 struct refdyn_tableau {
-    int stages;
-    int interpolant_stages;
+    int stages, interpolant_stages;
     int order_error;             /* of the embedded formula; 0: none, the step is fixed */
     int order_error_low;         /* of a second embedded formula; 0: none */
     int order_interpolant;       /* of y(t + theta h) */
     int degree;                  /* of w_s */
     const double *a;             /* (stages x stages) strictly lower triangle */
-    const double *b;             /* (stages) */
-    const double *c;             /* (stages) */
-    const double *e;             /* (stages) b minus the embedded formula's b */
-    const double *e_low;         /* (stages) the same of the second one */
+    const double *b, *c;         /* (stages) */
+    const double *e, *e_low;     /* (stages) b minus that of the embedded formula, and of the second one */
     const double *interpolant_a; /* (interpolant_stages x all) rows of a for these stages */
     const double *interpolant_c; /* (interpolant_stages) */
     const double *interpolant;   /* (all x degree) */
 };
 
-/* The kind of methods with a tableau. */
 extern const struct refdyn_method_kind refdyn_explicit;
-
-/* Computes the derivative of qd (n) of the interpolant at theta. A state must have been interpolated in this
- * step. */
+/* The derivative of qd (n) of the interpolant at theta, after a state was interpolated in this step. */
 void refdyn_explicit_accelerations(const struct refdyn_step *step, double theta, double *qdd);
-
-/*
- * ---- Jumps and kinks of friction within a collocation step ----
- *
- * Returns the error of the positions after a step of h, in the step's units, where friction causes a jump or
- * a kink of the accelerations; 0 where they are smooth. The test uses their divided differences d_k over
- * theta = 0, c_1 ... c_s, of orders k = s - 3 ... s. A vibration of x radians a step has x^k/k! times its
- * acceleration, alternately with sine and cosine, so that with X > x max(s! d_s/X^s, (s - 1)!
- * d_(s-1)/X^(s-1)) < max((s - 2)! d_(s-2)/X^(s-2), (s - 3)! d_(s-3)/X^(s-3)). Otherwise the error is that of
- * a vibration that the step does not resolve: with x radians a step it is share c_1 ... c_s h^2 d_s x^(order
- * - 1 - s), by the formulas above with K = c_1 ... c_s / s!. The differences are not multiplied by the matrix
- * of the step: in a step that begins at rest, it would damp the sign that sliding has begun.
- *
- * Where the polynomial misses a large part of the accelerations, the error exceeds the tolerance of the step,
- * so that no step continues beyond a layer of friction that it has passed unnoticed.
- *
- * accelerations ((s + 1) x n): at theta = 0 and at the stages; overwritten.
- */
-double refdyn_unsmooth_error(const struct refdyn_step *step, double *accelerations, double h);
 
 #endif

@@ -3,7 +3,18 @@
  *
  * In: a state and a step h. Out: the state after it, the error estimate of the embedded formula, and states
  * between. Each stage needs one evaluation of the accelerations and one solution with the matrix of
- * implicit.h for g = gamma h, which is factored once a step. methods.h has the formulas.
+ * linearisation.c for g = gamma h, which is factored once a step.
+ *
+ * A step of h from (t, y) with J = df/dy and f_t = df/dt there, in the form without products of matrices and
+ * vectors (Hairer and Wanner, Solving ODEs II, 2nd ed., IV.7):
+ *     (I / (h gamma) - J) U_i = f(t + alpha_i h, y + sum_j a_ij U_j) + sum_j c_ij U_j / h + gamma_sum_i h f_t
+ *     y_new = y + sum_j b_j U_j,   error = sum_j e_j U_j
+ * with j < i in the sums over a and c. Between the ends of the step, 0 <= theta <= 1,
+ *     y(t + theta h) = (1 - theta) y + theta (y_new + (1 - theta) (K_1 + theta (K_2 + theta (K_3 + ...))))
+ *     K_k = sum_j interpolant_kj U_j
+ * or Hermite's cubic if interpolant_terms is 0. The stages beyond `stages` have the same form with b = e = 0;
+ * they are evaluated only when a step is interpolated. A W-method keeps its order with any matrix for J and
+ * any vector for f_t, zeros included.
  */
 #include "runtime/core/methods/methods.h"
 

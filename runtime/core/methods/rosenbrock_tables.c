@@ -1,5 +1,5 @@
 /*
- * Coefficients of Rosenbrock methods; their meaning is in methods.h.
+ * Coefficients of Rosenbrock methods; their meaning is in rosenbrock.c.
  *
  * rodas5p: Steinebach, BIT Numer. Math. 63:27, 2023; L-stable, stiffly accurate.
  * rodas6p: Steinebach, arXiv:2511.21252, 2025; the same of order 6.

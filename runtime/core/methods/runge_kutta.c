@@ -2,8 +2,17 @@
  * Explicit Runge-Kutta methods: the step, and its interpolant.
  *
  * In: a state (q, qd, work) and a step h. Out: the state after it, the error estimate of the embedded
- * formulas, and states between. methods.h has the formulas. The work of non-conservative and programme forces
- * is a component of the state.
+ * formulas, and states between. The work of non-conservative and programme forces is a component of the
+ * state.
+ *
+ * Butcher tableau: Y_s = y + h sum_j a_sj f(t + c_j h, Y_j), y_new = y + h sum_s b_s f_s.
+ * Between the ends of the step, 0 <= theta <= 1 (Hairer, Norsett and Wanner, Solving ODEs I, 2nd ed., II.6),
+ *     y(t + theta h) = y + h sum_s w_s(theta) f_s,   w_s(theta) = sum_k interpolant_sk theta^(k + 1)
+ * over `all` = stages + interpolant_stages rates; those beyond `stages` are evaluated only when a step is
+ * interpolated.
+ *
+ * With two embedded formulas, E = h |sum e_s f_s| and E_low = h |sum e_low_s f_s| are combined to the error
+ * E^2 / sqrt(E^2 + E_low^2 / 100). For rk8 this decreases with h^8, E with h^6 and E_low with h^4 (II.10).
  */
 #include "runtime/core/methods/methods.h"
 

@@ -1,5 +1,5 @@
 /*
- * Coefficients of explicit Runge-Kutta methods; their meaning is in methods.h.
+ * Coefficients of explicit Runge-Kutta methods; their meaning is in runge_kutta.c.
  *
  * rk4: Kutta, Z. Math. Phys. 46:435-453, 1901; between the ends of a step the cubic of Hermite. rk54: Dormand
  * and Prince, J. Comput. Appl. Math. 6:19-26, 1980, RK5(4)7M; between the ends Shampine, Math. Comput.

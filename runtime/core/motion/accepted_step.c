@@ -1,8 +1,8 @@
 /*
- * One accepted step of a motion: its plan, attempts, and the judgement of their errors.
+ * One accepted step of a motion: its attempts, and the judgement of their errors.
  *
- * In: the state at the end of the last step. Out: the next accepted state. step_control.c chooses the length
- * of the step, automatic_method.c its method; obstacles.c says where it may end.
+ * In: the state at the end of the last step, and the time that the caller asks for. Out: the next accepted
+ * state. step_control.c chooses the length of the step, automatic_method.c its method.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -13,7 +13,9 @@
 
 /* ---- One step ---- */
 
-int refdyn_attempt_prepare(struct refdyn_motion *motion) {
+/* The tangent at the begin, which the steps of some methods need. If there is none, the automatic method
+ * continues with another one. */
+static int attempt_prepare(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     if (!step->method->kind->begins_by_tangent)
         return REFDYN_OK;
@@ -173,7 +175,7 @@ static void begin_adaptive(struct refdyn_motion *motion, struct refdyn_attempt *
     attempt->is_over = refdyn_obstacles_step(motion, control->next, ahead);
 }
 
-int refdyn_attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *attempt) {
+static int attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *attempt) {
     const struct refdyn_step_control *control = &motion->control;
     const struct refdyn_ahead *ahead = &attempt->ahead;
     const double t_begin = motion->step.t_begin;
@@ -187,7 +189,8 @@ int refdyn_attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
     return REFDYN_OK;
 }
 
-int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt) {
+/* The step is over already where events are due at its begin, and after fixed and special steps. */
+static int attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt) {
     *attempt = (struct refdyn_attempt){.is_over = 0};
     const int status = begin(motion);
     if (status)
@@ -206,19 +209,26 @@ int refdyn_attempt_begin(struct refdyn_motion *motion, double t_out, struct refd
     return REFDYN_OK;
 }
 
-int refdyn_attempt_take(struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
-    return refdyn_motion_take(motion, attempt->t_new, attempt->h);
+/* May a batch take the step, by the method alone, with the parameters as they are? */
+static int may_be_taken_beside(const struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
+    return !attempt->is_left && !motion->step.guide && !motion->options.balance &&
+           motion->options.gain_share == 0 && motion->state_events.named == 0;
 }
 
-int refdyn_accept_step(struct refdyn_motion *motion, double t_out) {
-    struct refdyn_attempt attempt;
-    int status = refdyn_attempt_begin(motion, t_out, &attempt);
-    while (!status && !attempt.is_over) {
-        status = refdyn_attempt_prepare(motion);
+int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
+                       struct refdyn_attempt *attempt) {
+    int status = attempt->is_over ? attempt_begin(motion, t_out, attempt) : REFDYN_OK;
+    while (!status && !attempt->is_over) {
+        const int is_beside = may_halt && may_be_taken_beside(motion, attempt);
+        if (!is_beside)
+            status = attempt_prepare(motion);
         if (!status)
-            status = refdyn_attempt_plan(motion, &attempt);
+            status = attempt_plan(motion, attempt);
+        if (!status && is_beside)
+            return REFDYN_HALTED;
         if (!status)
-            refdyn_attempt_judge(motion, &attempt, refdyn_attempt_take(motion, &attempt));
+            refdyn_attempt_judge(motion, attempt, refdyn_motion_take(motion, attempt->t_new, attempt->h));
+        attempt->is_left = 0;
     }
     return status;
 }

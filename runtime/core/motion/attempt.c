@@ -17,14 +17,6 @@ void refdyn_motion_failed(struct refdyn_motion *motion, int cause, double t) {
     motion->failure = (struct refdyn_failure){cause, t};
 }
 
-void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new) {
-    refdyn_step_break_off(&motion->step, is_new);
-    refdyn_linear_leave_begin(&motion->linear);
-    refdyn_linear_drop_factors(&motion->linear);
-    refdyn_programme_forget(&motion->programme);
-    refdyn_control_leave_interval(&motion->control);
-}
-
 /* ---- Special steps ---- */
 
 static void follow_with(struct refdyn_motion *motion, enum refdyn_method method,

@@ -1,8 +1,16 @@
 /*
  * One-sided contacts: their modes and values.
  *
- * In: a state. Out: the values whose zeros are events of contacts, and the forces of contacts. The force of a
- * contact that rests is the multiplier of its row: M qdd - h - Q = u^T lambda, u the gradient of the gap.
+ * In: a state. Out: the values whose zeros are events of contacts, and the forces of contacts.
+ *
+ * A contact has one of three modes:
+ * - free: its value is the gap;
+ * - resting: its row keeps the gap closed, and its value is the force of that row, its multiplier:
+ *   M qdd - h - Q = u^T lambda, u the gradient of the gap;
+ * - touching: other contacts keep the gap closed, or nothing presses it, so that there is no force.
+ *
+ * To the gap of a contact that touches, and for a short time of one that has just opened, the value adds an
+ * allowance for errors and rounding. Each value falls through zero where the mode changes.
  */
 #include "runtime/core/motion/motion.h"
 

@@ -3,8 +3,10 @@
  *
  * In: the step, and the sides of zero on which the values were at its begin. Out: where a shorter step should
  * end, or what is due at the end of this one. Each value is sampled in nine places of the method's
- * interpolant. Zeros on the interpolant are found by the Illinois form of regula falsi (Dowell and Jarratt,
- * BIT 11:168-174, 1971). The step is taken again to there; what it then misses is found by Newton's method.
+ * interpolant. Where it has changed its sign, or a parabola through three samples says that it may have been
+ * beyond zero in between, the first zero is located by the Illinois form of regula falsi (Dowell and Jarratt,
+ * BIT 11:168-174, 1971). The step is taken again to there; what it then misses is found by Newton's method,
+ * until the end lies on the zero: the event is as accurate as a step.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -129,20 +131,21 @@ static int find_near_begin(struct refdyn_state_events *events, struct refdyn_ste
  * zero. */
 static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step, int i, int middle, int side,
                     double *theta) {
-    struct dip dip;
+    struct refdyn_dip dip;
     double x, v, value;
     for (int k = 0; k < 3; k++) {
         dip.x[k] = (double)(middle - 1 + k) / SAMPLES;
         dip.v[k] = side * sample(events, middle - 1 + k, i);
     }
     const double begin = dip.x[0], least = fmin(dip.v[0], fmin(dip.v[1], dip.v[2]));
-    for (int tries = 0; tries < DIPS_MOST && dip_bottom(&dip, &x, &v) && v < least / 2; tries++) {
+    for (int tries = 0; tries < REFDYN_DIPS_MOST && refdyn_dip_bottom(&dip, &x, &v) && v < least / 2;
+         tries++) {
         const int status = value_at(events, step, i, x, &value);
         if (status)
             return status;
         if (side * value < 0)
             return find_zero(events, step, i, begin, sample(events, middle - 1, i), x, value, theta);
-        dip_narrow(&dip, x, side * value);
+        refdyn_dip_narrow(&dip, x, side * value);
     }
     return REFDYN_OK;
 }

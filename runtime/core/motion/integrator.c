@@ -441,9 +441,10 @@ static int arrive(struct refdyn_integrator *integrator, double t_out, int status
     return status ? status : failed;
 }
 
-/* Are more steps needed to reach t_out or an event? */
+/* Are more steps needed to reach t_out or an event that the caller has to know of first? */
 static int is_before(const struct refdyn_motion *motion, double t_out) {
-    return !ends_at(motion, t_out) && !refdyn_state_events_wait(&motion->state_events);
+    const struct refdyn_state_events *events = &motion->state_events;
+    return !ends_at(motion, t_out) && (events->due_named == 0 || events->is_told);
 }
 
 /* Reports the events at the state that the caller sees once; those that have ended the motion at each call.
@@ -472,39 +473,22 @@ int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, l
     if (!(isfinite(t_out) && t_out >= integrator->t))
         return REFDYN_BAD_OPTION;
     struct refdyn_motion *motion = enter(integrator);
+    struct refdyn_attempt attempt = {.is_over = 1};
     int status = REFDYN_OK;
     for (; steps > 0 && is_before(motion, t_out) && !status; steps--)
-        status = refdyn_accept_step(motion, t_out);
+        status = refdyn_accept_step(motion, t_out, 0, &attempt);
     return conclude(integrator, t_out, status);
-}
-
-/* A step by the method alone, with the parameters as they are. */
-static int may_be_taken_beside(const struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
-    return !attempt->is_left && !motion->step.guide && !motion->options.balance &&
-           motion->options.gain_share == 0 && motion->state_events.named == 0;
 }
 
 int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
                            struct refdyn_attempt *attempt) {
     struct refdyn_motion *motion = enter(integrator);
     int status = REFDYN_OK;
-    while (!status && (!attempt->is_over || is_before(motion, t_out))) {
-        if (attempt->is_over)
-            status = refdyn_attempt_begin(motion, t_out, attempt);
-        if (status || attempt->is_over)
-            continue;
-        const int is_beside = may_be_taken_beside(motion, attempt);
-        if (!is_beside)
-            status = refdyn_attempt_prepare(motion);
-        if (!status)
-            status = refdyn_attempt_plan(motion, attempt);
-        if (!status && is_beside) {
-            refdyn_parameters_leave(&motion->parameters, motion->work);
-            return REFDYN_HALTED;
-        }
-        if (!status)
-            refdyn_attempt_judge(motion, attempt, refdyn_attempt_take(motion, attempt));
-        attempt->is_left = 0;
+    while (!status && (!attempt->is_over || is_before(motion, t_out)))
+        status = refdyn_accept_step(motion, t_out, 1, attempt);
+    if (status == REFDYN_HALTED) {
+        refdyn_parameters_leave(&motion->parameters, motion->work);
+        return status;
     }
     attempt->is_over = 1;
     return conclude(integrator, t_out, status);

@@ -1,9 +1,18 @@
 /*
  * Rows that jump.
  *
+ * At time events rows come and go, as x + where(t < 1, 1, 0) y does, or ask for other rates, as x - min(t, 1)
+ * does; at kinks in coordinates they turn, as x - abs(y) does; events and callers set inputs and parameters
+ * that rows read.
+ *
  * In: the row terms on both sides of a jump. Out: the side on which a state is evaluated, and the begin of
- * the next step. Impulse: M (qd_after - qd_before) = u^T Lambda with psi_after = psi_before, the smallest
- * change of velocities in the metric of M (theory, sect. 8.3).
+ * the next step. The step before the jump uses only the rows on its left side: its end is brought onto them,
+ * and states inside it or at its end have their accelerations. The next step begins after the jump, where
+ * rows and dependent coordinates are determined again. Positions must already meet the new rows.
+ *
+ * Rates jump by an impulse, as in an inelastic impact: M (qd_after - qd_before) = u^T Lambda with psi_after =
+ * psi_before, with any stabilisation, the smallest change of velocities in the metric of M (theory,
+ * sect. 8.3).
  */
 #include "runtime/core/motion/motion.h"
 

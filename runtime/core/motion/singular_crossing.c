@@ -1,6 +1,11 @@
 /*
  * Passes a state where the rows lose rank (theory, sect. 8.9).
  *
+ * There K qdd = k has no unique solution. Off the programme, at a distance e from it and a time s before that
+ * state, accelerations are wrong by about e/s^2. On the programme they are smooth along a branch. So one step
+ * of rk8 passes that state, which lies in the widest gap between its stages. The stages are first brought
+ * onto the programme; the embedded formulas estimate the error as they do elsewhere.
+ *
  * In: a motion at the begin of a step. Out: when the rows lose rank ahead, and the step that passes that
  * state, with its stages on the programme and a check of where it arrived.
  *
@@ -294,14 +299,14 @@ static double end_of_step(struct refdyn_motion *motion, double t, double t_bound
     return INFINITY;
 }
 
-int refdyn_crossing_is_on(const struct refdyn_motion *motion) {
+static int crossing_is_on(const struct refdyn_motion *motion) {
     return motion->step.guide == &motion->crossing.guide;
 }
 
 int refdyn_crossing_is_near(const struct refdyn_motion *motion, double t) {
     const struct refdyn_step *step = &motion->step;
     const struct refdyn_singular_crossing *crossing = &motion->crossing;
-    return refdyn_crossing_is_on(motion) && t < step->t_end &&
+    return crossing_is_on(motion) && t < step->t_end &&
            fabs(t - crossing->t) < near_part * (step->t_end - step->t_begin);
 }
 
@@ -433,7 +438,7 @@ static void refuse(struct refdyn_motion *motion, double t_new) {
     crossing->refused.t = crossing->t;
     crossing->refused.t_begin = step->t_begin;
     crossing->refused.stretch = t_new - step->t_begin;
-    if (!refdyn_crossing_is_on(motion))
+    if (!crossing_is_on(motion))
         return;
     refdyn_step_place(step, step->t_begin, crossing->unpassed);
     memcpy(step->rates, rates, refdyn_rates_bytes(step));
@@ -504,8 +509,8 @@ int refdyn_crossing_step(struct refdyn_motion *motion, const struct refdyn_ahead
 /* Where the rank has grown, the step began in such a state. */
 int refdyn_crossing_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
     *t = INFINITY;
-    if (motion->options.singular != REFDYN_PASS || motion->options.tol == 0 ||
-        refdyn_crossing_is_on(motion) || motion->work->partition.rank > ahead->rank || !was_missed(motion))
+    if (motion->options.singular != REFDYN_PASS || motion->options.tol == 0 || crossing_is_on(motion) ||
+        motion->work->partition.rank > ahead->rank || !was_missed(motion))
         return REFDYN_OK;
     refdyn_motion_failed(motion, REFDYN_NO_CONVERGENCE, motion->crossing.t);
     return REFDYN_NO_CONVERGENCE;

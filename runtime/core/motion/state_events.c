@@ -4,14 +4,16 @@
  * In: the emitted `event` and `event_terms`, and the state at the begin of a step. Out: which events are due
  * there, at a start, because values have jumped, or after the actions of others. event_zeros.c finds those
  * inside steps.
+ *
+ * The motion keeps on which side of zero each value is, so that rounding does not count. After an event it is
+ * the side to which the crossing led. If an action has turned the value, it follows from the value's rate. A
+ * value that is zero at the start is an event if it leaves zero in the event's direction.
  */
 #include "runtime/core/motion/motion.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
-
-#include "runtime/core/linear/linear.h"
 
 enum {
     REPEATS_FREE = 16, /* events without time between; and four more for each two events of the model */

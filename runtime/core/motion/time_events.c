@@ -2,7 +2,14 @@
  * Time events: kinks and jumps of formulas of time alone.
  *
  * In: the emitted `breaks`, times that follow from parameters and inputs, and `switches`, values that change
- * their sign at all other time events. Out: the time of the next event, where a step ends.
+ * their sign at all other time events. Out: the time of the next event. Every step ends there and sees its
+ * left side; the motion continues from its right side. Each side is so far from the event that no rounding of
+ * a comparison matters.
+ *
+ * Switches are examined as far as a step may reach: first a change of sign between 32 samples, or more if the
+ * frequency of the functions requires it (model.pace), then bisection. A sign that changes and changes back
+ * between two samples is found where a parabola through three samples shows it. No step reaches beyond what
+ * was searched.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -62,6 +69,31 @@ double refdyn_time_events_right_of(const struct refdyn_time_events *events, doub
     return fabs(events->switched - t) <= same ? fmax(right, events->switched + blur(t)) : right;
 }
 
+/* ---- Dips ---- */
+
+int refdyn_dip_bottom(const struct refdyn_dip *dip, double *x, double *v) {
+    const double left = (dip->v[1] - dip->v[0]) / (dip->x[1] - dip->x[0]);
+    const double right = (dip->v[2] - dip->v[1]) / (dip->x[2] - dip->x[1]);
+    const double curvature = (right - left) / (dip->x[2] - dip->x[0]);
+    const double middle = (dip->x[0] + dip->x[1]) / 2;
+    if (!(curvature > 0))
+        return 0;
+    *x = middle - left / (2 * curvature);
+    *v = dip->v[0] + (*x - dip->x[0]) * (left + curvature * (*x - dip->x[1]));
+    return *x > dip->x[0] && *x < dip->x[2] && *x != dip->x[1];
+}
+
+void refdyn_dip_narrow(struct refdyn_dip *dip, double x, double v) {
+    const int is_left = x < dip->x[1], is_lower = v < dip->v[1];
+    const int kept = is_lower ? (is_left ? 2 : 0) : (is_left ? 0 : 2);
+    dip->x[kept] = is_lower ? dip->x[1] : x;
+    dip->v[kept] = is_lower ? dip->v[1] : v;
+    if (is_lower) {
+        dip->x[1] = x;
+        dip->v[1] = v;
+    }
+}
+
 /* ---- Values that change their sign at times that are not known ---- */
 
 /* A search from the begin of a step: the last times at which switches were evaluated, and the values there.
@@ -112,7 +144,7 @@ static double spacing(const struct search *search, double t, double most) {
 }
 
 /* May a value be beyond zero where the parabola predicts v? */
-static int may_be_beyond(const struct dip *dip, double v) {
+static int may_be_beyond(const struct refdyn_dip *dip, double v) {
     const double most = fmax(dip->v[0], fmax(dip->v[1], dip->v[2]));
     const double least = fmin(dip->v[0], fmin(dip->v[1], dip->v[2]));
     return v < fmax(least / 2, parabola_misses * (most - least));
@@ -122,19 +154,20 @@ static int may_be_beyond(const struct dip *dip, double v) {
  */
 static double find_dip(const struct search *search, int i) {
     const double side = search->values[ROWS - 1][i] < 0 ? -1 : 1;
-    struct dip dip;
+    struct refdyn_dip dip;
     double x, v;
     for (int k = 0; k < ROWS; k++) {
         dip.x[k] = search->t[k];
         dip.v[k] = side * search->values[k][i];
     }
-    const struct dip seen = dip;
-    for (int tries = 0; tries < DIPS_MOST && dip_bottom(&dip, &x, &v) && may_be_beyond(&seen, v); tries++) {
+    const struct refdyn_dip seen = dip;
+    for (int tries = 0;
+         tries < REFDYN_DIPS_MOST && refdyn_dip_bottom(&dip, &x, &v) && may_be_beyond(&seen, v); tries++) {
         evaluate(search, x, search->now);
         v = side * search->now[i];
         if (v < 0)
             return x;
-        dip_narrow(&dip, x, v);
+        refdyn_dip_narrow(&dip, x, v);
     }
     return INFINITY;
 }

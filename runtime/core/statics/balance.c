@@ -1,4 +1,14 @@
-/* Balance of a model at rest: forces, rows and their tangent at one place; statics.h has the formulas. */
+/*
+ * Balance of a model at rest: forces, rows and their tangent at one place (theory, sect. 8.7).
+ *
+ * In: coordinates q. Out, for the coordinates that are not held and the rows that hold,
+ *     F + u^T lambda = 0,   phi = 0,   F = Q(q, 0) - share Q_start.
+ * Full pivoting of u divides the coordinates into dependent ones d and independent ones i. With u = [K_d
+ * K_i], P = -K_d^-1 K_i,   K_d^T lambda = -F_d,   dq_d = P dq_i - K_d^-1 phi, there remain as many equations
+ * g = F_i + P^T F_d = 0 as unknowns q_i, with the tangent H = [1 P^T] T [1; P],   T = d(Q + u^T lambda)/dq at
+ * that lambda. Since lambda is a function of q, H is exact even where g is not 0. Without rows g is F, and H
+ * is dQ/dq.
+ */
 #include "runtime/core/statics/statics.h"
 
 #include <float.h>
@@ -100,7 +110,8 @@ int refdyn_balance_read(struct balance *b, struct place *place) {
     return status || b->row_count == 0 ? status : read_rows(b, place);
 }
 
-double refdyn_balance_force(const struct balance *b, const struct place *place, int i) {
+/* F of the coordinate free[i]. */
+static double force_of(const struct balance *b, const struct place *place, int i) {
     const int j = b->free[i];
     return place->Q[j] - b->share * b->Q_start[j];
 }
@@ -175,7 +186,7 @@ static void find_P(const struct balance *b, struct place *place) {
 /* K_d^T lambda = -F_d */
 static void find_lambda(struct balance *b, struct place *place) {
     for (int k = 0; k < b->rank; k++)
-        b->p[k] = -refdyn_balance_force(b, place, b->column[k]);
+        b->p[k] = -force_of(b, place, b->column[k]);
     refdyn_lu_solve(0, place->factors, b->rank, place->exchange, b->p);
     for (int a = 0; a < b->row_count; a++)
         place->lambda[b->row[a]] = a < b->rank ? b->p[a] : 0;
@@ -185,9 +196,9 @@ static void find_lambda(struct balance *b, struct place *place) {
 static void find_g(const struct balance *b, struct place *place) {
     const int rank = b->rank, left = b->count - rank;
     for (int i = 0; i < left; i++) {
-        double sum = refdyn_balance_force(b, place, b->column[rank + i]), size = fabs(sum);
+        double sum = force_of(b, place, b->column[rank + i]), size = fabs(sum);
         for (int k = 0; k < rank; k++) {
-            const double term = place->P[k * left + i] * refdyn_balance_force(b, place, b->column[k]);
+            const double term = place->P[k * left + i] * force_of(b, place, b->column[k]);
             sum += term;
             size += fabs(term);
         }

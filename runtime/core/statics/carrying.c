@@ -1,6 +1,9 @@
 /*
  * The contacts that carry a load.
  *
+ * With g the gaps of the contacts that take part and p their forces, an equilibrium has g >= 0, p >= 0 and
+ * p g = 0. The row of a contact that carries holds; the gaps of the others are checked.
+ *
  * In: the model's forces Q, stiffness K = -dQ/dq, rows and gaps. The first guess of the set is empty. Where
  * no equilibrium exists without contacts, or it lies inside one, the bodies are let down from the start by
  * steps d:
@@ -33,7 +36,34 @@ static const double enters = 1e-9;      /* a gap counts as negative from here on
 static const double pulls = 1e-9;       /* a force counts as negative from here on, over the largest force */
 static const double independent = 1e-9; /* smallest independent part of a row */
 
-void refdyn_carrying_lay_out(struct carrying *c, const struct refdyn_model *model, struct layout *layout) {
+/* The contacts that carry a load, and scratch to find them. */
+struct carrying {
+    int first_row;      /* first row of a contact */
+    int programme;      /* number of rows that always hold */
+    int *rows;          /* (m) rows that always hold, then those of contacts that carry */
+    int *has_part;      /* (contacts) the options list the row */
+    int *carries;       /* (contacts) */
+    int mends;          /* changes of the set so far */
+    int is_let_down;    /* the bodies were let down onto their contacts, which provides a guess of the set */
+    int is_shared;      /* sharing the load with closed contacts without force was attempted */
+    int *joins;         /* (contacts) those that share the load */
+    double *lambda;     /* (m) of the options' rows */
+    double *gap;        /* (contacts) */
+    double *q;          /* (n) on the way down */
+    double *stiffness;  /* (n x n) dQ/dq there */
+    double size;        /* largest stiffness or force */
+    double *factor;     /* (count x count) of K + mu D */
+    double *held;       /* (m x count) directions of the rows that always hold */
+    double *along;      /* (count) the way to these rows */
+    double *d, *d_last; /* (count) steps */
+    struct refdyn_one_sided problem;
+};
+
+struct carrying *refdyn_carrying_lay_out(const struct refdyn_model *model, struct layout *layout) {
+    struct carrying counted;
+    const size_t doubles = (sizeof counted + sizeof(double) - 1) / sizeof(double);
+    struct carrying *laid_out = (struct carrying *)(void *)layout_doubles(layout, (int)doubles);
+    struct carrying *c = laid_out ? laid_out : &counted;
     const int n = model->n, m = model->m, contacts = m - refdyn_programme_rows(model);
     c->first_row = m - contacts;
     c->rows = layout_ints(layout, contacts > 0 ? m : 0);
@@ -50,6 +80,7 @@ void refdyn_carrying_lay_out(struct carrying *c, const struct refdyn_model *mode
     c->along = layout_doubles(layout, contacts > 0 ? n : 0);
     c->q = layout_doubles(layout, contacts > 0 ? n : 0);
     refdyn_one_sided_lay_out(&c->problem, contacts, contacts > 0 ? n : 0, layout);
+    return laid_out;
 }
 
 /* ---- The set ---- */
@@ -61,12 +92,13 @@ static void let_act(const struct statics *statics, int all) {
     for (int i = 0; i < model->event_count; i++)
         if (model->events[i].contact > 0)
             work->p[refdyn_contact_mode_place(model, i)] =
-                all || statics->carrying.carries[model->events[i].contact - 1 - statics->carrying.first_row];
+                all ||
+                statics->carrying->carries[model->events[i].contact - 1 - statics->carrying->first_row];
     refdyn_prepare(work);
 }
 
 static void list_rows(struct statics *statics) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     struct balance *balance = &statics->balance;
     balance->rows = c->rows;
     balance->row_count = c->programme;
@@ -76,7 +108,7 @@ static void list_rows(struct statics *statics) {
 }
 
 int refdyn_carrying_begin(struct statics *statics) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const struct refdyn_statics_options *options = statics->options;
     int count = 0;
     c->programme = c->mends = c->is_let_down = c->is_shared = 0;
@@ -98,7 +130,7 @@ int refdyn_carrying_begin(struct statics *statics) {
 
 /* Evaluates forces, rows and gaps at c->q. */
 static int read(struct statics *statics) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const struct balance *b = &statics->balance;
     const struct refdyn_workspace *work = b->work;
     const int status = refdyn_row_terms(b->work, b->t, c->q, b->rates);
@@ -116,7 +148,7 @@ static int read(struct statics *statics) {
 
 /* Factors K + mu D for the coordinates that are not held. Returns 0 if it is not positive definite. */
 static int factor(struct statics *statics, double mu) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const struct balance *b = &statics->balance;
     const int n = b->n, count = b->count;
     for (int i = 0; i < count; i++)
@@ -133,7 +165,7 @@ static void spread(const struct statics *statics, int row, double *spread_row) {
     const struct balance *b = &statics->balance;
     for (int i = 0; i < b->count; i++)
         spread_row[i] = b->work->u[row * b->n + b->free[i]];
-    refdyn_factor_half_forward(statics->carrying.factor, b->count, b->count, spread_row);
+    refdyn_factor_half_forward(statics->carrying->factor, b->count, b->count, spread_row);
 }
 
 static void take_away(const double *directions, int directions_count, int count, double *x) {
@@ -145,7 +177,7 @@ static void take_away(const double *directions, int directions_count, int count,
 /* held := orthonormal directions of the rows that always hold; along := the step onto these rows. Returns the
  * number of directions. */
 static int meet_programme(struct statics *statics) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const struct balance *b = &statics->balance;
     const int count = b->count;
     int held = 0;
@@ -169,7 +201,7 @@ static int meet_programme(struct statics *statics) {
 
 /* Computes the step d (count) from the factor. Returns 0 if no step satisfies rows and gaps. */
 static int find_step(struct statics *statics) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const struct balance *b = &statics->balance;
     struct refdyn_one_sided *problem = &c->problem;
     const int count = b->count, held = meet_programme(statics);
@@ -213,7 +245,7 @@ static int step_within(struct statics *statics, double *reach, double *mu) {
         if (factor(statics, *mu)) {
             if (!find_step(statics))
                 return 0;
-            if (length_of(b, statics->carrying.d, turns) <= *reach)
+            if (length_of(b, statics->carrying->d, turns) <= *reach)
                 return 1;
         }
         *mu *= mu_rise;
@@ -227,14 +259,14 @@ static double size_of(const struct statics *statics) {
     double size = 0;
     for (int i = 0; i < b->count; i++) {
         const int j = b->free[i];
-        const double stiffness = fabs(statics->carrying.stiffness[j * b->n + j]) * b->unit[j] * b->unit[j];
+        const double stiffness = fabs(statics->carrying->stiffness[j * b->n + j]) * b->unit[j] * b->unit[j];
         size = fmax(size, fmax(stiffness, fabs(b->now.Q[j]) * b->unit[j]));
     }
     return size > 0 ? size : 1;
 }
 
 static void move(struct statics *statics, double *reach) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const struct balance *b = &statics->balance;
     for (int i = 0; i < b->count; i++)
         c->q[b->free[i]] += c->d[i];
@@ -245,7 +277,7 @@ static void move(struct statics *statics, double *reach) {
 /* Lets the bodies down from c->q until they rest; contacts with a force there carry. Errors: NO_CONVERGENCE,
  * CONTACTS_UNMET, NOT_FINITE. */
 static int let_down(struct statics *statics) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const struct balance *b = &statics->balance;
     double reach = first_reach, mu = mu_first;
     memset(c->d_last, 0, (size_t)b->count * sizeof(double));
@@ -269,7 +301,7 @@ static int let_down(struct statics *statics) {
 
 /* Returns the contact with the most negative gap at q, or -1. */
 static int find_entered(struct statics *statics, const double *q) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const struct balance *b = &statics->balance;
     double farthest = enters;
     int worst = -1;
@@ -290,7 +322,7 @@ static int find_entered(struct statics *statics, const double *q) {
 
 /* Returns the contact with the largest pulling force, or -1. */
 static int find_pulling(const struct statics *statics) {
-    const struct carrying *c = &statics->carrying;
+    const struct carrying *c = statics->carrying;
     const struct balance *b = &statics->balance;
     double largest = 0, lowest = 0;
     int worst = -1;
@@ -305,7 +337,7 @@ static int find_pulling(const struct statics *statics) {
 }
 
 static int mend(struct statics *statics, const double *q, int *status) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const int entered = find_entered(statics, q), pulling = entered < 0 ? find_pulling(statics) : -1;
     if (entered < 0 && pulling < 0)
         return 0;
@@ -324,7 +356,7 @@ static int mend(struct statics *statics, const double *q, int *status) {
 /* normals of the problem := gradients of the gaps at q in units, without their components along the
  * programme's rows. Returns 0 if there are none. */
 static int find_normals(struct statics *statics, const double *q) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const struct balance *b = &statics->balance;
     const int count = b->count;
     if (refdyn_row_terms(b->work, b->t, q, b->rates))
@@ -372,7 +404,7 @@ static int find_least_forces(struct carrying *c, int count, double *p) {
 
 /* p (contacts) := forces of the contacts that carry. */
 static void list_forces(const struct statics *statics, double *p) {
-    const struct carrying *c = &statics->carrying;
+    const struct carrying *c = statics->carrying;
     memset(p, 0, (size_t)c->problem.count * sizeof *p);
     for (int a = c->programme; a < statics->balance.row_count; a++)
         p[statics->balance.rows[a] - c->first_row] = statics->balance.now.lambda[a];
@@ -381,7 +413,7 @@ static void list_forces(const struct statics *statics, double *p) {
 /* Lets contacts that are closed without force at an equilibrium share the load if their smallest forces are
  * positive. Returns 1 if some do. */
 static int share_load(struct statics *statics, const double *q) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const int contacts = c->problem.count;
     double *p = c->problem.multipliers;
     int added = 0;
@@ -419,7 +451,7 @@ static int share_load(struct statics *statics, const double *q) {
 /* Finds the contacts on which the bodies come to rest from the start. Returns 0 if there are none, or if the
  * bodies do not come to rest. */
 static int guess(struct statics *statics, const double *start, double *q) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     const struct refdyn_fault fault = statics->balance.work->fault;
     int count = 0;
     memcpy(c->q, start, (size_t)statics->balance.n * sizeof *q);
@@ -433,7 +465,7 @@ static int guess(struct statics *statics, const double *start, double *q) {
 }
 
 int refdyn_carrying_next(struct statics *statics, const double *start, double *q, int *status) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     int is_other;
     if (!c->is_let_down && (*status || find_entered(statics, q) >= 0)) {
         c->is_let_down = 1;
@@ -447,7 +479,7 @@ int refdyn_carrying_next(struct statics *statics, const double *start, double *q
 }
 
 void refdyn_carrying_report(struct statics *statics, const double *q, int status) {
-    struct carrying *c = &statics->carrying;
+    struct carrying *c = statics->carrying;
     struct refdyn_statics_result *result = statics->result;
     const struct refdyn_statics_options *options = statics->options;
     const struct refdyn_fault fault = statics->balance.work->fault;

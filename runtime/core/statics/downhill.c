@@ -1,4 +1,12 @@
-/* Downhill to a stable equilibrium; statics.h has the formulas. */
+/*
+ * Downhill to a stable equilibrium.
+ *
+ * From a start on the rows, follows the forces under the whole load by steps
+ *     y = |S|^-1 g,   S = -(H + H^T)/2,
+ * where |S| has the eigenvectors of S and the absolute eigenvalues. This is Newton's step where the potential
+ * is convex; it leads away from saddles and maxima (Nocedal and Wright, Numerical Optimization, 3.4). A step
+ * is halved until the forces do positive work along it by the trapezoidal rule.
+ */
 #include "runtime/core/statics/statics.h"
 
 #include <float.h>

@@ -35,7 +35,7 @@ static size_t lay_out(struct statics *statics, const struct refdyn_model *model,
     statics->q_start = layout_doubles(&layout, model->n);
     statics->force = layout_doubles(&layout, model->n);
     refdyn_limit_points_lay_out(statics, model, &layout);
-    refdyn_carrying_lay_out(&statics->carrying, model, &layout);
+    statics->carrying = refdyn_carrying_lay_out(model, &layout);
     return layout.used;
 }
 

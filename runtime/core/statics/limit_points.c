@@ -1,4 +1,13 @@
-/* Equilibria past limit points by pseudo-arclength; statics.h has the formulas. */
+/*
+ * Equilibria past limit points by pseudo-arclength.
+ *
+ * Follows the equilibria under an increasing and decreasing load: the curve (q, s) of
+ *     F = Q(q) - (1 - s) Q(q_start),   F + u^T lambda = 0,   phi = 0
+ * by a step h along its direction (d, sigma), then Newton on these equations and
+ *     d . (q - q_predicted) + sigma (s - s_predicted) = 0,
+ * whose matrix is regular at limit points, where sigma changes its sign (Keller, in: Applications of
+ * Bifurcation Theory, Academic Press, 1977, 359-384). Lengths are in 1 rad, `length` and the whole load.
+ */
 #include "runtime/core/statics/statics.h"
 
 #include <math.h>

@@ -1,4 +1,13 @@
-/* Newton's iteration to the rows and to balance; statics.h has the formulas. */
+/*
+ * Newton's iteration to the rows and to balance.
+ *
+ * In: a start and the fraction of the load that acts. Out: the equilibrium under it. While the load is
+ * increased in steps, the iteration fails if its first correction is longer than `reach`, or if a later one
+ * is not at most half as long as the previous one, because it might then converge to a distant equilibrium.
+ * Otherwise steps are damped by the restricted natural monotonicity test: a step a dq is accepted if the
+ * following correction, with the same tangent, is at most (1 - a/4) times as long (Deuflhard, Newton Methods
+ * for Nonlinear Problems, 2004, sect. 3.3).
+ */
 #include "runtime/core/statics/statics.h"
 
 #include <float.h>
