@@ -93,7 +93,7 @@ static inline void refdyn_sort(int *list, int count) {
 /*
  * Factors a matrix (n x n, row by row) by partial pivoting; rows are divided by their largest entry when
  * pivots are compared (Golub and Van Loan, Matrix Computations, 3.4). scale (n): 1 over the largest entry of
- * each row, in the order after pivoting. Returns -1, or the first column without a pivot.
+ * each row, in the order after pivoting. Returns whether the matrix is regular.
  */
 int refdyn_lu_factor(int is_complex, double *A, int n, int *pivot, double *scale);
 /* x (n) := A^-1 x with the factors. Returns 0. */
