@@ -113,9 +113,9 @@ static double size_without_rows(const struct refdyn_linear *l, int is_complex, d
     memcpy(x, r, (size_t)n * sizeof *x);
     if (is_complex)
         memcpy(x + n, r + l->size, (size_t)n * sizeof *x);
-    const int failed = refdyn_lu_factor(1, A, n, pivot, scale);
+    const int is_regular = refdyn_lu_factor(1, A, n, pivot, scale);
     refdyn_lu_solve(1, A, n, pivot, x);
-    for (int i = 0; i < 2 * n && failed < 0; i++)
+    for (int i = 0; i < 2 * n && is_regular; i++)
         largest = fmax(largest, fabs(x[i]));
     free(pivot);
     free(scale);

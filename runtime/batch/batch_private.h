@@ -26,7 +26,7 @@ struct lane_step {
 /* Matrices of an implicit step (linearisation_lanes.inc). */
 struct lanes_linear {
     double *tangent, *real, *complexes;
-    int *pivots, *moves; /* of the real matrix, then of the complex ones */
+    int *pivots; /* of the real matrix, then of the complex ones */
 };
 
 struct lanes {

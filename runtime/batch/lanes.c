@@ -70,7 +70,6 @@ static void lay_out_linear(struct lanes *lanes, struct room *room) {
         linear->real = take_doubles(room, size * size);
         linear->complexes = take_doubles(room, REFDYN_COMPLEXES_MOST * 2 * size * size);
         linear->pivots = take(room, matrices * size, sizeof(int));
-        linear->moves = take(room, matrices * size, sizeof(int));
     }
     lanes->linear_room = take_doubles(room, n + 3 * size);
 }
@@ -94,7 +93,7 @@ static size_t lay_out(struct lanes *lanes, char *memory) {
     lanes->small = take_doubles(&room, m * (m + 2));
     lanes->zeros = take_doubles(&room, rates);
     lanes->nowhere = take_doubles(&room, most(rates, m * (n + 4)));
-    lanes->small_pivots = take(&room, 2 * m, sizeof(int));
+    lanes->small_pivots = take(&room, m, sizeof(int));
     lanes->directions = take_doubles(&room, m * n);
     lanes->mass_directions = take_doubles(&room, m * n);
     if (lanes->has_tangent)

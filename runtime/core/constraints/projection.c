@@ -106,7 +106,7 @@ static int correct_rows(struct refdyn_workspace *work, const struct refdyn_direc
         for (int j = 0; j < count; j++)
             work->basis[i * count + j] = dense_dot(work->u + row * n, along->vectors + listed[j] * n, n);
     }
-    if (refdyn_lu_factor(0, work->basis, count, work->mark + n, work->lambda) >= 0)
+    if (!refdyn_lu_factor(0, work->basis, count, work->mark + n, work->lambda))
         return not_converged(work);
     refdyn_lu_solve(0, work->basis, count, work->mark + n, work->wanted);
     for (int j = 0; j < count; j++)

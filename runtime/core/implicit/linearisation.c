@@ -226,8 +226,8 @@ static void fill_border(struct refdyn_linear *linear, const double *u) {
 }
 
 static int factor(struct refdyn_linear *linear) {
-    const int failed = refdyn_lu_factor(0, linear->matrix, linear->size, linear->pivot, linear->scale);
-    return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
+    const int is_regular = refdyn_lu_factor(0, linear->matrix, linear->size, linear->pivot, linear->scale);
+    return is_regular ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
 static int factor_for(struct refdyn_linear *linear, const struct refdyn_workspace *work, double g) {
@@ -368,8 +368,8 @@ static int factor_complex(struct refdyn_linear *linear, int k, double re, double
         for (int j = 0; j < n; j++)
             real[j * size + i] = -linear->u[a * n + j];
     }
-    const int failed = refdyn_lu_factor(1, real, size, linear->complex_pivot + k * size, linear->scale);
-    return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
+    const int is_regular = refdyn_lu_factor(1, real, size, linear->complex_pivot + k * size, linear->scale);
+    return is_regular ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
 /* A complex operation costs four real ones; chains compute four complex ones side by side in this time. */

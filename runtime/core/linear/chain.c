@@ -332,10 +332,10 @@ static int factor_corner(struct refdyn_chain *c, const struct factored *f) {
                     re[b * b] = entry[REFDYN_LANES + l];
             }
         }
-    int failed = -1;
-    for (int l = 0; l < lanes && failed < 0; l++)
-        failed = refdyn_lu_factor(f->wide, corner_of(f, l), b, f->pivot + l * b, c->scale);
-    return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
+    int is_regular = 1;
+    for (int l = 0; l < lanes && is_regular; l++)
+        is_regular = refdyn_lu_factor(f->wide, corner_of(f, l), b, f->pivot + l * b, c->scale);
+    return is_regular ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
 static int factor(struct refdyn_chain *c, int wide, const double *g, const struct refdyn_border *border) {

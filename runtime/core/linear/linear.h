@@ -74,7 +74,7 @@ static inline void refdyn_sort(int *list, int count) {
 }
 
 /* Factors a matrix (n x n, row by row) by partial pivoting. scale (n): 1 over the largest entry of each row,
- * in the order after pivoting. Returns -1, or the first column without a pivot. */
+ * in the order after pivoting. Returns whether the matrix is regular. */
 int refdyn_lu_factor(int is_complex, double *A, int n, int *pivot, double *scale);
 /* x (n) := A^-1 x with the factors. Returns 0. */
 int refdyn_lu_solve(int is_complex, const double *A, int n, const int *pivot, double *x);

@@ -338,8 +338,9 @@ static void leave_free_ones(struct balance *b) {
 int refdyn_balance_factor(struct balance *b) {
     const int left = b->count - b->rank;
     leave_free_ones(b);
-    int failed = refdyn_lu_factor(0, b->H, left, b->order, b->scale);
-    for (int k = failed < 0 ? left - 1 : failed - 1; k >= 0; k--)
+    int failed = -1;
+    refdyn_lu_factor(0, b->H, left, b->order, b->scale);
+    for (int k = left - 1; k >= 0; k--)
         if (!(b->scale[k] > left * DBL_EPSILON * fabs(b->H[k * left + k]))) /* the inverse pivot */
             failed = k;
     return failed < 0 ? REFDYN_OK

@@ -101,8 +101,8 @@ static int factor(struct statics *statics, const struct point *along) {
         room->matrix[left * size + i] = along->d[at] / (unit_of(b, at) * unit_of(b, at));
     }
     room->matrix[left * size + left] = along->sigma;
-    return refdyn_lu_factor(0, room->matrix, size, room->order, room->scale) < 0 ? REFDYN_OK
-                                                                                 : REFDYN_NO_CONVERGENCE;
+    return refdyn_lu_factor(0, room->matrix, size, room->order, room->scale) ? REFDYN_OK
+                                                                             : REFDYN_NO_CONVERGENCE;
 }
 
 /* Computes the direction at `now` with the same sense as the previous one. */

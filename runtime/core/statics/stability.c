@@ -82,7 +82,7 @@ static int find_pencil(struct balance *b, const double *M, const double *D, doub
     const int left = b->count - b->rank;
     for (int i = 0; i < left * left; i++)
         b->H[i] = -b->stiffness[i] + s * D[i] + s * s * M[i];
-    if (refdyn_lu_factor(0, b->H, left, b->order, b->scale) >= 0)
+    if (!refdyn_lu_factor(0, b->H, left, b->order, b->scale))
         return 0;
     for (int j = 0; j < left; j++) {
         for (int i = 0; i < left; i++)
