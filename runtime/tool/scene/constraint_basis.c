@@ -8,7 +8,7 @@
 
 /* [R B] with each row divided by the largest entry of R in it. A row without such an entry becomes 0. */
 static double *scaled_rows(const double *R, const double *B, int count, int n) {
-    double *rows = allocate((size_t)count * 2 * (size_t)n, sizeof *rows);
+    double *rows = format_allocate((size_t)count * 2 * (size_t)n, sizeof *rows);
     for (int i = 0; i < count; i++) {
         double size = 0;
         for (int j = 0; j < n; j++)
@@ -63,8 +63,8 @@ static int ascending(const void *a, const void *b) {
 
 static void fill(struct freedom *freedom, const double *rows) {
     const int n = freedom->n, rank = freedom->rank, left = n - rank;
-    freedom->basis = allocate((size_t)(n * left), sizeof *freedom->basis);
-    freedom->drift = allocate((size_t)(n * n), sizeof *freedom->drift);
+    freedom->basis = format_allocate((size_t)(n * left), sizeof *freedom->basis);
+    freedom->drift = format_allocate((size_t)(n * n), sizeof *freedom->drift);
     for (int k = 0; k < rank; k++) {
         const double *row = rows + 2 * freedom->row[k] * n;
         for (int b = 0; b < left; b++)
@@ -78,8 +78,8 @@ static void fill(struct freedom *freedom, const double *rows) {
 
 void scene_find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n) {
     *freedom = (struct freedom){.n = n, .count = count};
-    freedom->row = allocate((size_t)count, sizeof *freedom->row);
-    freedom->column = allocate((size_t)n, sizeof *freedom->column);
+    freedom->row = format_allocate((size_t)count, sizeof *freedom->row);
+    freedom->column = format_allocate((size_t)n, sizeof *freedom->column);
     double *rows = scaled_rows(R, B, count, n);
     for (int i = 0; i < count; i++)
         freedom->row[i] = i;

@@ -24,7 +24,7 @@ static void call(const struct scene *scene, refdyn_function *function, const dou
 
 static double *part_of(const struct linear *linear, const double *whole, int rows, int stride,
                        const int *row_place) {
-    double *part = allocate_matrix(rows, linear->n);
+    double *part = format_allocate_matrix(rows, linear->n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < linear->n; j++)
             part[i * linear->n + j] = whole[(row_place ? row_place[i] : i) * stride + linear->place[j]];
@@ -34,8 +34,8 @@ static double *part_of(const struct linear *linear, const double *whole, int row
 /* Minimises |Q + u^T lambda| in units of sqrt(M_jj), in which the runtime also measures rows. */
 static int find_multipliers(const struct linear *linear, const double *Q, double *lambda) {
     const int n = linear->n, m = linear->m, larger = n > m ? n : m;
-    double *A = allocate_matrix(n, m), *b = allocate_matrix(larger, 1);
-    double *size = allocate_matrix(m, 1), *singular = allocate_matrix(larger, 1);
+    double *A = format_allocate_matrix(n, m), *b = format_allocate_matrix(larger, 1);
+    double *size = format_allocate_matrix(m, 1), *singular = format_allocate_matrix(larger, 1);
     lapack_int rank;
     for (int j = 0; j < n; j++)
         b[j] = -Q[linear->place[j]] / sqrt(linear->M[j * n + j]);
@@ -55,7 +55,7 @@ static int find_multipliers(const struct linear *linear, const double *Q, double
 }
 
 static void find_residual(struct linear *linear, const double *Q, const double *lambda) {
-    linear->force = allocate_matrix(linear->n, 1);
+    linear->force = format_allocate_matrix(linear->n, 1);
     for (int j = 0; j < linear->n; j++) {
         linear->force[j] = Q[linear->place[j]];
         for (int i = 0; i < linear->m; i++)
@@ -66,8 +66,8 @@ static void find_residual(struct linear *linear, const double *Q, const double *
 
 static void choose_places(struct linear *linear, struct scene *scene, const int *held) {
     *linear = (struct linear){.m = scene->model->m};
-    linear->place = allocate((size_t)scene->model->n, sizeof *linear->place);
-    linear->is_level_q = allocate((size_t)linear->m, sizeof *linear->is_level_q);
+    linear->place = format_allocate((size_t)scene->model->n, sizeof *linear->place);
+    linear->is_level_q = format_allocate((size_t)linear->m, sizeof *linear->is_level_q);
     for (int j = 0; j < scene->model->n; j++)
         if (!held[j])
             linear->place[linear->n++] = j;
@@ -92,8 +92,8 @@ static int check_finite(const struct linear *linear, struct refdyn_fault *fault)
  * which are 0, and lambda. */
 static int finish(struct linear *linear, struct scene *scene, const double *rest) {
     const int n = linear->n, m = linear->m, all = scene->model->n;
-    double *tangent = allocate_matrix(1, all + m + 3 * (all + m) * all); /* f_t g_t G_q G_qd u K D M */
-    double *rows = allocate(rows_room(scene->model), sizeof *rows);      /* psi_q psi_qd ... */
+    double *tangent = format_allocate_matrix(1, all + m + 3 * (all + m) * all); /* f_t g_t G_q G_qd u K D M */
+    double *rows = format_allocate(rows_room(scene->model), sizeof *rows);      /* psi_q psi_qd ... */
     call(scene, scene->model->tangent, rest, tangent);
     if (m)
         call(scene, scene->model->d_rows, scene->qd, rows);
@@ -124,7 +124,7 @@ int scene_linearise(struct linear *linear, struct scene *scene, const int *held)
     if (status != REFDYN_OK)
         return status;
     scene->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
-    double *Q = allocate_matrix(all, 1), *rest = allocate_matrix(1, 2 * all + 1 + linear->m);
+    double *Q = format_allocate_matrix(all, 1), *rest = format_allocate_matrix(1, 2 * all + 1 + linear->m);
     double *lambda = rest + 2 * all + 1;
     call(scene, scene->model->Q, scene->qd, Q);
     linear->M = part_of(linear, scene->work.M, linear->n, all, linear->place);

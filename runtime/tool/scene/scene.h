@@ -96,7 +96,7 @@ bool scene_state_read(struct state *state, const char *path, const struct genera
  * STATE.json are set at run time, so that another value compiles nothing.
  */
 
-extern const char table_input_lead[]; /* precedes the name of an input's column if that name is taken */
+extern const char scene_input_lead[]; /* precedes the name of an input's column if that name is taken */
 
 struct scene {
     struct generation generation;

@@ -41,12 +41,12 @@ static void hash_text(const char *text, char *hash) {
 /* {"NAME.lua": "text", ...}, first the model. */
 static void put_sources(struct document *document, const struct batch_setup *setup) {
     const struct sources *sources = setup->base.generation.model.sources;
-    put_open(document, NULL, '{');
+    format_put_open(document, NULL, '{');
     for (int i = 0; i < sources->count; i++) {
         const char *slash = strrchr(sources->list[i].path, '/');
-        put_text(document, slash ? slash + 1 : sources->list[i].path, sources->list[i].text);
+        format_put_text(document, slash ? slash + 1 : sources->list[i].path, sources->list[i].text);
     }
-    put_close(document, '}');
+    format_put_close(document, '}');
 }
 
 /* The options of the motions, by their names on the command line. */
@@ -60,24 +60,24 @@ enum {
 
 static void put_options(struct document *document, const struct batch_setup *setup) {
     const struct options *options = &setup->options;
-    put_open(document, NULL, '{');
-    put_open(document, "set", '{');
+    format_put_open(document, NULL, '{');
+    format_put_open(document, "set", '{');
     for (int i = 0; i < options->setting_count; i++)
-        put_text(document, options->settings[i].name, options->settings[i].value);
-    put_close(document, '}');
+        format_put_text(document, options->settings[i].name, options->settings[i].value);
+    format_put_close(document, '}');
     for (int i = 0; i < NUMBERS; i++)
         if (options_has(options, number_options[i]))
-            put_number(document, number_options[i], options_number(options, number_options[i]));
+            format_put_number(document, number_options[i], options_number(options, number_options[i]));
     for (int i = 0; i < TEXTS; i++)
         if (options_has(options, text_options[i]))
-            put_text(document, text_options[i], options_text(options, text_options[i]));
-    put_close(document, '}');
+            format_put_text(document, text_options[i], options_text(options, text_options[i]));
+    format_put_close(document, '}');
 }
 
 void batch_read_options(const json_t *from, struct options *options) {
     json_t *set = json_object_get(from, "set"), *value;
     const char *name;
-    options->settings = allocate(json_object_size(set) + 1, sizeof *options->settings);
+    options->settings = format_allocate(json_object_size(set) + 1, sizeof *options->settings);
     json_object_foreach(set, name, value) options->settings[options->setting_count++] =
         (struct setting){.name = name, .value = json_is_string(value) ? json_string_value(value) : ""};
     for (int i = 0; i < NUMBERS; i++)
@@ -94,13 +94,14 @@ bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]) {
     uint8_t block[4096];
     SHA2_CTX sha;
     const char *fault;
-    FILE *file = input_open(path, &fault);
+    FILE *file = format_open_input(path, &fault);
     SHA256Init(&sha);
     for (size_t length; file && (length = fread(block, 1, sizeof block, file)) > 0;)
         SHA256Update(&sha, block, length);
     const bool is_read = file && !ferror(file);
     if (!is_read)
-        complain_line(path, 0, text_format("%s; name a readable file", file ? strerror(errno) : fault));
+        format_complain_line(path, 0,
+                             format_text("%s; name a readable file", file ? strerror(errno) : fault));
     if (file)
         fclose(file);
     SHA256End(&sha, hash);
@@ -110,15 +111,15 @@ bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]) {
 /* A missing file has the hash "". */
 static bool put_file(void *context, const char *path) {
     char hash[JOURNAL_HASH];
-    put_text(context, path, batch_hash_file(path, hash) ? hash : "");
+    format_put_text(context, path, batch_hash_file(path, hash) ? hash : "");
     return true;
 }
 
 /* {"PATH": "hash", ...} */
 static void put_files(struct document *document, const struct batch_setup *setup) {
-    put_open(document, NULL, '{');
+    format_put_open(document, NULL, '{');
     batch_for_each_file(setup, put_file, document);
-    put_close(document, '}');
+    format_put_close(document, '}');
 }
 
 /* The text of a document, in the setup's memory. */
@@ -127,10 +128,10 @@ static const char *text_of(struct batch_setup *setup,
     struct document document;
     char *text = NULL;
     size_t size;
-    FILE *stream = text_stream(&text, &size);
-    document_open(&document);
+    FILE *stream = format_stream(&text, &size);
+    format_document_open(&document);
     put(&document, setup);
-    document_close(&document, stream);
+    format_document_close(&document, stream);
     fclose(stream);
     const char *copy = memory_text(&setup->memory, text);
     free(text);
@@ -182,8 +183,8 @@ bool batch_check_texts(const struct runs_reader *runs, const char *path) {
                    *kept = hdf5_runs_attribute(runs, name);
         hash_text(text ? text : "", hash);
         if (!text || !kept || strcmp(hash, kept) != 0) {
-            complain_line(path, 0,
-                          text_format("damaged: attribute %s does not match %s", part_names[part], name));
+            format_complain_line(
+                path, 0, format_text("damaged: attribute %s does not match %s", part_names[part], name));
             return false;
         }
     }
@@ -219,7 +220,7 @@ static const char *other_part(const struct runs_reader *reader, const struct jou
     for (int part = 0; part < JOURNAL_PARTS; part++) {
         const char *hash = hdf5_runs_attribute(reader, names[part]);
         if (!hash || strcmp(hash, key->hash[part]) != 0)
-            return journal_parts[part];
+            return runs_journal_parts[part];
     }
     return NULL;
 }

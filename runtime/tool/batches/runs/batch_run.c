@@ -34,7 +34,7 @@ static struct recorder *recorder_of(struct running *running, const struct refdyn
     if (recorder->values)
         return recorder;
     pthread_mutex_lock(&running->lock);
-    recorder_start(recorder, &running->setup->kept, &running->setup->layout, one->integrator);
+    runs_recorder_start(recorder, &running->setup->kept, &running->setup->layout, one->integrator);
     pthread_mutex_unlock(&running->lock);
     return recorder;
 }
@@ -42,14 +42,14 @@ static struct recorder *recorder_of(struct running *running, const struct refdyn
 static int see(void *context, const struct refdyn_batch_case *one, int number) {
     struct recorder *recorder = recorder_of(context, one);
     if (number == 0)
-        recorder_clear(recorder);
-    recorder_see(recorder, number);
+        runs_recorder_clear(recorder);
+    runs_recorder_see(recorder, number);
     return 0;
 }
 
 static int is_interrupted(void *context) {
     (void)context;
-    return interrupted != 0;
+    return system_interrupted != 0;
 }
 
 enum { REASON_LENGTH = 512 };
@@ -98,12 +98,12 @@ static void describe_end(const struct refdyn_batch_case *one, const struct refdy
 
 static void show_progress(struct running *running) {
     const struct batch_count *count = running->count;
-    if (!progress_is_due(&running->progress))
+    if (!system_progress_is_due(&running->progress))
         return;
-    const double elapsed = wall_seconds() - running->progress.started;
+    const double elapsed = system_wall_seconds() - running->progress.started;
     snprintf(running->what, sizeof running->what, "%ld of %ld cases, %.0f/s, %ld failed", count->cases,
              running->total, (double)count->cases / (elapsed > 0 ? elapsed : 1), count->failed);
-    progress_show(&running->progress, (double)count->cases / (double)running->total);
+    system_progress_show(&running->progress, (double)count->cases / (double)running->total);
 }
 
 static void note(struct noted_cases *noted, long number) {
@@ -123,16 +123,16 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
     struct recorder *recorder = recorder_of(running, one);
     char reason[REASON_LENGTH] = "";
     if (result->stage != REFDYN_AT_STEPS)
-        recorder_clear(recorder);
+        runs_recorder_clear(recorder);
     const bool is_ended = result->status == REFDYN_EVENT_ENDS, has_failed = result->status && !is_ended;
     if (is_ended) {
         describe_end(one, result, reason);
-        recorder_end(recorder, result->t);
+        runs_recorder_end(recorder, result->t);
     }
     const bool is_refused = is_refused_at_start(result);
     if (has_failed && !is_refused) {
         describe_failure(running, one, result, reason);
-        recorder_fail(recorder, result->t);
+        runs_recorder_fail(recorder, result->t);
     }
     if (is_refused)
         scene_refused_fact(&running->structure->scene, one->integrator->work, reason);
@@ -215,10 +215,10 @@ static int run_cases(struct running *running, struct structure *structure, long 
 
 static enum status run_structure(struct running *running, struct structure *structure) {
     const int threads = running->setup->threads;
-    long *numbers = allocate_large((size_t)structure->count, sizeof *numbers);
+    long *numbers = format_allocate_large((size_t)structure->count, sizeof *numbers);
     running->structure = structure;
     running->recorders =
-        allocate_large((size_t)(threads * running->setup->lanes), sizeof *running->recorders);
+        format_allocate_large((size_t)(threads * running->setup->lanes), sizeof *running->recorders);
     const int result = run_cases(running, structure, numbers);
     free(running->recorders);
     free(numbers);
@@ -228,21 +228,22 @@ static enum status run_structure(struct running *running, struct structure *stru
 }
 
 void batch_time_passed(struct batch_count *count) {
-    count->cpu_s = process_cpu_seconds() - count->cpu_started;
-    count->wall_s = wall_seconds() - count->wall_started;
+    count->cpu_s = system_process_cpu_seconds() - count->cpu_started;
+    count->wall_s = system_wall_seconds() - count->wall_started;
 }
 
 enum status batch_run(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count) {
     struct running running = {
         .setup = setup, .sink = sink, .count = count, .lock = PTHREAD_MUTEX_INITIALIZER};
     enum status status = STATUS_DONE;
-    *count = (struct batch_count){.cpu_started = process_cpu_seconds(), .wall_started = wall_seconds()};
+    *count = (struct batch_count){.cpu_started = system_process_cpu_seconds(),
+                                  .wall_started = system_wall_seconds()};
     for (long number = setup->first; number < setup->end; number++)
         running.total += !sink->has(sink->context, number);
-    progress_start(&running.progress, running.what);
-    for (int i = 0; i < setup->structures.count && status == STATUS_DONE && !interrupted; i++)
+    system_progress_start(&running.progress, running.what);
+    for (int i = 0; i < setup->structures.count && status == STATUS_DONE && !system_interrupted; i++)
         status = run_structure(&running, &setup->structures.list[i]);
-    progress_end(&running.progress);
+    system_progress_end(&running.progress);
     batch_time_passed(count);
-    return status == STATUS_DONE && interrupted ? STATUS_NUMBERS : status;
+    return status == STATUS_DONE && system_interrupted ? STATUS_NUMBERS : status;
 }

@@ -104,9 +104,9 @@ static enum status read_cases(struct batch_setup *setup) {
         return usage_error(options->command, "no cases; add SWEEP.lua or --table CASES.csv");
     if (options->operand_count > 1 && table)
         return usage_error(options->command, "--table replaces the sweep; remove '%s'", options->operands[1]);
-    return table
-               ? sweep_read_table(&setup->sweep, &setup->memory, table, generation, options)
-               : sweep_read(&setup->sweep, &setup->memory, options->operands[1], generation, &setup->options);
+    return table ? sweeps_read_table(&setup->sweep, &setup->memory, table, generation, options)
+                 : sweeps_read(&setup->sweep, &setup->memory, options->operands[1], generation,
+                               &setup->options);
 }
 
 static enum status check_motion(struct batch_setup *setup) {
@@ -114,12 +114,12 @@ static enum status check_motion(struct batch_setup *setup) {
     const char *method = options_text(options, "method");
     if (!(options_number(options, "until") > 0))
         return usage_error(options->command, "--until is missing; add the end of the motions");
-    if (method && by_gsl_has(method))
+    if (method && simulate_gsl_has(method))
         return option_error(options, "method", ": %s computes single motions (refdyn sim), not batches",
                             method);
     if (options_text(options, "hold") && !options_is(options, "from", "statics"))
         return option_error(options, "hold", ": needs --from statics");
-    const enum status status = motion_options(options, &setup->integration);
+    const enum status status = simulate_options(options, &setup->integration);
     setup->integration.balance = 0; /* no result has it, and it needs the power at each stage */
     return status;
 }
@@ -132,7 +132,7 @@ static enum status check_times(const struct batch_setup *setup) {
     const struct scene *scene = &setup->structures.list[0].scene;
     const struct keep *keep = &setup->sweep.keep;
     const double t = scene->state.t, every = options_number(options, "every");
-    const enum status status = motion_check_times(scene, options);
+    const enum status status = simulate_check_times(scene, options);
     if (status != STATUS_DONE)
         return status;
     if (every > 0 && (until - t) / every > OUTPUTS_MAX)
@@ -156,20 +156,20 @@ static enum status lay_out(struct batch_setup *setup) {
     const enum status status = check_times(setup);
     if (status != STATUS_DONE)
         return status;
-    setup->kept.times = seen_times_make(&setup->memory, &setup->sweep.keep, t,
-                                        options_number(&setup->options, "until"), every);
+    setup->kept.times = runs_seen_times_make(&setup->memory, &setup->sweep.keep, t,
+                                             options_number(&setup->options, "until"), every);
     const struct refdyn_model **models = memory_get(&setup->memory, (size_t)count * sizeof *models);
     for (int i = 0; i < count; i++)
         models[i] = setup->structures.list[i].scene.model;
     setup->layout.cases = setup->sweep.cases;
-    return kept_lay_out(&setup->memory, &setup->sweep.keep, models, count, &setup->kept, &setup->layout)
+    return runs_kept_lay_out(&setup->memory, &setup->sweep.keep, models, count, &setup->kept, &setup->layout)
                ? STATUS_DONE
                : STATUS_FAULT;
 }
 
 /* ---- All of it ---- */
 
-enum status batch_setup_complete(struct batch_setup *setup) {
+enum status runs_setup_complete(struct batch_setup *setup) {
     enum status status = check_motion(setup);
     if (status == STATUS_DONE)
         status = choose_threads(setup);
@@ -179,30 +179,30 @@ enum status batch_setup_complete(struct batch_setup *setup) {
         status = choose_range(setup);
     if (status != STATUS_DONE)
         return status;
-    status = structures_sort(&setup->structures, &setup->memory, &setup->sweep.cases, setup->first,
-                             setup->end, &setup->options);
+    status = sweeps_structures_sort(&setup->structures, &setup->memory, &setup->sweep.cases, setup->first,
+                                    setup->end, &setup->options);
     if (status != STATUS_DONE)
         return status;
     choose_lanes(setup);
-    status = structures_open(&setup->structures, &setup->memory, &setup->sweep.cases, &setup->integration,
-                             setup->threads);
+    status = sweeps_structures_open(&setup->structures, &setup->memory, &setup->sweep.cases,
+                                    &setup->integration, setup->threads);
     return status == STATUS_DONE ? lay_out(setup) : status;
 }
 
-enum status batch_setup_open(struct batch_setup *setup, const struct options *options) {
-    *setup = (struct batch_setup){.memory = arena_start(), .options = *options};
+enum status runs_setup_open(struct batch_setup *setup, const struct options *options) {
+    *setup = (struct batch_setup){.memory = format_arena_start(), .options = *options};
     enum status status = scene_read(&setup->base, options, true);
     if (status == STATUS_DONE)
         status = read_cases(setup);
     if (status == STATUS_DONE)
-        status = batch_setup_complete(setup);
+        status = runs_setup_complete(setup);
     if (status == STATUS_DONE)
         batch_identify(setup);
     return status;
 }
 
-void batch_setup_close(struct batch_setup *setup) {
-    structures_close(&setup->structures);
+void runs_setup_close(struct batch_setup *setup) {
+    sweeps_structures_close(&setup->structures);
     scene_close(&setup->base);
     memory_release(&setup->memory);
 }

@@ -47,7 +47,7 @@ static enum status write_model(struct again *again, const char **path) {
     const char *name;
     json_t *text;
     *path = NULL;
-    again->has_folder = scratch_open(&again->folder, scratch_parent(), "refdyn-case-");
+    again->has_folder = system_scratch_open(&again->folder, system_scratch_parent(), "refdyn-case-");
     if (!again->has_folder)
         return STATUS_FAULT;
     json_object_foreach(again->model, name, text) {
@@ -207,17 +207,17 @@ static int write_row(void *context, const struct refdyn_batch_case *one, int num
     struct again *again = context;
     if (number == 0) {
         again->has_rows = true;
-        table_start(&again->table, one->integrator, NULL);
-        table_header(&again->table, again->rows->file);
+        simulate_table_start(&again->table, one->integrator, NULL);
+        simulate_table_header(&again->table, again->rows->file);
     }
-    table_fill(&again->table);
-    table_row(&again->table, again->rows->file);
+    simulate_table_fill(&again->table);
+    simulate_table_row(&again->table, again->rows->file);
     return 0;
 }
 
 static int is_interrupted(void *context) {
     (void)context;
-    return interrupted != 0;
+    return system_interrupted != 0;
 }
 
 /* Removes the temporary folder of the model from the text, since it no longer exists when the user reads the
@@ -233,7 +233,7 @@ static int print_refused_values(const struct again *again, const struct refdyn_b
     char text[REFUSED_LENGTH];
     const char *fact = without_folder(again, scene_refused_fact(scene, one->integrator->work, text));
     if (result->stage == REFDYN_AT_STEPS)
-        events_print_refused(one->integrator, fact);
+        simulate_events_print_refused(one->integrator, fact);
     else
         fprintf(stderr, "%s\n", fact);
     return 0;
@@ -245,8 +245,8 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     const struct refdyn_integrator *integrator = one->integrator;
     struct scene *scene = &again->setup.structures.list[0].scene;
     if (result->status == REFDYN_EVENT_ENDS) {
-        table_fill(&again->table);
-        table_row(&again->table, again->rows->file);
+        simulate_table_fill(&again->table);
+        simulate_table_row(&again->table, again->rows->file);
         return 0;
     }
     again->status = result->status;
@@ -262,7 +262,7 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
 /* After a signal, the rows written so far stay readable. */
 static enum status leave_part(struct again *again) {
     fputs("refdyn: interrupted\n", stderr);
-    if (again->has_rows && target_close_part(again->rows) && again->rows->part)
+    if (again->has_rows && system_target_close_part(again->rows) && again->rows->part)
         fprintf(stderr, "refdyn: what was computed until then is in %s\n", again->rows->part);
     return STATUS_NUMBERS;
 }
@@ -275,20 +275,20 @@ static enum status move(struct again *again) {
     batch.output = write_row;
     batch.end = note_end;
     batch.stop = is_interrupted;
-    interrupt_defer(true);
+    system_interrupt_defer(true);
     const int result = refdyn_batch_run(&batch, NULL);
-    if (interrupted)
+    if (system_interrupted)
         return leave_part(again);
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));
     if (!again->has_rows)
         return again->status == REFDYN_REFUSED ? STATUS_FAULT : STATUS_NUMBERS;
-    const enum status status = target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
+    const enum status status = system_target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
     return again->status ? STATUS_NUMBERS : status;
 }
 
 static bool spare(void *context, const char *path) {
-    targets_spare(context, path);
+    system_targets_spare(context, path);
     return true;
 }
 
@@ -313,29 +313,30 @@ static enum status open_case(struct again *again, const struct options *given, c
         status = STATUS_FAULT;
     read_keep(again, &of);
     if (status == STATUS_DONE)
-        status = batch_setup_complete(&again->setup);
-    targets_spare(&again->targets, of);
+        status = runs_setup_complete(&again->setup);
+    system_targets_spare(&again->targets, of);
     batch_for_each_file(&again->setup, spare, &again->targets);
-    if (status == STATUS_DONE && !(again->rows = target_open(&again->targets, options_text(given, "output"))))
+    if (status == STATUS_DONE &&
+        !(again->rows = system_target_open(&again->targets, options_text(given, "output"))))
         status = STATUS_FAULT;
     return status;
 }
 
-enum status run_case_again(const struct options *options) {
+enum status runs_case_again(const struct options *options) {
     const char *output = options_text(options, "output");
-    if (output && text_names_hdf5(output))
+    if (output && format_names_hdf5(output))
         return usage_error(options->command, "-o %s: a case of --of is written as CSV only; use another name",
                            output);
-    struct again again = {.setup = {.memory = arena_start()},
+    struct again again = {.setup = {.memory = format_arena_start()},
                           .runs = hdf5_runs_open(options_text(options, "of"))};
     const char *path;
     enum status status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
     if (status == STATUS_DONE)
         status = move(&again);
-    targets_release(&again.targets);
-    batch_setup_close(&again.setup);
+    system_targets_release(&again.targets);
+    runs_setup_close(&again.setup);
     if (again.has_folder)
-        scratch_close(&again.folder);
+        system_scratch_close(&again.folder);
     if (again.runs)
         hdf5_runs_close(again.runs);
     json_decref(again.model);

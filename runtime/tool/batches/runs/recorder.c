@@ -9,29 +9,29 @@
 static void find_places(struct recorder *recorder) {
     const struct kept *kept = recorder->kept;
     struct table *table = &recorder->table;
-    bool *wanted = allocate((size_t)table->count, sizeof *wanted);
+    bool *wanted = format_allocate((size_t)table->count, sizeof *wanted);
     for (int i = 0; i < recorder->layout->item_count; i++) {
         recorder->places[i] = text_index(kept->columns[i], table->names, table->count);
         if (recorder->places[i] >= 0)
             wanted[recorder->places[i]] = true;
     }
-    table_want(table, wanted);
+    simulate_table_want(table, wanted);
 }
 
-void recorder_start(struct recorder *recorder, const struct kept *kept, const struct runs_layout *layout,
-                    struct refdyn_integrator *integrator) {
+void runs_recorder_start(struct recorder *recorder, const struct kept *kept, const struct runs_layout *layout,
+                         struct refdyn_integrator *integrator) {
     *recorder = (struct recorder){.kept = kept, .layout = layout};
-    table_start(&recorder->table, integrator, NULL);
-    recorder->places = allocate((size_t)layout->item_count + 1, sizeof *recorder->places);
-    recorder->before = allocate((size_t)layout->item_count + 1, sizeof *recorder->before);
-    recorder->values = allocate((size_t)layout->width + 1, sizeof *recorder->values);
+    simulate_table_start(&recorder->table, integrator, NULL);
+    recorder->places = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->places);
+    recorder->before = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->before);
+    recorder->values = format_allocate((size_t)layout->width + 1, sizeof *recorder->values);
     find_places(recorder);
     recorder->keeps_ends_alone = true;
     for (int i = 0; i < layout->item_count; i++)
         recorder->keeps_ends_alone &= kept->kinds[i] == KEPT_FINAL;
 }
 
-void recorder_clear(struct recorder *recorder) {
+void runs_recorder_clear(struct recorder *recorder) {
     for (int i = 0; i < recorder->layout->width; i++)
         recorder->values[i] = NAN;
 }
@@ -87,11 +87,11 @@ static void record(struct recorder *recorder, int item, double value, int number
     }
 }
 
-void recorder_see(struct recorder *recorder, int number) {
+void runs_recorder_see(struct recorder *recorder, int number) {
     const struct seen_times *times = &recorder->kept->times;
     if (recorder->keeps_ends_alone && number < times->count - 1)
         return;
-    table_fill(&recorder->table);
+    simulate_table_fill(&recorder->table);
     for (int i = 0; i < recorder->layout->item_count; i++)
         if (recorder->places[i] >= 0)
             record(recorder, i, recorder->table.values[recorder->places[i]], number);
@@ -111,14 +111,14 @@ static void record_end(struct recorder *recorder, int item, double value, double
         add_square(recorder, item, value, t, false, true);
 }
 
-void recorder_end(struct recorder *recorder, double t) {
-    table_fill(&recorder->table);
+void runs_recorder_end(struct recorder *recorder, double t) {
+    simulate_table_fill(&recorder->table);
     for (int i = 0; i < recorder->layout->item_count; i++)
         if (recorder->places[i] >= 0)
             record_end(recorder, i, recorder->table.values[recorder->places[i]], t);
 }
 
-void recorder_fail(struct recorder *recorder, double t) {
+void runs_recorder_fail(struct recorder *recorder, double t) {
     for (int i = 0; i < recorder->layout->item_count; i++) {
         const struct kept_item *item = &recorder->layout->items[i];
         const enum kept_kind kind = recorder->kept->kinds[i];

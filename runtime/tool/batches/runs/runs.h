@@ -31,7 +31,7 @@
 
 /* A batch can be resumed while the hashes of these parts are equal. The names are words for messages. */
 enum { JOURNAL_PARTS = 4, JOURNAL_HASH = 65 };
-extern const char *const journal_parts[JOURNAL_PARTS];
+extern const char *const runs_journal_parts[JOURNAL_PARTS];
 
 struct journal_key {
     char hash[JOURNAL_PARTS][JOURNAL_HASH];
@@ -48,29 +48,29 @@ struct journal {
     int64_t end;      /* position after the last record */
     char *room;       /* scratch for one record */
     size_t room_size;
-    double *values; /* (width) that journal_get returns */
+    double *values; /* (width) that runs_journal_get returns */
 };
 
 /*
  * Opens the journal of the result `result` for a batch of `case_count` cases that keep `width` numbers each.
  * An existing journal is resumed if `resume` is set and its key is equal, and refused otherwise. One without
  * a record is overwritten unless `resume` is set. Returns false and reports the error on stderr; call
- * journal_close in any case.
+ * runs_journal_close in any case.
  */
-bool journal_open(struct journal *journal, const char *result, const struct journal_key *key, long case_count,
-                  int width, bool resume);
+bool runs_journal_open(struct journal *journal, const char *result, const struct journal_key *key,
+                       long case_count, int width, bool resume);
 /* Returns whether all its cases are within [first, end); otherwise reports the error, as the result would
  * lack a case. */
-bool journal_is_within(const struct journal *journal, long first, long end);
+bool runs_journal_is_within(const struct journal *journal, long first, long end);
 /* Adds a record; only one thread at a time may call it. Returns false and reports the error if it cannot
  * write. */
-bool journal_put(struct journal *journal, const struct case_record *record);
+bool runs_journal_put(struct journal *journal, const struct case_record *record);
 /* Reads the record of a case, valid until the next call. Returns false if there is none, or reports the error
  * if it is damaged. */
-bool journal_get(struct journal *journal, long number, struct case_record *record);
+bool runs_journal_get(struct journal *journal, long number, struct case_record *record);
 /* Removes the journal of a complete result. */
-void journal_remove(struct journal *journal);
-void journal_close(struct journal *journal);
+void runs_journal_remove(struct journal *journal);
+void runs_journal_close(struct journal *journal);
 
 /*
  * Kept numbers.
@@ -100,17 +100,18 @@ struct kept {
 
 /* The outputs at multiples of `every` from t to `until`, and the times of keep->at. Without `every`, outputs
  * that something is kept of are a 200th of the motion apart. */
-struct seen_times seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
-                                  double every);
+struct seen_times runs_seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
+                                       double every);
 
 /* Adds items and axes for these models to the layout. Returns false and reports the error if a name of `keep`
  * is a column of no model. */
-bool kept_lay_out(struct memory *memory, const struct keep *keep, const struct refdyn_model *const *models,
-                  int model_count, struct kept *kept, struct runs_layout *layout);
+bool runs_kept_lay_out(struct memory *memory, const struct keep *keep,
+                       const struct refdyn_model *const *models, int model_count, struct kept *kept,
+                       struct runs_layout *layout);
 
 /* Returns whether HDF5 allows all names of `keep` in that layout; reports the first one that it does not
  * allow. */
-bool kept_fits_hdf5(const struct keep *keep, const struct runs_layout *layout);
+bool runs_kept_fits_hdf5(const struct keep *keep, const struct runs_layout *layout);
 
 struct recorder {
     const struct kept *kept;
@@ -123,16 +124,16 @@ struct recorder {
     bool keeps_ends_alone;
 };
 
-void recorder_start(struct recorder *recorder, const struct kept *kept, const struct runs_layout *layout,
-                    struct refdyn_integrator *integrator);
+void runs_recorder_start(struct recorder *recorder, const struct kept *kept, const struct runs_layout *layout,
+                         struct refdyn_integrator *integrator);
 /* Begins a case: all its values are unknown (NaN). */
-void recorder_clear(struct recorder *recorder);
+void runs_recorder_clear(struct recorder *recorder);
 /* Records the integrator's state at the time `number` of seen_times. */
-void recorder_see(struct recorder *recorder, int number);
+void runs_recorder_see(struct recorder *recorder, int number);
 /* Records the end of a case that an event has ended at t, and completes extremes and norms. */
-void recorder_end(struct recorder *recorder, double t);
+void runs_recorder_end(struct recorder *recorder, double t);
 /* Marks as unknown what a case that failed at t has of its end and of its whole motion. */
-void recorder_fail(struct recorder *recorder, double t);
+void runs_recorder_fail(struct recorder *recorder, double t);
 
 /* Setup: cases, compiled structures, the layout of what is kept, and the identity of the batch. */
 
@@ -150,11 +151,11 @@ struct batch_setup {
     struct journal_key key;
 };
 
-/* Reads, checks and compiles. Reports errors on stderr; call batch_setup_close in any case. */
-enum status batch_setup_open(struct batch_setup *setup, const struct options *options);
+/* Reads, checks and compiles. Reports errors on stderr; call runs_setup_close in any case. */
+enum status runs_setup_open(struct batch_setup *setup, const struct options *options);
 /* The same for a setup that already has its options and cases. */
-enum status batch_setup_complete(struct batch_setup *setup);
-void batch_setup_close(struct batch_setup *setup);
+enum status runs_setup_complete(struct batch_setup *setup);
+void runs_setup_close(struct batch_setup *setup);
 
 /* Identity. Calls `call` for each file that the motions read: the state and the samples of inputs. Stops and
  * returns false when a call returns false. */
@@ -244,9 +245,9 @@ void runs_csv_row(const struct runs_layout *layout, bool has_reasons, const stru
 
 extern const struct command sim_command, merge_command;
 /* The options of batches. */
-extern const struct option_rule batch_rules[];
-enum status run_batch(const struct options *options);
+extern const struct option_rule runs_batch_rules[];
+enum status runs_batch(const struct options *options);
 /* `sim` of a case of a batch. */
-enum status run_case_again(const struct options *options);
+enum status runs_case_again(const struct options *options);
 
 #endif

@@ -43,15 +43,15 @@ void runs_csv_header(const struct runs_layout *layout, bool has_reasons, FILE *o
 }
 
 const char *runs_csv_twice(const struct runs_layout *layout) {
-    struct text_set names = {.memory = &program_memory};
+    struct text_set names = {.memory = &format_memory};
     char *header;
     size_t size;
     const char *twice = NULL;
-    FILE *out = text_stream(&header, &size);
+    FILE *out = format_stream(&header, &size);
     runs_csv_header(layout, true, out);
     fclose(out);
     for (char *rest = header, *name; !twice && (name = strsep(&rest, ",\n"));) {
-        const int before = names.count, number = text_set_add(&names, name);
+        const int before = names.count, number = sweeps_text_set_add(&names, name);
         twice = number < before ? names.texts[number] : NULL;
     }
     free(header);
@@ -62,7 +62,7 @@ const char *runs_csv_twice(const struct runs_layout *layout) {
 static void print_field(double value, FILE *out) {
     fputc(',', out);
     if (!isnan(value))
-        print_number(out, value);
+        format_number(out, value);
 }
 
 /* Prints quotes around a text with a comma, quotes or a line break, and doubles its quotes. */

@@ -20,9 +20,9 @@ static enum status check_case(const struct options *options) {
 
 static enum status run_motion(const struct options *options) {
     if (!options_has(options, "of") && !options_has(options, "case"))
-        return run_sim(options);
+        return simulate_run(options);
     const enum status status = check_case(options);
-    return status == STATUS_DONE ? run_case_again(options) : status;
+    return status == STATUS_DONE ? runs_case_again(options) : status;
 }
 
 static const struct option_rule case_rules[] = {
@@ -36,7 +36,7 @@ const struct command sim_command = {
     .operands = "MODEL.lua",
     .options = "output until! method step tol step-max accuracy verify inputs stop every from stabilise "
                "singular start hold release way summary of case set fold",
-    .tables = {case_rules, sim_rules, motion_rules, statics_rules, scene_rules},
+    .tables = {case_rules, simulate_sim_rules, simulate_rules, statics_rules, scene_rules},
     .has_gsl = true,
     .replaces_operands = "of case",
     .output = "RUN.csv",

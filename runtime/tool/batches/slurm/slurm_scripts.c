@@ -38,7 +38,7 @@ static void put_numbers(const struct script *script) {
 /* Sets the shell variable NAME to this path. */
 static void put_path(const struct script *script, const char *name, const char *path) {
     fprintf(script->out, "%s=", name);
-    put_shell_text(script->out, path);
+    format_shell_text(script->out, path);
     fputc('\n', script->out);
 }
 
@@ -65,7 +65,7 @@ static void put_option(void *context, const char *name, const char *value) {
     fprintf(script->out, " --%s", name);
     if (value) {
         fputc('=', script->out);
-        put_shell_text(script->out, value);
+        format_shell_text(script->out, value);
     }
 }
 
@@ -77,7 +77,7 @@ static void put_command(struct script *script) {
     fputs(" --", script->out);
     for (int i = 0; i < script->options->operand_count; i++) {
         fputc(' ', script->out);
-        put_shell_text(script->out, script->options->operands[i]);
+        format_shell_text(script->out, script->options->operands[i]);
     }
     fputc('\n', script->out);
 }

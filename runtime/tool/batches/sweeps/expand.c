@@ -15,8 +15,8 @@ static double grid_point(const struct vary *vary, long index) {
     const double part = (double)index / last;
     if (vary->form == VARY_GRID)
         return vary->from + (vary->to - vary->from) * part;
-    const double begin = random_log(vary->from), end = random_log(vary->to);
-    return random_exp(begin + (end - begin) * part);
+    const double begin = sweeps_random_log(vary->from), end = sweeps_random_log(vary->to);
+    return sweeps_random_exp(begin + (end - begin) * part);
 }
 
 /* Each value is repeated for `stride` cases. */
@@ -34,18 +34,18 @@ static void fill_listed(const struct vary *vary, long stride, long case_count, d
 /* The value below which a fraction u of the distribution lies. */
 static double quantile(const struct vary *vary, double u) {
     if (vary->form == VARY_NORMAL)
-        return vary->from + vary->to * random_normal_quantile(u);
+        return vary->from + vary->to * sweeps_random_normal_quantile(u);
     if (vary->form == VARY_UNIFORM)
         return vary->from + (vary->to - vary->from) * u;
-    const double begin = random_log(vary->from), end = random_log(vary->to);
-    return random_exp(begin + (end - begin) * u);
+    const double begin = sweeps_random_log(vary->from), end = sweeps_random_log(vary->to);
+    return sweeps_random_exp(begin + (end - begin) * u);
 }
 
 static void fill_random(const struct sweep_file *file, const struct vary *vary, long case_count,
                         double *values) {
-    const uint64_t stream = random_stream(vary->name);
+    const uint64_t stream = sweeps_random_stream(vary->name);
     for (long i = 0; i < case_count; i++)
-        values[i] = quantile(vary, random_uniform((uint64_t)file->seed, stream, (uint64_t)i));
+        values[i] = quantile(vary, sweeps_random_uniform((uint64_t)file->seed, stream, (uint64_t)i));
 }
 
 /* Fills a column from one coordinate of the points, which are `width` apart in memory. */
@@ -54,7 +54,7 @@ static void fill_sequence(const struct sweep_file *file, const struct vary *vary
     const double least = 0x1p-54; /* the normal distribution has no quantile at 0 */
     const long draws = (long)file->draws;
     const double shift =
-        file->has_seed ? random_uniform((uint64_t)file->seed, random_stream(vary->name), 0) : 0;
+        file->has_seed ? sweeps_random_uniform((uint64_t)file->seed, sweeps_random_stream(vary->name), 0) : 0;
     for (long i = 0; i < draws; i++) {
         double u = points[i * width] + shift;
         u -= floor(u);
@@ -75,8 +75,8 @@ static int random_count(const struct sweep_file *file) {
 static double *sequence_points(const struct sweep_file *file, int width) {
     if (file->sequence == SEQUENCE_RANDOM)
         return NULL;
-    double *points = allocate_large((size_t)file->draws * (size_t)width, sizeof *points);
-    quasi_random_points(file->sequence, width, (long)file->draws, points);
+    double *points = format_allocate_large((size_t)file->draws * (size_t)width, sizeof *points);
+    sweeps_quasi_random_points(file->sequence, width, (long)file->draws, points);
     return points;
 }
 

@@ -26,7 +26,7 @@ static void philox_round(uint32_t c[4], const uint32_t key[2]) {
         c[i] = next[i];
 }
 
-void random_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t result[4]) {
+void sweeps_random_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t result[4]) {
     uint32_t now[2] = {key[0], key[1]};
     for (int i = 0; i < 4; i++)
         result[i] = counter[i];
@@ -38,7 +38,7 @@ void random_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t re
 }
 
 /* FNV-1a hash. */
-uint64_t random_stream(const char *name) {
+uint64_t sweeps_random_stream(const char *name) {
     uint64_t hash = 14695981039346656037u;
     for (; *name; name++)
         hash = (hash ^ (unsigned char)*name) * 1099511628211u;
@@ -46,12 +46,12 @@ uint64_t random_stream(const char *name) {
 }
 
 /* The middle of one of 2^52 equal intervals. */
-double random_uniform(uint64_t seed, uint64_t stream, uint64_t number) {
+double sweeps_random_uniform(uint64_t seed, uint64_t stream, uint64_t number) {
     const uint32_t counter[4] = {(uint32_t)number, (uint32_t)(number >> 32), (uint32_t)stream,
                                  (uint32_t)(stream >> 32)};
     const uint32_t key[2] = {(uint32_t)seed, (uint32_t)(seed >> 32)};
     uint32_t bits[4];
-    random_philox(counter, key, bits);
+    sweeps_random_philox(counter, key, bits);
     const uint64_t part = ((uint64_t)bits[0] << 32 | bits[1]) >> 12;
     return ((double)part + 0.5) / 4503599627370496.0;
 }
@@ -61,7 +61,7 @@ double random_uniform(uint64_t seed, uint64_t stream, uint64_t number) {
 static const double ln2_high = 0x1.62e42fefa3800p-1, ln2_low = 0x1.ef35793c76730p-45;
 
 /* x = 2^e m, m near 1, and ln m = 2 artanh s with s = (m - 1) / (m + 1). */
-double random_log(double x) {
+double sweeps_random_log(double x) {
     int e;
     double m = frexp(x, &e);
     if (m < 0.70710678118654752) {
@@ -76,7 +76,7 @@ double random_log(double x) {
 }
 
 /* x = k ln 2 + r, and the series of exp r. */
-double random_exp(double x) {
+double sweeps_random_exp(double x) {
     const double k = floor(x / ln2_high + 0.5), r = (x - k * ln2_high) - k * ln2_low;
     double sum = 1;
     for (int i = 15; i >= 1; i--)
@@ -145,11 +145,11 @@ static double far_tail(double r) {
     return ratio(e, f, r - 5);
 }
 
-double random_normal_quantile(double u) {
+double sweeps_random_normal_quantile(double u) {
     const double q = u - 0.5;
     if (fabs(q) <= 0.425)
         return middle(q);
-    const double r = sqrt(-random_log(q < 0 ? u : 1 - u)), size = r <= 5 ? near_tail(r) : far_tail(r);
+    const double r = sqrt(-sweeps_random_log(q < 0 ? u : 1 - u)), size = r <= 5 ? near_tail(r) : far_tail(r);
     return q < 0 ? -size : size;
 }
 
@@ -157,11 +157,11 @@ double random_normal_quantile(double u) {
 
 #ifdef REFDYN_HAS_GSL
 
-bool quasi_random_is_there(void) {
+bool sweeps_quasi_random_is_there(void) {
     return true;
 }
 
-void quasi_random_points(enum sequence sequence, int width, long count, double *points) {
+void sweeps_quasi_random_points(enum sequence sequence, int width, long count, double *points) {
     gsl_set_error_handler_off();
     gsl_qrng *generator =
         gsl_qrng_alloc(sequence == SEQUENCE_SOBOL ? gsl_qrng_sobol : gsl_qrng_halton, (unsigned)width);
@@ -176,11 +176,11 @@ void quasi_random_points(enum sequence sequence, int width, long count, double *
 
 #else
 
-bool quasi_random_is_there(void) {
+bool sweeps_quasi_random_is_there(void) {
     return false;
 }
 
-void quasi_random_points(enum sequence sequence, int width, long count, double *points) {
+void sweeps_quasi_random_points(enum sequence sequence, int width, long count, double *points) {
     (void)sequence, (void)width, (void)count, (void)points;
 }
 

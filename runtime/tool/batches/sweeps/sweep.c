@@ -25,7 +25,8 @@ struct sweep_reading {
 static void print_messages(struct messages *messages) {
     message_sort(messages);
     for (int i = 0; i < messages->count; i++)
-        complain_line(messages->list[i].place.file, messages->list[i].place.line, messages->list[i].text);
+        format_complain_line(messages->list[i].place.file, messages->list[i].place.line,
+                             messages->list[i].text);
 }
 
 static const char *folder_of(struct memory *memory, const char *path) {
@@ -63,7 +64,7 @@ static void find_varied(struct sweep_reading *reading) {
             message_error(&reading->messages, vary->place, "%s: random numbers; write a list of values",
                           path);
     }
-    if (file->sequence != SEQUENCE_RANDOM && !quasi_random_is_there())
+    if (file->sequence != SEQUENCE_RANDOM && !sweeps_quasi_random_is_there())
         message_error(&reading->messages, file->place, "sequence: %s needs GSL; build refdyn with it",
                       file->sequence == SEQUENCE_SOBOL ? "sobol" : "halton");
 }
@@ -214,8 +215,8 @@ static bool read_sweep(struct sweep_reading *reading, const char *path, struct o
     return true;
 }
 
-enum status sweep_read(struct sweep *sweep, struct memory *memory, const char *path,
-                       const struct generation *generation, struct options *options) {
+enum status sweeps_read(struct sweep *sweep, struct memory *memory, const char *path,
+                        const struct generation *generation, struct options *options) {
     struct sweep_reading reading = {.sweep = sweep, .messages = {.memory = memory}};
     *sweep = (struct sweep){.text = ""};
     reading.names = (struct case_names){.memory = memory,
@@ -291,12 +292,12 @@ static bool read_row(struct table_reading *reading) {
         struct case_column *column = &reading->table.columns[i];
         const char *field = reading->csv.fields[i];
         if (column->kind == CASES_NUMBERS) {
-            if (!csv_number(&reading->csv, i, &column->values[row]))
+            if (!format_csv_number(&reading->csv, i, &column->values[row]))
                 return false;
         } else if (!*field) {
-            return csv_complain(&reading->csv, "%s: the field is empty; write a value", column->name);
+            return format_csv_complain(&reading->csv, "%s: the field is empty; write a value", column->name);
         } else {
-            column->values[row] = text_set_add(&reading->sets[i], field);
+            column->values[row] = sweeps_text_set_add(&reading->sets[i], field);
         }
     }
     return true;
@@ -304,11 +305,11 @@ static bool read_row(struct table_reading *reading) {
 
 static bool read_rows(struct table_reading *reading) {
     int answer;
-    while ((answer = csv_next(&reading->csv)) > 0)
+    while ((answer = format_csv_next(&reading->csv)) > 0)
         if (reading->table.count >= INT_MAX / 4 || !read_row(reading))
             return false;
     if (answer == 0 && reading->table.count == 0)
-        return csv_complain(&reading->csv, "no row below the names; write at least one case");
+        return format_csv_complain(&reading->csv, "no row below the names; write at least one case");
     for (int i = 0; i < reading->table.width; i++) {
         reading->table.columns[i].texts = reading->sets[i].texts;
         reading->table.columns[i].text_count = reading->sets[i].count;
@@ -318,7 +319,8 @@ static bool read_rows(struct table_reading *reading) {
 
 static bool read_table(struct table_reading *reading, struct sweep *sweep, const char *path) {
     struct cases *cases = &sweep->cases;
-    if (!csv_open(&reading->csv, path, "cases") || !read_columns(reading, cases) || !read_rows(reading))
+    if (!format_csv_open(&reading->csv, path, "cases") || !read_columns(reading, cases) ||
+        !read_rows(reading))
         return false;
     cases->count = reading->table.count;
     for (int i = 0; i < cases->width; i++)
@@ -326,12 +328,12 @@ static bool read_table(struct table_reading *reading, struct sweep *sweep, const
                            cases->count, &cases->columns[i]);
     if (reading->messages.errors || !case_names_check(&reading->names, &reading->table, cases))
         return false;
-    sweep->text = read_text(path, "cases");
+    sweep->text = format_read_file(path, "cases");
     return sweep->text;
 }
 
-enum status sweep_read_table(struct sweep *sweep, struct memory *memory, const char *path,
-                             const struct generation *generation, const struct options *options) {
+enum status sweeps_read_table(struct sweep *sweep, struct memory *memory, const char *path,
+                              const struct generation *generation, const struct options *options) {
     struct table_reading reading = {.messages = {.memory = memory}};
     *sweep = (struct sweep){.keep = {.final = true}, .text = ""};
     reading.names = (struct case_names){.memory = memory,
@@ -341,6 +343,6 @@ enum status sweep_read_table(struct sweep *sweep, struct memory *memory, const c
                                         .folder = folder_of(memory, path)};
     const bool is_read = read_table(&reading, sweep, path);
     print_messages(&reading.messages);
-    csv_close(&reading.csv);
+    format_csv_close(&reading.csv);
     return is_read ? STATUS_DONE : STATUS_FAULT;
 }

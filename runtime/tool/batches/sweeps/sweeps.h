@@ -169,10 +169,10 @@ struct keep {
 /* Quasi-random sequences of GSL (gsl_qrng), which fill a cube more evenly than random points. */
 
 /* Returns whether the program is built with GSL. */
-bool quasi_random_is_there(void);
+bool sweeps_quasi_random_is_there(void);
 /* The first `count` points of a sequence in `width` dimensions. Coordinate i of point k is points[k * width +
  * i], in [0, 1). The sequence must have that many dimensions. */
-void quasi_random_points(enum sequence sequence, int width, long count, double *points);
+void sweeps_quasi_random_points(enum sequence sequence, int width, long count, double *points);
 
 /*
  * Random numbers.
@@ -183,15 +183,15 @@ void quasi_random_points(enum sequence sequence, int width, long count, double *
  */
 
 /* Philox 4x32-10 of a counter and a key. */
-void random_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t result[4]);
-/* Uniform in the open interval (0, 1). `stream` is random_stream of a name. */
-double random_uniform(uint64_t seed, uint64_t stream, uint64_t number);
-uint64_t random_stream(const char *name);
+void sweeps_random_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t result[4]);
+/* Uniform in the open interval (0, 1). `stream` is sweeps_random_stream of a name. */
+double sweeps_random_uniform(uint64_t seed, uint64_t stream, uint64_t number);
+uint64_t sweeps_random_stream(const char *name);
 /* The value below which a standard normal variable lies with probability u, 0 < u < 1. */
-double random_normal_quantile(double u);
+double sweeps_random_normal_quantile(double u);
 /* Natural logarithm and exponential, to a few units in the last place; x > 0 and finite, result finite. */
-double random_log(double x);
-double random_exp(double x);
+double sweeps_random_log(double x);
+double sweeps_random_exp(double x);
 
 /*
  * Structures.
@@ -226,13 +226,15 @@ struct structures {
 
 /* Groups all cases, of which [first, end) are computed. All of them count, so that the layout of the results
  * is the same for every range. Reports an error if there are too many structures. */
-enum status structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
-                            long first, long end, const struct options *options);
+enum status sweeps_structures_sort(struct structures *structures, struct memory *memory,
+                                   const struct cases *cases, long first, long end,
+                                   const struct options *options);
 /* Generates, compiles and loads all structures, several at the same time; then looks up in each model what
- * varies. Reports what a structure lacks. Call structures_close in any case. */
-enum status structures_open(struct structures *structures, struct memory *memory, const struct cases *cases,
-                            const struct refdyn_options *integration, int threads);
-void structures_close(struct structures *structures);
+ * varies. Reports what a structure lacks. Call sweeps_structures_close in any case. */
+enum status sweeps_structures_open(struct structures *structures, struct memory *memory,
+                                   const struct cases *cases, const struct refdyn_options *integration,
+                                   int threads);
+void sweeps_structures_close(struct structures *structures);
 
 /* Sweeps: a sweep file in Lua or a table of cases as CSV, read for one model. Errors go to stderr as
  * FILE:LINE. */
@@ -245,11 +247,11 @@ struct sweep {
 
 /* The sweep lives in `memory`. Options of the motions that the file sets (t_end tol method from every ...) go
  * into *options, unless the command line sets them. */
-enum status sweep_read(struct sweep *sweep, struct memory *memory, const char *path,
-                       const struct generation *generation, struct options *options);
+enum status sweeps_read(struct sweep *sweep, struct memory *memory, const char *path,
+                        const struct generation *generation, struct options *options);
 /* A table has one row a case and a column for each varied name. Its batch keeps final states. */
-enum status sweep_read_table(struct sweep *sweep, struct memory *memory, const char *path,
-                             const struct generation *generation, const struct options *options);
+enum status sweeps_read_table(struct sweep *sweep, struct memory *memory, const char *path,
+                              const struct generation *generation, const struct options *options);
 
 /* Text sets: different texts, numbered in the order in which they were added. */
 struct text_set {
@@ -261,6 +263,6 @@ struct text_set {
 };
 
 /* Returns the number of the text; the set keeps a copy of a new one. */
-int text_set_add(struct text_set *set, const char *text);
+int sweeps_text_set_add(struct text_set *set, const char *text);
 
 #endif

@@ -146,13 +146,13 @@ const char *const initial_names[] = {NULL, "exact", "approx", "calculated"};
 
 void export_put_attribute(FILE *out, const char *name, const char *value) {
     fprintf(out, " %s=\"", name);
-    put_xml_text(out, value);
+    format_xml_text(out, value);
     fputc('"', out);
 }
 
 void export_put_number_attribute(FILE *out, const char *name, double value) {
     fprintf(out, " %s=\"", name);
-    print_number(out, value);
+    format_number(out, value);
     fputc('"', out);
 }
 
@@ -246,8 +246,8 @@ struct dependencies {
 };
 
 static void dependencies_open(struct dependencies *list) {
-    list->out = text_stream(&list->places, &list->places_size);
-    list->kinds_out = text_stream(&list->kinds, &list->kinds_size);
+    list->out = format_stream(&list->places, &list->places_size);
+    list->kinds_out = format_stream(&list->kinds, &list->kinds_size);
 }
 
 /* FMI 2.0 refers to variables by their place, FMI 3.0 by their value reference. */

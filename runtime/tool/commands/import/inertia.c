@@ -15,7 +15,7 @@ void import_tidy(double *list, int count, double scale) {
         if (fabs(list[i]) < rounding * scale)
             list[i] = 0;
         else
-            text_to_number(near_text(list[i], text), &list[i]);
+            text_to_number(format_near_number(list[i], text), &list[i]);
 }
 
 /* Places of xx yy zz xy xz yz. */

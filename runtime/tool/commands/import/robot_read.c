@@ -16,7 +16,7 @@
 bool import_robot_complain(const struct robot *robot, int line, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    complain_line(robot->path, line, text_vformat(format, list));
+    format_complain_line(robot->path, line, format_vtext(format, list));
     va_end(list);
     return false;
 }
@@ -61,11 +61,11 @@ struct part {
 /* Reads `count` numbers separated by blanks; `out` stays if the attribute is missing. */
 static bool take_numbers(const struct part *part, const char *name, double *out, int count) {
     const char *given = xml_attribute(part->element, name);
-    const char *where = text_format("%s: <%s>: %s", part->owner, part->element->name, name);
+    const char *where = format_text("%s: <%s>: %s", part->owner, part->element->name, name);
     const int line = part->element->line;
     if (!given)
         return true;
-    char *rest = text_format("%s", given), *word;
+    char *rest = format_text("%s", given), *word;
     int found = 0;
     static const double largest = 1e100; /* so that products of the numbers stay finite */
     while ((word = strtok_r(rest, " \t\r\n", &rest))) {
@@ -158,7 +158,7 @@ static bool take_link(struct robot *robot, const struct xml_element *element) {
     if (!need_attribute(&part, "name"))
         return false;
     *link = (struct robot_link){.name = xml_attribute(element, "name"), .line = element->line};
-    part.owner = text_format("link %s", link->name);
+    part.owner = format_text("link %s", link->name);
     const int same = import_robot_find_link(robot, link->name);
     if (!*link->name)
         return import_robot_complain(robot, element->line, "link: its name is empty, each needs one");
@@ -192,7 +192,7 @@ static bool take_kind(const struct part *part, enum joint_kind *kind) {
 
 static bool complain_of_link(const struct part *part, const char *name) {
     const struct robot *robot = part->robot;
-    const char **known = allocate((size_t)robot->link_count + 1, sizeof *known);
+    const char **known = format_allocate((size_t)robot->link_count + 1, sizeof *known);
     for (int i = 0; i < robot->link_count; i++)
         known[i] = robot->links[i].name;
     const char *near = message_nearest_name(name, known, robot->link_count);
@@ -273,7 +273,7 @@ static bool take_joint(struct robot *robot, const struct xml_element *element) {
         return false;
     *joint =
         (struct robot_joint){.name = xml_attribute(element, "name"), .line = element->line, .leader = -1};
-    part.owner = text_format("joint %s", joint->name);
+    part.owner = format_text("joint %s", joint->name);
     const int same = import_robot_find_joint(robot, joint->name);
     if (same >= 0)
         return import_robot_complain(robot, element->line,
@@ -299,7 +299,7 @@ static bool find_single(const struct part *part, const char *name, int *found) {
 }
 
 static bool take_mimic(struct robot *robot, struct robot_joint *joint, const struct xml_element *element) {
-    const struct part part = {robot, element, text_format("joint %s", joint->name)};
+    const struct part part = {robot, element, format_text("joint %s", joint->name)};
     struct part mimic;
     if (!take_child(&part, "mimic", &mimic) || !mimic.element)
         return !mimic.element;
@@ -407,8 +407,8 @@ bool import_robot_read(struct robot *robot, const char *path) {
     if (!need_attribute(&part, "name"))
         return false;
     robot->name = xml_attribute(root, "name");
-    robot->links = allocate(COUNT_MOST, sizeof *robot->links);
-    robot->joints = allocate(COUNT_MOST, sizeof *robot->joints);
+    robot->links = format_allocate(COUNT_MOST, sizeof *robot->links);
+    robot->joints = format_allocate(COUNT_MOST, sizeof *robot->joints);
     if (!take_each(robot, root, "link", &links, take_link) ||
         !take_each(robot, root, "joint", &joints, take_joint) || !take_mimics(robot, root) ||
         !take_each(robot, root, "transmission", &transmissions, take_rotor))

@@ -78,7 +78,7 @@ static double start_within(const struct joint_limits *limits) {
     if (!limits->has_range || (limits->from <= 0 && limits->to >= 0))
         return 0;
     const bool is_near =
-        text_to_number(text_format("%.6g", middle), &near) && near >= limits->from && near <= limits->to;
+        text_to_number(format_text("%.6g", middle), &near) && near >= limits->from && near <= limits->to;
     return is_near ? near : middle;
 }
 
@@ -105,8 +105,8 @@ bool import_robot_make_tree(struct robot *robot) {
     if (!set_carriers(robot) || !find_root(robot))
         return false;
     list_children(robot);
-    bool *is_passed = allocate((size_t)robot->link_count, sizeof *is_passed);
-    robot->order = allocate((size_t)robot->link_count, sizeof *robot->order);
+    bool *is_passed = format_allocate((size_t)robot->link_count, sizeof *is_passed);
+    robot->order = format_allocate((size_t)robot->link_count, sizeof *robot->order);
     int count = 0;
     for (int at = robot->root; at >= 0; at = next_link(robot, at)) {
         is_passed[at] = true;

@@ -55,7 +55,7 @@ static void put_option(FILE *out, const struct command *command, const struct op
     if (!*option->argument)
         return;
     fprintf(out, "    %s:--%s%s)", command->name, option->name,
-            option->is_output ? text_format("|%s:-o", command->name) : "");
+            option->is_output ? format_text("|%s:-o", command->name) : "");
     if (*words)
         fprintf(out, " _refdyn_words %s%s;", option->is_list ? ", " : "", words);
     put_files(out, option->argument);

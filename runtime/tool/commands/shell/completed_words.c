@@ -11,7 +11,7 @@
 #include <string.h>
 
 const char *shell_values_operand_words(const struct command *command) {
-    char *words = text_format("%s", command->operands), *bar;
+    char *words = format_text("%s", command->operands), *bar;
     if (!strchr(words, '|'))
         return "";
     while ((bar = strchr(words, '|')))
@@ -38,6 +38,6 @@ enum files_meant shell_values_files(const char *argument, const char **endings) 
     while (dot && isalnum((unsigned char)dot[1 + length]))
         length++;
     if (!*endings && length > 0)
-        *endings = text_format("%.*s", length, dot + 1);
+        *endings = format_text("%.*s", length, dot + 1);
     return *endings ? MEANT_ENDINGS : MEANT_NONE;
 }

@@ -28,11 +28,11 @@ static enum status run_completion(const struct options *options) {
         place++;
     if (place == FORM_COUNT)
         return usage_error(options->command, "'%s' is not one of %s", form, options->command->operands);
-    struct target *target = target_open(&targets, options_text(options, "output"));
+    struct target *target = system_target_open(&targets, options_text(options, "output"));
     if (target)
         forms[place].put(target->file, options->commands);
-    const bool is_good = target && target_finish(target);
-    targets_release(&targets);
+    const bool is_good = target && system_target_finish(target);
+    system_targets_release(&targets);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
 

@@ -104,24 +104,24 @@ static void print_table(const struct analysis *analysis) {
 
 static void put_complex(struct document *document, const char *key, const double complex *values, int count) {
     static const char *const parts[] = {"re", "im"};
-    put_open(document, key, '{');
+    format_put_open(document, key, '{');
     for (int part = 0; part < 2; part++) {
-        put_open(document, parts[part], '[');
+        format_put_open(document, parts[part], '[');
         for (int i = 0; i < count; i++)
-            put_number(document, NULL, (part ? cimag(values[i]) : creal(values[i])) + 0.0); /* no -0 */
-        put_close(document, ']');
+            format_put_number(document, NULL, (part ? cimag(values[i]) : creal(values[i])) + 0.0); /* no -0 */
+        format_put_close(document, ']');
     }
-    put_close(document, '}');
+    format_put_close(document, '}');
 }
 
 static void put_shape(struct document *document, const struct analysis *analysis, const struct mode *mode) {
     const struct refdyn_model *model = analysis->scene->model;
     const int n = model->n;
-    double complex *shape = allocate((size_t)n, sizeof *shape);
+    double complex *shape = format_allocate((size_t)n, sizeof *shape);
     for (int j = 0; j < analysis->linear.n; j++)
         shape[analysis->linear.place[j]] = mode->shape[j];
     put_complex(document, "shape", shape, n);
-    put_open(document, "points", '{');
+    format_put_open(document, "points", '{');
     for (int i = 0; i < model->point_count; i++) {
         double complex moved[3] = {0}; /* C shape */
         for (int axis = 0; axis < 3; axis++)
@@ -129,18 +129,18 @@ static void put_shape(struct document *document, const struct analysis *analysis
                 moved[axis] += analysis->C[(3 * i + axis) * n + j] * shape[j];
         put_complex(document, model->points[i], moved, 3);
     }
-    put_close(document, '}');
+    format_put_close(document, '}');
 }
 
 static void put_mode(struct document *document, const struct analysis *analysis, const struct mode *mode) {
     const double re = creal(mode->eigenvalue) + 0.0, im = cimag(mode->eigenvalue) + 0.0; /* no -0 */
-    put_open(document, NULL, '{');
-    put_number(document, "frequency", im / (2 * pi));
-    put_number(document, "omega", cabs(mode->eigenvalue));
-    put_number(document, "damping", damping_of(mode));
-    put_array(document, "eigenvalue", (const double[]){re, im}, 2);
+    format_put_open(document, NULL, '{');
+    format_put_number(document, "frequency", im / (2 * pi));
+    format_put_number(document, "omega", cabs(mode->eigenvalue));
+    format_put_number(document, "damping", damping_of(mode));
+    format_put_array(document, "eigenvalue", (const double[]){re, im}, 2);
     put_shape(document, analysis, mode);
-    put_close(document, '}');
+    format_put_close(document, '}');
 }
 
 static enum status print_analysis(const struct analysis *analysis) {
@@ -148,24 +148,24 @@ static enum status print_analysis(const struct analysis *analysis) {
     const struct spectrum *spectrum = &analysis->spectrum;
     struct document document;
     int unstable = 0;
-    document_open(&document);
+    format_document_open(&document);
     for (int i = 0; i < spectrum->count; i++)
         unstable += creal(spectrum->modes[i].eigenvalue) > 0;
-    put_open(&document, NULL, '{');
-    put_text(&document, "name", scene->model->name);
+    format_put_open(&document, NULL, '{');
+    format_put_text(&document, "name", scene->model->name);
     scene_put_coordinates(&document, "coordinates", scene->model, NULL);
-    put_text(&document, "at", analysis->at);
+    format_put_text(&document, "at", analysis->at);
     scene_put_state(&document, scene);
     scene_put_positions(&document, scene);
     scene_put_coordinates(&document, "held", scene->model, analysis->held);
-    put_number(&document, "phi", analysis->phi);
-    put_number(&document, "residual", analysis->linear.residual);
-    put_whole(&document, "unstable", unstable);
-    put_open(&document, "modes", '[');
+    format_put_number(&document, "phi", analysis->phi);
+    format_put_number(&document, "residual", analysis->linear.residual);
+    format_put_whole(&document, "unstable", unstable);
+    format_put_open(&document, "modes", '[');
     for (int i = 0; i < analysis->count; i++)
         put_mode(&document, analysis, &spectrum->modes[i]);
-    put_close(&document, ']');
-    put_close(&document, '}');
+    format_put_close(&document, ']');
+    format_put_close(&document, '}');
     return scene_finish(scene, &document);
 }
 
@@ -192,8 +192,8 @@ static int compute(struct analysis *analysis, const struct options *options) {
 static enum status analyse(struct scene *scene, const struct options *options) {
     const size_t n = (size_t)scene->model->n, points = (size_t)scene->model->point_count;
     struct analysis analysis = {.scene = scene, .at = place_of(options)};
-    analysis.held = allocate(n, sizeof *analysis.held);
-    analysis.C = allocate(3 * points * n, sizeof *analysis.C);
+    analysis.held = format_allocate(n, sizeof *analysis.held);
+    analysis.C = format_allocate(3 * points * n, sizeof *analysis.C);
     enum status status = check(scene);
     if (status == STATUS_DONE)
         status = place(&analysis, options);

@@ -35,7 +35,7 @@ static enum status unknown_name(const struct options *options, const char *optio
 static enum status unknown_coordinate(const struct scene *scene, const struct options *options,
                                       const char *name) {
     const struct refdyn_model *model = scene->model;
-    const char **names = allocate((size_t)model->n, sizeof *names);
+    const char **names = format_allocate((size_t)model->n, sizeof *names);
     for (int i = 0; i < model->n; i++)
         names[i] = model->coordinates[i].name;
     return unknown_name(options, "hold", "coordinate", name, names, model->n);
@@ -43,7 +43,7 @@ static enum status unknown_coordinate(const struct scene *scene, const struct op
 
 static enum status unknown_row(const struct scene *scene, const struct options *options, const char *name) {
     const struct refdyn_model *model = scene->model;
-    const char **names = allocate((size_t)model->m, sizeof *names);
+    const char **names = format_allocate((size_t)model->m, sizeof *names);
     for (int i = 0; i < model->m; i++)
         names[i] = model->rows[i].name;
     return unknown_name(options, "release", "constraint row", name, names, model->m);
@@ -117,8 +117,8 @@ static enum status check_tangent(const struct scene *scene, const struct refdyn_
 enum status equilibria_choose_options(const struct scene *scene, const struct options *options,
                                       const int *given_beside, struct refdyn_statics_options *statics) {
     const struct refdyn_model *model = scene->model;
-    bool *released = allocate((size_t)model->m, sizeof *released);
-    int *rows = allocate((size_t)model->m, sizeof *rows);
+    bool *released = format_allocate((size_t)model->m, sizeof *released);
+    int *rows = format_allocate((size_t)model->m, sizeof *rows);
     *statics = refdyn_statics_default();
     enum status status = choose_released(scene, options, released);
     if (status == STATUS_DONE)
@@ -147,7 +147,7 @@ const char *equilibria_stability_text(const struct refdyn_statics_result *result
     const int count = result->unstable ? result->unstable : result->neutral;
     if (count == 0)
         return "stable";
-    return text_format("%s in %d direction%s", result->unstable ? "unstable" : "neutral", count,
+    return format_text("%s in %d direction%s", result->unstable ? "unstable" : "neutral", count,
                        count > 1 ? "s" : "");
 }
 
@@ -255,12 +255,13 @@ static enum status print_failure(struct scene *scene, const struct equilibrium *
 
 static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     const size_t n = (size_t)scene->model->n, size = refdyn_statics_size(scene->model);
-    int *list = allocate(n, sizeof *list), count = 0;
+    int *list = format_allocate(n, sizeof *list), count = 0;
     for (int i = 0; i < scene->model->n; i++)
         if (equilibrium->held[i])
             list[count++] = i;
-    const int answer = refdyn_statics(&scene->work, &equilibrium->options, list, count, scene->q,
-                                      equilibrium->hold_force, &equilibrium->result, allocate(1, size), size);
+    const int answer =
+        refdyn_statics(&scene->work, &equilibrium->options, list, count, scene->q, equilibrium->hold_force,
+                       &equilibrium->result, format_allocate(1, size), size);
     if (answer != REFDYN_OK)
         return print_failure(scene, equilibrium, answer);
     warn(scene, equilibrium);
@@ -271,8 +272,8 @@ enum status equilibria_find(struct scene *scene, const struct options *options,
                             struct equilibrium *equilibrium) {
     const size_t n = (size_t)scene->model->n;
     memset(scene->qd, 0, n * sizeof *scene->qd);
-    equilibrium->held = allocate(n, sizeof *equilibrium->held);
-    equilibrium->hold_force = allocate(n, sizeof *equilibrium->hold_force);
+    equilibrium->held = format_allocate(n, sizeof *equilibrium->held);
+    equilibrium->hold_force = format_allocate(n, sizeof *equilibrium->hold_force);
     enum status status = equilibria_choose_held(scene, options, equilibrium->held);
     if (status == STATUS_DONE)
         status = equilibria_choose_options(scene, options, NULL, &equilibrium->options);

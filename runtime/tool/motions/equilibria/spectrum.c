@@ -68,7 +68,7 @@ static void add_product(double *out, double factor, const double *left, const do
 }
 
 static double *product(const double *left, const double *right, int rows, int inner, int columns) {
-    double *out = allocate_matrix(rows, columns);
+    double *out = format_allocate_matrix(rows, columns);
     add_product(out, 1, left, right, rows, inner, columns);
     return out;
 }
@@ -76,7 +76,7 @@ static double *product(const double *left, const double *right, int rows, int in
 /* left^T right, both n rows */
 static double *product_of_columns(const double *left, int left_columns, const double *right, int columns,
                                   int n) {
-    double *out = allocate_matrix(left_columns, columns);
+    double *out = format_allocate_matrix(left_columns, columns);
     for (int i = 0; i < n; i++)
         add_product(out, 1, left + i * left_columns, right + i * columns, left_columns, 1, columns);
     return out;
@@ -84,7 +84,7 @@ static double *product_of_columns(const double *left, int left_columns, const do
 
 static double *scaled(const struct pencil *pencil, const double *matrix, int rows, bool both) {
     const int n = pencil->n;
-    double *out = allocate_matrix(rows, n);
+    double *out = format_allocate_matrix(rows, n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < n; j++)
             out[i * n + j] = (both ? pencil->unit[i] : 1) * matrix[i * n + j] * pencil->unit[j];
@@ -110,7 +110,7 @@ static void find_freedoms(struct pencil *pencil) {
     const int n = pencil->n;
     double *u = scaled(pencil, linear->u, linear->m, false);
     double *psi_q = scaled(pencil, linear->psi_q, linear->m, false);
-    double *level_q = allocate_matrix(linear->m, n);
+    double *level_q = format_allocate_matrix(linear->m, n);
     int count = 0;
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])
@@ -162,7 +162,7 @@ static int put_motion(struct pencil *pencil, const double *drift, int rates) {
 static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     const int n = linear->n;
     *pencil = (struct pencil){.linear = linear, .n = n};
-    pencil->unit = allocate_matrix(n, 1);
+    pencil->unit = format_allocate_matrix(n, 1);
     for (int j = 0; j < n; j++)
         pencil->unit[j] = 1 / sqrt(linear->M[j * (n + 1)]);
     pencil->M = scaled(pencil, linear->M, n, true);
@@ -170,8 +170,8 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     pencil->K = scaled(pencil, linear->K, n, true);
     choose_scale(pencil);
     find_freedoms(pencil);
-    pencil->A = allocate_matrix(pencil->size, pencil->size);
-    pencil->E = allocate_matrix(pencil->size, pencil->size);
+    pencil->A = format_allocate_matrix(pencil->size, pencil->size);
+    pencil->E = format_allocate_matrix(pencil->size, pencil->size);
     const int positions = pencil->position_count, rates = pencil->size - positions;
     double *drift = product(pencil->velocity.drift, pencil->position.basis, n, n, positions);
     put_rates(pencil, drift, rates);
@@ -183,13 +183,13 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
 static int solve_pencil(struct pencil *pencil) {
     const int size = pencil->size;
     const size_t room = (size_t)size * (size_t)size;
-    double *T = allocate_matrix(size, size);
-    pencil->factor = allocate_matrix(size, size);
-    pencil->pivots = allocate((size_t)size, sizeof *pencil->pivots);
-    pencil->tau_re = allocate_matrix(size, 1);
-    pencil->tau_im = allocate_matrix(size, 1);
-    pencil->left = allocate_matrix(size, size);
-    pencil->right = allocate_matrix(size, size);
+    double *T = format_allocate_matrix(size, size);
+    pencil->factor = format_allocate_matrix(size, size);
+    pencil->pivots = format_allocate((size_t)size, sizeof *pencil->pivots);
+    pencil->tau_re = format_allocate_matrix(size, 1);
+    pencil->tau_im = format_allocate_matrix(size, 1);
+    pencil->left = format_allocate_matrix(size, size);
+    pencil->right = format_allocate_matrix(size, size);
     for (size_t i = 0; i < room; i++) {
         pencil->factor[i] = pencil->A[i] - pencil->E[i];
         T[i] = pencil->E[i];
@@ -264,7 +264,7 @@ static void normalise(double complex *x, int n) {
 /* x = Z y of vector k, in the model's units. */
 static double complex *shape_of(const struct pencil *pencil, int k) {
     const int positions = pencil->position_count;
-    double complex *x = allocate((size_t)pencil->n, sizeof *x);
+    double complex *x = format_allocate((size_t)pencil->n, sizeof *x);
     for (int i = 0; i < pencil->n; i++) {
         for (int j = 0; j < positions; j++)
             x[i] += pencil->position.basis[i * positions + j] * entry(pencil, pencil->right, j, k);
@@ -330,7 +330,7 @@ static void clear_column(struct resting *resting, int n, int row, int column) {
 
 /* Adds one mode for each pivot coordinate of the vectors, in the order of the coordinates. */
 static void add_resting_modes(struct spectrum *spectrum, struct resting *resting, int n) {
-    int *row_of = allocate((size_t)n, sizeof *row_of), count = 0, row, column;
+    int *row_of = format_allocate((size_t)n, sizeof *row_of), count = 0, row, column;
     while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
         exchange_rows(resting->vectors + row * n, resting->vectors + count * n, n);
         clear_column(resting, n, count, column);
@@ -340,7 +340,7 @@ static void add_resting_modes(struct spectrum *spectrum, struct resting *resting
         if (!row_of[j])
             continue;
         const double *vector = resting->vectors + (row_of[j] - 1) * n;
-        double complex *x = allocate((size_t)n, sizeof *x);
+        double complex *x = format_allocate((size_t)n, sizeof *x);
         for (int i = 0; i < n; i++)
             x[i] = fabs(vector[i]) > zero_tol ? vector[i] : 0;
         normalise(x, n);
@@ -369,7 +369,7 @@ static void sort_modes(struct spectrum *spectrum) {
 /* Adds a pair that is real within rounding as two modes. Their shapes differ unless the system is defective.
  */
 static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const double complex *x, int n) {
-    double complex *parts = allocate(2 * (size_t)n, sizeof *parts);
+    double complex *parts = format_allocate(2 * (size_t)n, sizeof *parts);
     double apart = 0;
     for (int j = 0; j < n; j++) {
         parts[j] = creal(x[j]);
@@ -404,8 +404,8 @@ static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, s
 
 static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
     const int n = pencil->n;
-    struct resting resting = {.vectors = allocate_matrix(pencil->size, n)};
-    spectrum->modes = allocate((size_t)pencil->size, sizeof *spectrum->modes);
+    struct resting resting = {.vectors = format_allocate_matrix(pencil->size, n)};
+    spectrum->modes = format_allocate((size_t)pencil->size, sizeof *spectrum->modes);
     for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2)
         add_vector(spectrum, pencil, &resting, k);
     add_resting_modes(spectrum, &resting, n);

@@ -24,15 +24,15 @@ static void put_contacts(struct document *document, const struct scene *scene,
     const struct refdyn_statics_options *options = &equilibrium->options;
     const struct refdyn_statics_result *result = &equilibrium->result;
     const int first = refdyn_programme_rows(scene->model);
-    put_open(document, "contacts", '[');
+    format_put_open(document, "contacts", '[');
     for (int i = from; i < options->row_count; i++) {
-        put_open(document, NULL, '{');
-        put_text(document, "name", scene->model->rows[options->rows[i]].name);
-        put_number(document, "gap", result->contact_gap[options->rows[i] - first]);
-        put_number(document, "force", result->lambda[i]);
-        put_close(document, '}');
+        format_put_open(document, NULL, '{');
+        format_put_text(document, "name", scene->model->rows[options->rows[i]].name);
+        format_put_number(document, "gap", result->contact_gap[options->rows[i] - first]);
+        format_put_number(document, "force", result->lambda[i]);
+        format_put_close(document, '}');
     }
-    put_close(document, ']');
+    format_put_close(document, ']');
 }
 
 static void put_rows(struct document *document, const struct scene *scene,
@@ -40,22 +40,22 @@ static void put_rows(struct document *document, const struct scene *scene,
     const struct refdyn_statics_options *options = &equilibrium->options;
     const int first = refdyn_programme_rows(scene->model);
     int count = 0;
-    put_open(document, "rows", '[');
+    format_put_open(document, "rows", '[');
     for (; count < options->row_count && options->rows[count] < first; count++)
-        put_text(document, NULL, scene->model->rows[options->rows[count]].name);
-    put_close(document, ']');
-    put_array(document, "lambda", equilibrium->result.lambda, count);
-    put_number(document, "phi", equilibrium->result.phi);
+        format_put_text(document, NULL, scene->model->rows[options->rows[count]].name);
+    format_put_close(document, ']');
+    format_put_array(document, "lambda", equilibrium->result.lambda, count);
+    format_put_number(document, "phi", equilibrium->result.phi);
     if (scene->model->m > first)
         put_contacts(document, scene, equilibrium, count);
 }
 
 static void put_stability(struct document *document, const struct refdyn_statics_result *result) {
-    put_text(document, "stability", equilibria_stability_text(result));
-    put_whole(document, "unstable", result->unstable);
-    put_whole(document, "neutral", result->neutral);
-    put_truth(document, "potential", result->has_potential);
-    put_text(document, "criterion", equilibria_criterion_words[result->criterion]);
+    format_put_text(document, "stability", equilibria_stability_text(result));
+    format_put_whole(document, "unstable", result->unstable);
+    format_put_whole(document, "neutral", result->neutral);
+    format_put_truth(document, "potential", result->has_potential);
+    format_put_text(document, "criterion", equilibria_criterion_words[result->criterion]);
 }
 
 static void put_equilibrium(struct document *document, const struct scene *scene,
@@ -64,12 +64,12 @@ static void put_equilibrium(struct document *document, const struct scene *scene
     scene_put_coordinates(document, "coordinates", model, NULL);
     scene_put_state(document, scene);
     scene_put_positions(document, scene);
-    put_open(document, "hold_force", '[');
+    format_put_open(document, "hold_force", '[');
     for (int i = 0; i < model->n; i++)
         if (equilibrium->held[i])
-            put_number(document, NULL, equilibrium->hold_force[i]);
-    put_close(document, ']');
-    put_number(document, "residual", equilibrium->result.residual);
+            format_put_number(document, NULL, equilibrium->hold_force[i]);
+    format_put_close(document, ']');
+    format_put_number(document, "residual", equilibrium->result.residual);
     put_rows(document, scene, equilibrium);
     put_stability(document, &equilibrium->result);
 }
@@ -90,10 +90,10 @@ static enum status find_and_print(struct scene *scene, const struct options *opt
     if (status != STATUS_DONE)
         return status;
     struct document document;
-    document_open(&document);
-    put_open(&document, NULL, '{');
+    format_document_open(&document);
+    format_put_open(&document, NULL, '{');
     put_equilibrium(&document, scene, &equilibrium);
-    put_close(&document, '}');
+    format_put_close(&document, '}');
     print_notes(scene, &equilibrium);
     return scene_finish(scene, &document);
 }

@@ -30,16 +30,16 @@ static const double worth = 2.7; /* largest ratio of the steps of all runs to th
 enum { FAILURES_MOST = 3 };
 
 static void release(struct candidate *candidate) {
-    trial_release(&candidate->trial);
-    estimate_release(&candidate->estimate);
+    simulate_trial_release(&candidate->trial);
+    simulate_estimate_release(&candidate->estimate);
     if (candidate->rows)
         fclose(candidate->rows);
     *candidate = (struct candidate){.rows = NULL};
 }
 
 static void estimate(struct candidate *judged, const struct candidate *other, double share) {
-    estimate_release(&judged->estimate);
-    estimate_make(&judged->estimate, &judged->trial.track, &other->trial.track, share);
+    simulate_estimate_release(&judged->estimate);
+    simulate_estimate_make(&judged->estimate, &judged->trial.track, &other->trial.track, share);
     judged->has_estimate = true;
 }
 
@@ -105,8 +105,8 @@ static void run(struct search *search, struct candidate *candidate, const struct
     if (!candidate->rows)
         perror("refdyn: a temporary file");
     else {
-        struct row_sink rows = row_sink_numbers(candidate->rows);
-        trial_run(&candidate->trial, task, integration, &rows);
+        struct row_sink rows = simulate_row_sink_numbers(candidate->rows);
+        simulate_trial_run(&candidate->trial, task, integration, &rows);
     }
     search->cpu_total_s += candidate->trial.motion.cpu_s;
     search->tries += tries_of(candidate);
@@ -125,8 +125,8 @@ static bool tighten(struct refdyn_options *integration, const struct candidate *
     return true;
 }
 
-enum status search_run(struct search *search, const struct task *task,
-                       const struct refdyn_options *integration) {
+enum status simulate_search_run(struct search *search, const struct task *task,
+                                const struct refdyn_options *integration) {
     struct refdyn_options options = *integration;
     struct task each = *task;
     const double accuracy = options_number(task->options, "accuracy");
@@ -159,7 +159,7 @@ enum status search_run(struct search *search, const struct task *task,
     }
 }
 
-void search_release(struct search *search) {
+void simulate_search_release(struct search *search) {
     release(&search->candidates[0]);
     release(&search->candidates[1]);
     search->taken = NULL;

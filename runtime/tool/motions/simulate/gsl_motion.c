@@ -21,11 +21,11 @@ static int find(const char *method) {
     return -1;
 }
 
-bool by_gsl_has(const char *method) {
+bool simulate_gsl_has(const char *method) {
     return find(method) >= 0;
 }
 
-enum refdyn_stabilise by_gsl_stabilise(const char *method) {
+enum refdyn_stabilise simulate_gsl_stabilise(const char *method) {
     return methods[find(method)].stabilise;
 }
 
@@ -35,38 +35,38 @@ enum refdyn_stabilise by_gsl_stabilise(const char *method) {
 
 #include <gsl/gsl_errno.h>
 
-int by_gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
+int simulate_gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
     gsl_set_error_handler_off();
-    *gsl = allocate(1, sizeof **gsl);
+    *gsl = format_allocate(1, sizeof **gsl);
     return refdyn_gsl_init(*gsl, integrator, (enum refdyn_gsl_method)refdyn_gsl_method_find(method));
 }
 
-int by_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
+int simulate_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
     return refdyn_gsl_step(gsl, t_out, steps);
 }
 
-void by_gsl_close(struct refdyn_gsl *gsl) {
+void simulate_gsl_close(struct refdyn_gsl *gsl) {
     if (gsl)
         refdyn_gsl_release(gsl);
 }
 
 #else
 
-int by_gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
+int simulate_gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
     (void)integrator;
     (void)method;
     *gsl = NULL;
     return REFDYN_BAD_OPTION;
 }
 
-int by_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
+int simulate_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
     (void)gsl;
     (void)t_out;
     (void)steps;
     return REFDYN_BAD_OPTION;
 }
 
-void by_gsl_close(struct refdyn_gsl *gsl) {
+void simulate_gsl_close(struct refdyn_gsl *gsl) {
     (void)gsl;
 }
 

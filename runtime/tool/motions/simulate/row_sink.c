@@ -13,16 +13,16 @@ static bool is_written(struct row_sink *sink) {
 /* ---- CSV ---- */
 
 static bool begin_csv(struct row_sink *sink, const struct table *table) {
-    table_header(table, sink->file);
+    simulate_table_header(table, sink->file);
     return is_written(sink);
 }
 
 static bool put_csv(struct row_sink *sink, const struct table *table) {
-    table_row(table, sink->file);
+    simulate_table_row(table, sink->file);
     return is_written(sink);
 }
 
-struct row_sink row_sink_csv(FILE *file) {
+struct row_sink simulate_row_sink_csv(FILE *file) {
     static const struct row_form form = {begin_csv, put_csv, is_written};
     return (struct row_sink){.form = &form, .file = file};
 }
@@ -38,7 +38,7 @@ static bool put_numbers(struct row_sink *sink, const struct table *table) {
     return is_written(sink);
 }
 
-struct row_sink row_sink_numbers(FILE *file) {
+struct row_sink simulate_row_sink_numbers(FILE *file) {
     static const struct row_form form = {begin_numbers, put_numbers, is_written};
     return (struct row_sink){.form = &form, .file = file};
 }
@@ -91,7 +91,7 @@ static void add_method(struct facts *facts, const struct task *task,
     const char *method = options_text(task->options, "method"), *from = options_text(task->options, "from");
     const struct refdyn_options *options = &integrator->options;
     add_text(facts, "/", "method", method ? method : refdyn_method_name((int)options->method));
-    add_text(facts, "/", "stabilise", stabilise_names[options->stabilise]);
+    add_text(facts, "/", "stabilise", simulate_stabilise_names[options->stabilise]);
     add_number(facts, "/", options->tol > 0 ? "tol" : "step",
                options->tol > 0 ? options->tol : options->step);
     add_text(facts, "/", "from", from ? from : "initial");
@@ -99,7 +99,7 @@ static void add_method(struct facts *facts, const struct task *task,
 }
 
 static bool begin_hdf5(struct row_sink *sink, const struct table *table) {
-    struct memory memory = arena_start();
+    struct memory memory = format_arena_start();
     struct facts facts = {.memory = &memory};
     add_model(&facts, sink->task->scene);
     add_method(&facts, sink->task, table->integrator);
@@ -127,30 +127,30 @@ static bool end_hdf5(struct row_sink *sink) {
     return !sink->is_lost;
 }
 
-struct row_sink row_sink_hdf5(const char *path, const struct task *task) {
+struct row_sink simulate_row_sink_hdf5(const char *path, const struct task *task) {
     static const struct row_form form = {begin_hdf5, put_hdf5, end_hdf5};
     return (struct row_sink){.form = &form, .path = path, .task = task};
 }
 
 /* ---- All ---- */
 
-bool row_sink_begin(struct row_sink *sink, const struct table *table) {
+bool simulate_row_sink_begin(struct row_sink *sink, const struct table *table) {
     return sink->form->begin(sink, table);
 }
 
-bool row_sink_put(struct row_sink *sink, const struct table *table) {
+bool simulate_row_sink_put(struct row_sink *sink, const struct table *table) {
     return sink->form->put(sink, table);
 }
 
-bool row_sink_end(struct row_sink *sink) {
+bool simulate_row_sink_end(struct row_sink *sink) {
     return sink->form->end(sink);
 }
 
-bool row_sink_copy(FILE *numbers, struct row_sink *to, struct table *table) {
+bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct table *table) {
     const size_t count = (size_t)table->count;
-    bool is_good = row_sink_begin(to, table);
+    bool is_good = simulate_row_sink_begin(to, table);
     rewind(numbers);
     while (is_good && fread(table->values, sizeof *table->values, count, numbers) == count)
-        is_good = row_sink_put(to, table);
-    return row_sink_end(to) && is_good;
+        is_good = simulate_row_sink_put(to, table);
+    return simulate_row_sink_end(to) && is_good;
 }

@@ -29,8 +29,8 @@ enum {
 
 /* ---- Options ---- */
 
-const char *motion_methods(bool is_explicit) {
-    struct text text = {.memory = &program_memory};
+const char *simulate_methods(bool is_explicit) {
+    struct text text = {.memory = &format_memory};
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         if (!is_explicit || !refdyn_method_is_implicit((enum refdyn_method)method))
             text_add(&text, "%s%s", text.length ? ", " : "", refdyn_method_name(method));
@@ -38,14 +38,14 @@ const char *motion_methods(bool is_explicit) {
 }
 
 static const char *list_methods(const struct command *command) {
-    return text_format("%s%s", motion_methods(false),
+    return format_text("%s%s", simulate_methods(false),
                        command->has_gsl && HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
 }
 
 static const char *const stabilise_words[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
 static const char *const start_words[] = {"as-is", "project", NULL};
 static const char *const singular_words[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
-const struct option_rule motion_rules[] = {
+const struct option_rule simulate_rules[] = {
     {"until", "T", OPTION_POSITIVE, "end of the motion [s]", NULL, NULL},
     {"method", "NAME", OPTION_TEXT, "%s (default: rk4 with --step, auto without)", NULL, list_methods},
     {"step", "H", OPTION_POSITIVE, "fixed steps of this size [s]", NULL, NULL},
@@ -77,7 +77,7 @@ static enum status choose_gsl(const struct options *options, struct refdyn_optio
     if (options_number(options, "step") > 0)
         return option_error(options, "step", ": %s chooses its steps; use --tol", method);
     *integration = refdyn_options_default(REFDYN_RODAS5P);
-    integration->stabilise = by_gsl_stabilise(method);
+    integration->stabilise = simulate_gsl_stabilise(method);
     if (tol > 0)
         integration->tol = tol;
     return STATUS_DONE;
@@ -88,12 +88,12 @@ static enum status choose_method(const struct options *options, struct refdyn_op
                  step_max = options_number(options, "step-max");
     const char *name = options_text(options, "method");
     int method = step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
-    if (by_gsl_has(name))
+    if (simulate_gsl_has(name))
         return choose_gsl(options, integration);
     if (name)
         method = refdyn_method_find(name);
     if (method < 0)
-        return option_error(options, "method", ": '%s' is not one of %s", name, motion_methods(false));
+        return option_error(options, "method", ": '%s' is not one of %s", name, simulate_methods(false));
     if (tol > 0 && step > 0)
         return usage_error(options->command,
                            "--step sets fixed steps and --tol adaptive ones; omit one of them");
@@ -114,7 +114,7 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     return STATUS_DONE;
 }
 
-const char *const stabilise_names[STABILISE_COUNT] = {
+const char *const simulate_stabilise_names[STABILISE_COUNT] = {
     [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
 
 /* baumgarte-auto is baumgarte with gains computed from the step. */
@@ -129,8 +129,8 @@ static enum status choose_stabilisation(const struct options *options, struct re
     integration->stabilise = stabilise[place];
     if (options_is(options, "stabilise", "baumgarte-auto"))
         integration->gain_share = automatic_share;
-    if (integration->stabilise == REFDYN_PROJECT && by_gsl_has(method) &&
-        by_gsl_stabilise(method) != REFDYN_PROJECT)
+    if (integration->stabilise == REFDYN_PROJECT && simulate_gsl_has(method) &&
+        simulate_gsl_stabilise(method) != REFDYN_PROJECT)
         return option_error(options, "stabilise",
                             ": project would make %s start again after each step; use baumgarte or none",
                             method);
@@ -143,10 +143,10 @@ static enum status validate(const struct options *options, const struct refdyn_o
     if (refdyn_options_validate(integration, &fact) == REFDYN_OK)
         return STATUS_DONE;
     const int length = (int)strcspn(fact, " ");
-    return option_error(options, text_format("%.*s", length, fact), "%s", fact + length);
+    return option_error(options, format_text("%.*s", length, fact), "%s", fact + length);
 }
 
-enum status motion_options(const struct options *options, struct refdyn_options *integration) {
+enum status simulate_options(const struct options *options, struct refdyn_options *integration) {
     int start = 0, way = REFDYN_STOP;
     enum status status = choose_method(options, integration);
     if (status == STATUS_DONE)
@@ -163,19 +163,19 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     return validate(options, integration);
 }
 
-enum status motion_fit(const struct scene *scene, const struct options *options,
-                       const struct refdyn_options *integration) {
+enum status simulate_fit(const struct scene *scene, const struct options *options,
+                         const struct refdyn_options *integration) {
     const char *method = options_text(options, "method");
-    if (by_gsl_has(method) && scene->model->event_count > 0) {
+    if (simulate_gsl_has(method) && scene->model->event_count > 0) {
         fprintf(stderr, "refdyn: %s: --method %s does not detect state events; use one of %s\n",
-                scene->model->name, method, motion_methods(false));
+                scene->model->name, method, simulate_methods(false));
         return STATUS_FAULT;
     }
     if (refdyn_can_run(scene->model, integration->method))
         return STATUS_DONE;
     fprintf(stderr,
             "refdyn: %s: --method %s needs the exact tangent, which the printed form lacks; use one of %s\n",
-            scene->model->name, method, motion_methods(true));
+            scene->model->name, method, simulate_methods(true));
     return STATUS_FAULT;
 }
 
@@ -185,14 +185,14 @@ static bool is_from_statics(const struct options *options) {
     return options_is(options, "from", "statics");
 }
 
-unsigned motion_needs(const struct options *options) {
+unsigned simulate_needs(const struct options *options) {
     return NEEDS_MOTION | NEEDS_POINTS | (is_from_statics(options) ? NEEDS_STATICS : 0);
 }
 
-enum status motion_place(struct scene *scene, const struct options *options) {
+enum status simulate_place(struct scene *scene, const struct options *options) {
     enum status status = STATUS_DONE;
     if (is_from_statics(options)) {
-        struct equilibrium *equilibrium = allocate(1, sizeof *equilibrium);
+        struct equilibrium *equilibrium = format_allocate(1, sizeof *equilibrium);
         status = equilibria_find(scene, options, equilibrium);
         scene->equilibrium = &equilibrium->result;
     } else if (options_text(options, "hold"))
@@ -203,7 +203,7 @@ enum status motion_place(struct scene *scene, const struct options *options) {
     return status;
 }
 
-enum status motion_check_times(const struct scene *scene, const struct options *options) {
+enum status simulate_check_times(const struct scene *scene, const struct options *options) {
     const double until = options_number(options, "until"), every = options_number(options, "every"),
                  step = options_number(options, "step");
     const double from = scene->state.t, span = until - from;
@@ -219,11 +219,11 @@ enum status motion_check_times(const struct scene *scene, const struct options *
     return STATUS_DONE;
 }
 
-double motion_distance(double span, double every) {
+double simulate_distance(double span, double every) {
     return every > 0 ? every : span / DEFAULT_OUTPUTS;
 }
 
-long motion_count_outputs(double span, double every) {
+long simulate_count_outputs(double span, double every) {
     return (long)ceil(span / every - end_slack) + 1;
 }
 
@@ -242,26 +242,26 @@ static enum status read_stop(struct stops *stops, const struct options *options,
     if (length == 0 || !text_to_number(number, &stop.value))
         return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
                            text);
-    const char *name = text_format("%.*s", (int)length, text);
+    const char *name = format_text("%.*s", (int)length, text);
     stop.column = text_index(name, stops->table.names, stops->table.count);
     stops->list[stops->count++] = stop;
     return stop.column < 0 ? wrong_column(stops, options, name) : STATUS_DONE;
 }
 
-enum status stops_read(struct stops *stops, const struct options *options,
-                       struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
+enum status simulate_stops_read(struct stops *stops, const struct options *options,
+                                struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
     enum status status = STATUS_DONE;
     *stops = (struct stops){.integrator = integrator};
-    stops->list = allocate((size_t)options->value_count, sizeof *stops->list);
-    table_start(&stops->table, integrator, spatial);
+    stops->list = format_allocate((size_t)options->value_count, sizeof *stops->list);
+    simulate_table_start(&stops->table, integrator, spatial);
     const char *text;
     for (int i = 0; status == STATUS_DONE && (text = options_repeated(options, "stop", i)); i++)
         status = read_stop(stops, options, text);
     return status;
 }
 
-bool stops_hold(struct stops *stops) {
-    table_fill(&stops->table);
+bool simulate_stops_hold(struct stops *stops) {
+    simulate_table_fill(&stops->table);
     for (int i = 0; i < stops->count; i++) {
         const struct stop *stop = &stops->list[i];
         const double value = stops->table.values[stop->column];
@@ -277,7 +277,7 @@ bool stops_hold(struct stops *stops) {
 /* Bisects down to neighbouring times, also across a jump, where the later side counts. */
 int stops_meet(struct stops *stops, double t_before) {
     double before = t_before, after = stops->integrator->t;
-    if (!stops_hold(stops))
+    if (!simulate_stops_hold(stops))
         return REFDYN_OK;
     while (after - before > DBL_EPSILON * fmax(fabs(before), fabs(after))) {
         const double middle = before + (after - before) / 2;
@@ -286,11 +286,11 @@ int stops_meet(struct stops *stops, double t_before) {
         const int status = refdyn_integrator_look(stops->integrator, middle);
         if (status != REFDYN_OK)
             return status;
-        *(stops_hold(stops) ? &after : &before) = middle;
+        *(simulate_stops_hold(stops) ? &after : &before) = middle;
     }
     const int status = refdyn_integrator_look(stops->integrator, after);
     if (status == REFDYN_OK)
-        stops_hold(stops);
+        simulate_stops_hold(stops);
     return status;
 }
 
@@ -313,12 +313,12 @@ static void keep_values(struct motion *motion) {
     const size_t count = count_values(work->model, &parameters);
     if (work->model->change_count == 0)
         return;
-    motion->values = allocate_large(count, sizeof *motion->values);
+    motion->values = format_allocate_large(count, sizeof *motion->values);
     memcpy(motion->values, work->p, parameters * sizeof *work->p);
     memcpy(motion->values + parameters, work->x, (count - parameters) * sizeof *work->x);
 }
 
-void motion_restore(const struct motion *motion) {
+void simulate_restore(const struct motion *motion) {
     if (!motion->values) /* no event sets a value */
         return;
     struct refdyn_workspace *work = &motion->scene->work;
@@ -328,18 +328,18 @@ void motion_restore(const struct motion *motion) {
     memcpy(work->x, motion->values + parameters, (count - parameters) * sizeof *work->x);
 }
 
-int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
-                 double until, double every) {
+int simulate_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
+                   double until, double every) {
     double span = until - scene->state.t;
-    *motion =
-        (struct motion){.scene = scene, .from = scene->state.t, .until = until, .started = wall_seconds()};
+    *motion = (struct motion){
+        .scene = scene, .from = scene->state.t, .until = until, .started = system_wall_seconds()};
     motion->method = refdyn_method_name((int)integration->method);
-    motion->every = motion_distance(span, every);
-    motion->outputs = motion_count_outputs(span, motion->every);
+    motion->every = simulate_distance(span, every);
+    motion->outputs = simulate_count_outputs(span, motion->every);
     size_t size = refdyn_integrator_size(scene->model, integration);
-    motion->memory = allocate_large(1, size);
+    motion->memory = format_allocate_large(1, size);
     int status = refdyn_integrator_init(&motion->integrator, &scene->work, integration, motion->memory, size);
-    double begin = cpu_seconds();
+    double begin = system_cpu_seconds();
     if (scene->inputs)
         scene_inputs_set(scene->inputs, motion->from, scene->work.x);
     if (status == REFDYN_OK)
@@ -348,13 +348,13 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
         status = refdyn_integrator_start(&motion->integrator, motion->from, scene->q, scene->qd);
     refdyn_integrator_until(&motion->integrator, until);
     refdyn_integrator_limit(&motion->integrator, next_sample(motion));
-    motion->cpu_s = cpu_seconds() - begin;
+    motion->cpu_s = system_cpu_seconds() - begin;
     return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->integrator) : status;
 }
 
-int motion_by_gsl(struct motion *motion, const char *method) {
+int simulate_by_gsl(struct motion *motion, const char *method) {
     motion->method = method;
-    return by_gsl_open(&motion->gsl, &motion->integrator, method);
+    return simulate_gsl_open(&motion->gsl, &motion->integrator, method);
 }
 
 /* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
@@ -362,7 +362,7 @@ static double motion_time(const struct motion *motion, long i) {
     return i >= motion->outputs - 1 ? motion->until : motion->from + (double)i * motion->every;
 }
 
-double motion_fraction(const struct motion *motion) {
+double simulate_fraction(const struct motion *motion) {
     return (motion->integrator.t - motion->from) / (motion->until - motion->from);
 }
 
@@ -371,10 +371,10 @@ double motion_fraction(const struct motion *motion) {
 static bool is_too_slow(const struct motion *motion, double cpu_s) {
     const double limit = motion->cpu_limit;
     return limit > 0 && motion->integrator.t < motion->until &&
-           (cpu_s > limit || (cpu_s > limit / 10 && cpu_s > 2 * limit * motion_fraction(motion)));
+           (cpu_s > limit || (cpu_s > limit / 10 && cpu_s > 2 * limit * simulate_fraction(motion)));
 }
 
-bool motion_is_stopped(const struct motion *motion) {
+bool simulate_is_stopped(const struct motion *motion) {
     return motion->events.has_ended || (motion->stops && motion->stops->reached);
 }
 
@@ -385,12 +385,12 @@ static int take_sample(struct motion *motion) {
     refdyn_integrator_limit(integrator, next_sample(motion));
     const int status = refdyn_integrator_refresh(integrator);
     if (status == REFDYN_OK && motion->stops)
-        stops_hold(motion->stops);
+        simulate_stops_hold(motion->stops);
     return status;
 }
 
 static int take_events(struct motion *motion, int status) {
-    return events_take(&motion->events, &motion->integrator, status);
+    return simulate_events_take(&motion->events, &motion->integrator, status);
 }
 
 /* After steps from `before`: looks for a stop that was reached on the way, and otherwise records the events
@@ -412,39 +412,39 @@ static int go_on(struct motion *motion, double goal) {
     if (motion->stops && before < integrator->t_end)
         bound = fmin(bound, integrator->t_end);
     const long steps = motion->stops ? 1 : STEPS_PER_LOOK;
-    int status = motion->gsl ? by_gsl_step(motion->gsl, bound, steps)
+    int status = motion->gsl ? simulate_gsl_step(motion->gsl, bound, steps)
                              : refdyn_integrator_step(integrator, bound, steps);
     status = look_back(motion, before, status);
-    if (status == REFDYN_OK && integrator->t == sample && !motion_is_stopped(motion))
+    if (status == REFDYN_OK && integrator->t == sample && !simulate_is_stopped(motion))
         status = take_sample(motion);
     return status;
 }
 
-int motion_to(struct motion *motion, long i, struct progress *progress) {
-    double goal = motion_time(motion, i), begin = cpu_seconds();
+int simulate_to(struct motion *motion, long i, struct progress *progress) {
+    double goal = motion_time(motion, i), begin = system_cpu_seconds();
     int status = REFDYN_OK;
-    while (status == REFDYN_OK && motion->integrator.t < goal && !motion_is_stopped(motion)) {
+    while (status == REFDYN_OK && motion->integrator.t < goal && !simulate_is_stopped(motion)) {
         status = go_on(motion, goal);
         if (progress)
-            progress_show(progress, motion_fraction(motion));
-        if (interrupted && status == REFDYN_OK)
+            system_progress_show(progress, simulate_fraction(motion));
+        if (system_interrupted && status == REFDYN_OK)
             status = MOTION_INTERRUPTED;
-        if (status == REFDYN_OK && is_too_slow(motion, motion->cpu_s + cpu_seconds() - begin))
+        if (status == REFDYN_OK && is_too_slow(motion, motion->cpu_s + system_cpu_seconds() - begin))
             status = MOTION_TOO_SLOW;
     }
-    motion->cpu_s += cpu_seconds() - begin;
-    motion->wall_s = wall_seconds() - motion->started;
+    motion->cpu_s += system_cpu_seconds() - begin;
+    motion->wall_s = system_wall_seconds() - motion->started;
     if (status == REFDYN_OK)
         status = refdyn_energy_add(&motion->energy, &motion->integrator);
-    return status == REFDYN_OK && interrupted ? MOTION_INTERRUPTED : status;
+    return status == REFDYN_OK && system_interrupted ? MOTION_INTERRUPTED : status;
 }
 
-void motion_release(struct motion *motion) {
-    by_gsl_close(motion->gsl);
-    motion_restore(motion);
+void simulate_release(struct motion *motion) {
+    simulate_gsl_close(motion->gsl);
+    simulate_restore(motion);
     free(motion->values);
     motion->values = NULL;
-    events_release(&motion->events);
+    simulate_events_release(&motion->events);
     free(motion->memory);
     motion->gsl = NULL;
     motion->memory = NULL;

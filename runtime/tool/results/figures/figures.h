@@ -31,20 +31,20 @@ struct stroke {
 };
 
 /* Quantity number `index` of `count` in a panel, in run number `run` of `runs`. */
-struct stroke style_quantity(int index, int count, int run, int runs);
+struct stroke figures_style_quantity(int index, int count, int run, int runs);
 /* The sample of a run in the heading of a figure. */
-struct stroke style_run(int run, int runs);
+struct stroke figures_style_run(int run, int runs);
 /* A method by its number, 0 for the automatic choice; the same in every figure. line: number of the
  * stabilisation, 0 for the first. */
-struct stroke style_method(int method, int line);
+struct stroke figures_style_method(int method, int line);
 /* The colour of a value on a map, from 0 for the lowest to 1 for the highest, and of a cell without a value.
  */
-unsigned style_value(double part);
-unsigned style_no_value(void);
+unsigned figures_style_value(double part);
+unsigned figures_style_no_value(void);
 /* A band around the first quantity: band number `index`, 0 for the widest. */
-struct stroke style_band(int index);
+struct stroke figures_style_band(int index);
 /* Lines that are no results: limits and floors. */
-struct stroke style_limit(void);
+struct stroke figures_style_limit(void);
 
 /*
  * Charts: numbers and texts become the text of an SVG file, the same for the same input. A key to the right
@@ -106,12 +106,12 @@ struct figure {
 
 /* The index of the key with the first `length` letters of `name`, which is added if it is missing. An empty
  * name is not shown. */
-int chart_key(struct chart *chart, const char *name, size_t length);
-void chart_add_curve(struct chart *chart, struct curve curve);
-void chart_add_band(struct chart *chart, struct band band);
-void chart_add_cell(struct chart *chart, struct cell cell);
+int figures_chart_key(struct chart *chart, const char *name, size_t length);
+void figures_chart_add_curve(struct chart *chart, struct curve curve);
+void figures_chart_add_band(struct chart *chart, struct band band);
+void figures_chart_add_cell(struct chart *chart, struct cell cell);
 
-void chart_draw_figure(FILE *out, const struct figure *figure);
+void figures_draw(FILE *out, const struct figure *figure);
 
 /* Recorded motion: the columns of a file of `sim`, and as many of its rows as a figure can show. */
 
@@ -155,17 +155,17 @@ struct panels {
     struct run *runs; /* the curves point into their rows */
     int run_count;
     json_t *units; /* units by name of column; NULL if they are known only by the kind of column */
-    bool is_wanted[PANELS_MAX]; /* set by panels_choose */
+    bool is_wanted[PANELS_MAX]; /* set by figures_panels_choose */
     struct chart charts[PANELS_MAX];
     int count;
 };
 
 /* Chooses panels by a list of their names, all for NULL. Returns the first unknown name, or NULL. */
-const char *panels_choose(struct panels *panels, const char *names);
+const char *figures_panels_choose(struct panels *panels, const char *names);
 /* All names as "a, b, c". */
-const char *panels_names(void);
+const char *figures_panels_names(void);
 /* Makes the charts of the chosen panels from the runs. */
-void panels_make(struct panels *panels);
+void figures_panels_make(struct panels *panels);
 
 /* Picture: SVG unchanged, PNG and PDF by rsvg-convert. The converter reads only the SVG, so no text of a user
  * reaches another language. */
@@ -173,11 +173,11 @@ void panels_make(struct panels *panels);
 struct picture_format;
 
 /* The format by the ending of the name, NULL if it is unknown. */
-const struct picture_format *picture_format_of(const char *path);
+const struct picture_format *figures_picture_format_of(const char *path);
 /* Returns whether the format can be written; reports on stderr if its program is missing. */
-bool picture_can_write(const struct picture_format *format);
+bool figures_picture_can_write(const struct picture_format *format);
 /* Returns false and prints the output of the program if it fails. */
-bool picture_write(const struct picture_format *format, const char *svg, FILE *out);
+bool figures_picture_write(const struct picture_format *format, const char *svg, FILE *out);
 
 /* Runs: the charts of a file of runs, and how their numbers are read. */
 
@@ -194,18 +194,19 @@ struct runs_charts {
 };
 
 /* `lead` and "E_x [m]", in heap memory. */
-char *runs_charts_label(const char *lead, const char *name, const char *unit);
+char *figures_runs_charts_label(const char *lead, const char *name, const char *unit);
 /* Returns whether a number can be drawn: it must be finite, and so small that sums of such numbers are
  * finite. */
-bool runs_charts_can_draw(double value);
+bool figures_runs_charts_can_draw(double value);
 /* Reads `count` numbers of an item from `place` on, for all cases: (cases x count), in the figure's memory.
  * Returns NULL and reports the error if it cannot. */
-double *runs_charts_read(struct runs_charts *figure, const struct kept_item *item, int place, int count);
+double *figures_runs_charts_read(struct runs_charts *figure, const struct kept_item *item, int place,
+                                 int count);
 
 /* Draws how results depend on what varied, how histories spread over time, and which cases are the worst.
  * `panels` is a list of names such as "history/E_x", or NULL. Returns false and reports the error if the file
  * cannot be read or lacks a name. */
-bool runs_figure_draw(const char *path, const char *panels, FILE *out);
+bool figures_runs_figure_draw(const char *path, const char *panels, FILE *out);
 
 /* The parts of such a figure return false and report the error if the file cannot be read. */
 

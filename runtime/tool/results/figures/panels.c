@@ -113,18 +113,19 @@ static int find_key(struct chart *chart, const struct view *view, const char *co
         length = 0;
     if (view->shows == shows_point)
         length = (size_t)(strrchr(column, '_') - column);
-    return chart_key(chart, column + prefix, length);
+    return figures_chart_key(chart, column + prefix, length);
 }
 
 static void add_lines(struct chart *chart, const struct view *view, const struct run *run, int r) {
     for (int i = 0; i < run->column_count; i++)
         if (view->shows(view, run, i))
-            chart_add_curve(chart, (struct curve){.x = run->kept + (view->is_path ? i - view->which : 0),
-                                                  .y = run->kept + i,
-                                                  .count = run->kept_count,
-                                                  .stride = run->column_count,
-                                                  .key = find_key(chart, view, run->columns[i]),
-                                                  .run = r});
+            figures_chart_add_curve(chart,
+                                    (struct curve){.x = run->kept + (view->is_path ? i - view->which : 0),
+                                                   .y = run->kept + i,
+                                                   .count = run->kept_count,
+                                                   .stride = run->column_count,
+                                                   .key = find_key(chart, view, run->columns[i]),
+                                                   .run = r});
 }
 
 /* "angle [rad]", with the unit of the first curve, which all curves share. */
@@ -132,7 +133,7 @@ static const char *y_label(const struct panels *panels, const struct chart *char
     const struct run *run = &panels->runs[chart->curves[0].run];
     const json_t *given = json_object_get(panels->units, run->columns[chart->curves[0].y - run->kept]);
     const char *unit = given ? json_string_value(given) : view->unit;
-    return unit ? text_format("%s [%s]", view->quantity, unit) : view->quantity;
+    return unit ? format_text("%s [%s]", view->quantity, unit) : view->quantity;
 }
 
 /* Adds the chart of a view if it has a curve. */
@@ -150,10 +151,10 @@ static void add_chart(struct panels *panels, const struct view *view) {
         return;
     chart.y_label = y_label(panels, &chart, view);
     for (int i = 0; i < chart.key_count; i++)
-        chart.keys[i].stroke = style_quantity(i, chart.key_count, 0, 1);
+        chart.keys[i].stroke = figures_style_quantity(i, chart.key_count, 0, 1);
     for (int i = 0; i < chart.curve_count; i++) {
         struct curve *curve = &chart.curves[i];
-        curve->stroke = style_quantity(curve->key, chart.key_count, curve->run, panels->run_count);
+        curve->stroke = figures_style_quantity(curve->key, chart.key_count, curve->run, panels->run_count);
     }
     panels->charts[panels->count++] = chart;
 }
@@ -166,7 +167,7 @@ static void add_inputs(struct panels *panels, const struct view *view) {
     for (int i = 0; i < first->input_count && i < MOST_INPUTS; i++) {
         const char *name = first->columns[first->inputs + i];
         const struct view one = {.name = name,
-                                 .title = text_format("%s: %s", view->title, name),
+                                 .title = format_text("%s: %s", view->title, name),
                                  .quantity = name,
                                  .shows = shows_name};
         add_chart(panels, &one);
@@ -206,7 +207,7 @@ static int find_view(const char *name) {
     return view;
 }
 
-const char *panels_choose(struct panels *panels, const char *names) {
+const char *figures_panels_choose(struct panels *panels, const char *names) {
     for (int i = 0; i < VIEW_COUNT; i++)
         panels->is_wanted[i] = !names;
     for (const char **name = options_list(names); *name; name++) {
@@ -218,14 +219,14 @@ const char *panels_choose(struct panels *panels, const char *names) {
     return NULL;
 }
 
-const char *panels_names(void) {
-    struct text text = {.memory = &program_memory};
+const char *figures_panels_names(void) {
+    struct text text = {.memory = &format_memory};
     for (int i = 0; i < VIEW_COUNT; i++)
         text_add(&text, "%s%s", i ? ", " : "", views[i].name);
     return text.data;
 }
 
-void panels_make(struct panels *panels) {
+void figures_panels_make(struct panels *panels) {
     for (int i = 0; i < VIEW_COUNT; i++)
         if (panels->is_wanted[i])
             (views[i].shows ? add_chart : add_inputs)(panels, &views[i]);

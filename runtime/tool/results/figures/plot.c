@@ -38,10 +38,11 @@ static enum status check_usage(struct drawing *drawing) {
     const char *output = options_text(options, "output");
     const enum status status = check_runs(drawing);
     const char *unknown =
-        drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options_text(options, "panel"));
-    drawing->format = picture_format_of(output);
+        drawing->is_of_runs ? NULL : figures_panels_choose(&drawing->panels, options_text(options, "panel"));
+    drawing->format = figures_picture_format_of(output);
     if (status == STATUS_DONE && unknown)
-        return usage_error(options->command, "--panel: '%s' is not one of %s", unknown, panels_names());
+        return usage_error(options->command, "--panel: '%s' is not one of %s", unknown,
+                           figures_panels_names());
     if (status == STATUS_DONE && !drawing->format)
         return usage_error(options->command, "-o: '%s' must end in .svg, .png or .pdf", output);
     return status;
@@ -49,15 +50,15 @@ static enum status check_usage(struct drawing *drawing) {
 
 /* Reads the object "units" of a summary. */
 static bool read_units(struct panels *panels, const char *path) {
-    char *text = read_text(path, "units");
+    char *text = format_read_file(path, "units");
     json_error_t error;
     json_t *root = text ? json_loads(text, JSON_REJECT_DUPLICATES, &error) : NULL;
     panels->units = json_incref(json_object_get(root, "units"));
     const bool is_good = json_is_object(panels->units);
     if (text && !is_good)
-        complain_line(
+        format_complain_line(
             path, root ? 1 : error.line,
-            text_format("units: %s; give a summary of refdyn sim", root ? "no object 'units'" : error.text));
+            format_text("units: %s; give a summary of refdyn sim", root ? "no object 'units'" : error.text));
     json_decref(root);
     return is_good;
 }
@@ -66,7 +67,7 @@ static bool read_units(struct panels *panels, const char *path) {
 static void draw(const struct panels *panels, FILE *out) {
     enum { WIDTH = 480, HEIGHT = 300, COLUMNS_MAX = 3 };
     const int count = panels->count;
-    struct figure figure = {.heads = allocate((size_t)panels->run_count, sizeof *figure.heads),
+    struct figure figure = {.heads = format_allocate((size_t)panels->run_count, sizeof *figure.heads),
                             .head_count = panels->run_count,
                             .charts = panels->charts,
                             .count = count,
@@ -78,24 +79,24 @@ static void draw(const struct panels *panels, FILE *out) {
     for (int i = 0; i < panels->run_count; i++) {
         figure.heads[i].name = panels->runs[i].name;
         if (panels->run_count > 1)
-            figure.heads[i].stroke = style_run(i, panels->run_count);
+            figure.heads[i].stroke = figures_style_run(i, panels->run_count);
     }
-    chart_draw_figure(out, &figure);
+    figures_draw(out, &figure);
 }
 
 static bool write_drawing(struct drawing *drawing) {
     char *svg;
     size_t size;
-    FILE *out = text_stream(&svg, &size);
-    panels_make(&drawing->panels);
+    FILE *out = format_stream(&svg, &size);
+    figures_panels_make(&drawing->panels);
     draw(&drawing->panels, out);
     fclose(out);
     bool is_good = drawing->panels.count > 0;
     if (!is_good)
-        complain_line(drawing->options->operands[0], 1,
-                      "run: no column for these panels; give a file of refdyn sim");
-    is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
-              target_finish(drawing->target);
+        format_complain_line(drawing->options->operands[0], 1,
+                             "run: no column for these panels; give a file of refdyn sim");
+    is_good = is_good && figures_picture_write(drawing->format, svg, drawing->target->file) &&
+              system_target_finish(drawing->target);
     free(svg);
     return is_good;
 }
@@ -104,11 +105,11 @@ static bool write_runs(struct drawing *drawing) {
     const struct options *options = drawing->options;
     char *svg;
     size_t size;
-    FILE *out = text_stream(&svg, &size);
-    bool is_good = runs_figure_draw(options->operands[0], options_text(options, "panel"), out);
+    FILE *out = format_stream(&svg, &size);
+    bool is_good = figures_runs_figure_draw(options->operands[0], options_text(options, "panel"), out);
     fclose(out);
-    is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
-              target_finish(drawing->target);
+    is_good = is_good && figures_picture_write(drawing->format, svg, drawing->target->file) &&
+              system_target_finish(drawing->target);
     free(svg);
     return is_good;
 }
@@ -118,11 +119,11 @@ static bool open_files(struct drawing *drawing) {
     const struct options *options = drawing->options;
     const char *units = options_text(options, "units");
     for (int i = 0; i < options->operand_count; i++)
-        targets_spare(&drawing->targets, options->operands[i]);
+        system_targets_spare(&drawing->targets, options->operands[i]);
     if (units)
-        targets_spare(&drawing->targets, units);
-    drawing->target = picture_can_write(drawing->format)
-                          ? target_open(&drawing->targets, options_text(options, "output"))
+        system_targets_spare(&drawing->targets, units);
+    drawing->target = figures_picture_can_write(drawing->format)
+                          ? system_target_open(&drawing->targets, options_text(options, "output"))
                           : NULL;
     bool is_good = drawing->target && (!units || read_units(&drawing->panels, units));
     for (int i = 0; i < options->operand_count && is_good && !drawing->is_of_runs; i++)
@@ -136,17 +137,17 @@ static enum status run_plot(const struct options *options) {
     const enum status status = check_usage(&drawing);
     if (status != STATUS_DONE)
         return status;
-    panels->runs = allocate((size_t)panels->run_count, sizeof *panels->runs);
+    panels->runs = format_allocate((size_t)panels->run_count, sizeof *panels->runs);
     const bool is_good =
         open_files(&drawing) && (drawing.is_of_runs ? write_runs(&drawing) : write_drawing(&drawing));
-    targets_release(&drawing.targets);
+    system_targets_release(&drawing.targets);
     json_decref(panels->units);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
 
 static const char *list_panels(const struct command *command) {
     (void)command;
-    return panels_names();
+    return figures_panels_names();
 }
 
 static const struct option_rule plot_rules[] = {

@@ -36,9 +36,9 @@ static int compare(const void *a, const void *b) {
 /* The label of a varied quantity. Texts that are no numbers are drawn at their indices, which the label
  * explains. */
 static char *label_of(const struct varied *varied) {
-    struct text label = {.memory = &program_memory};
+    struct text label = {.memory = &format_memory};
     if (!varied->texts)
-        return runs_charts_label("", varied->name, varied->unit);
+        return figures_runs_charts_label("", varied->name, varied->unit);
     text_add(&label, "%s: ", varied->name);
     for (int i = 0; i < varied->text_count; i++)
         text_add(&label, "%s%d %s", i ? ", " : "", i, varied->texts[i]);
@@ -66,7 +66,7 @@ static void find_steps(struct runs_charts *figure, struct sweep *sweep, long cas
     sweep->steps = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof *sweep->steps);
     long count = 0;
     for (long row = 0; row < cases; row++)
-        if (runs_charts_can_draw(sweep->values[row]))
+        if (figures_runs_charts_can_draw(sweep->values[row]))
             sweep->steps[count++] = sweep->values[row];
     qsort(sweep->steps, (size_t)count, sizeof *sweep->steps, compare);
     for (long i = 0; i < count; i++)
@@ -113,7 +113,7 @@ static long pair_up(struct runs_charts *figure, const double *x, const double *y
     long count = 0;
     *pairs = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof **pairs);
     for (long row = 0; row < cases; row++)
-        if (runs_charts_can_draw(x[row]) && runs_charts_can_draw(y[row]))
+        if (figures_runs_charts_can_draw(x[row]) && figures_runs_charts_can_draw(y[row]))
             (*pairs)[count++] = (struct pair){x[row], y[row]};
     qsort(*pairs, (size_t)count, sizeof **pairs, compare_pairs);
     return count;
@@ -179,7 +179,7 @@ static int find_sweeps(struct runs_charts *figure, const double *values, struct 
         if (sweep.step_count < 2)
             continue;
         sweep.correlation = correlation_of(figure, sweep.values, values);
-        sweep.label = are_numbers(&cases->columns[i]) ? text_format("%s", cases->columns[i].name)
+        sweep.label = are_numbers(&cases->columns[i]) ? format_text("%s", cases->columns[i].name)
                                                       : label_of(&cases->columns[i]);
         if (count < 2)
             sweeps[count++] = sweep;
@@ -204,13 +204,13 @@ static void add_curve(struct runs_charts *figure, struct chart *chart, const str
     struct pair *pairs;
     const long count = pair_up(figure, sweep ? sweep->values : numbers, values, &pairs);
     if (count > 0)
-        chart_add_curve(chart, (struct curve){.x = &pairs->x,
-                                              .y = &pairs->y,
-                                              .count = count,
-                                              .stride = sizeof *pairs / sizeof pairs->x,
-                                              .stroke = style_quantity(0, 1, 0, 1),
-                                              .key = chart_key(chart, "", 0)});
-    chart->x_label = sweep ? text_format("%s", sweep->label) : text_format("case");
+        figures_chart_add_curve(chart, (struct curve){.x = &pairs->x,
+                                                      .y = &pairs->y,
+                                                      .count = count,
+                                                      .stride = sizeof *pairs / sizeof pairs->x,
+                                                      .stroke = figures_style_quantity(0, 1, 0, 1),
+                                                      .key = figures_chart_key(chart, "", 0)});
+    chart->x_label = sweep ? format_text("%s", sweep->label) : format_text("case");
 }
 
 /* ---- A map ---- */
@@ -230,12 +230,12 @@ static struct field *fill_fields(struct runs_charts *figure, const struct sweep 
     struct field *fields =
         memory_get(&figure->memory, (size_t)(x->field_count * y->field_count) * sizeof *fields);
     for (long row = 0; row < hdf5_runs_count(figure->reader); row++) {
-        if (!runs_charts_can_draw(x->values[row]) || !runs_charts_can_draw(y->values[row]))
+        if (!figures_runs_charts_can_draw(x->values[row]) || !figures_runs_charts_can_draw(y->values[row]))
             continue;
         struct field *field =
             &fields[field_of(y, y->values[row]) * x->field_count + field_of(x, x->values[row])];
         field->cases++;
-        if (runs_charts_can_draw(values[row])) {
+        if (figures_runs_charts_can_draw(values[row])) {
             field->count++;
             field->sum += values[row];
         }
@@ -257,9 +257,9 @@ static void find_range(const struct field *fields, int count, double *low, doubl
 static void add_keys(struct chart *chart, double low, double high) {
     for (int i = COLOURS - 1; i >= 0; i--) {
         const double part = (double)i / (COLOURS - 1);
-        char *name = text_format("%.4g", low + part * (high - low));
-        const int key = chart_key(chart, name, strlen(name));
-        chart->keys[key].stroke = (struct stroke){style_value(part), 12, "", NULL};
+        char *name = format_text("%.4g", low + part * (high - low));
+        const int key = figures_chart_key(chart, name, strlen(name));
+        chart->keys[key].stroke = (struct stroke){figures_style_value(part), 12, "", NULL};
     }
 }
 
@@ -269,12 +269,13 @@ static void add_cells(struct chart *chart, const struct sweep *x, const struct s
         const int at_x = i % x->field_count, at_y = i / x->field_count;
         const double part = high > low ? (mean_of(&fields[i]) - low) / (high - low) : 0.5;
         if (fields[i].cases > 0)
-            chart_add_cell(
-                chart, (struct cell){.left = x->edges[at_x],
-                                     .right = x->edges[at_x + 1],
-                                     .low = y->edges[at_y],
-                                     .high = y->edges[at_y + 1],
-                                     .colour = fields[i].count > 0 ? style_value(part) : style_no_value()});
+            figures_chart_add_cell(chart,
+                                   (struct cell){.left = x->edges[at_x],
+                                                 .right = x->edges[at_x + 1],
+                                                 .low = y->edges[at_y],
+                                                 .high = y->edges[at_y + 1],
+                                                 .colour = fields[i].count > 0 ? figures_style_value(part)
+                                                                               : figures_style_no_value()});
     }
 }
 
@@ -285,7 +286,7 @@ static void note_failures(struct chart *chart, const struct field *fields, int c
         i++;
     if (i == count)
         return;
-    chart->title = text_format("%s (grey: no value)", chart->title);
+    chart->title = format_text("%s (grey: no value)", chart->title);
 }
 
 /* A grid has a field for each pair of steps; otherwise fields are so large that several cases are in each. */
@@ -309,23 +310,23 @@ static void add_map(struct runs_charts *figure, struct chart *chart, struct swee
         add_cells(chart, &sweeps[0], &sweeps[1], fields, low, high);
         add_keys(chart, low, high);
     }
-    chart->x_label = text_format("%s", sweeps[0].label);
-    chart->y_label = text_format("%s", sweeps[1].label);
+    chart->x_label = format_text("%s", sweeps[0].label);
+    chart->y_label = format_text("%s", sweeps[1].label);
 }
 
 /* ---- Both ---- */
 
 /* "largest E_x [m]". */
 static char *quantity_of(const struct kept_item *item, int place) {
-    return runs_charts_label(place > 0                           ? "largest "
-                             : strcmp(item->group, "final") == 0 ? "final "
-                                                                 : "",
-                             item->name, item->unit);
+    return figures_runs_charts_label(place > 0                           ? "largest "
+                                     : strcmp(item->group, "final") == 0 ? "final "
+                                                                         : "",
+                                     item->name, item->unit);
 }
 
 bool figures_response_add(struct runs_charts *figure, const struct kept_item *item, int place) {
     struct sweep sweeps[2] = {{.values = NULL}, {.values = NULL}};
-    const double *values = runs_charts_read(figure, item, place, 1);
+    const double *values = figures_runs_charts_read(figure, item, place, 1);
     if (!values)
         return false;
     const int count = find_sweeps(figure, values, sweeps);

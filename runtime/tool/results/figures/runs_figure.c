@@ -61,8 +61,8 @@ static const struct kept_item *find_item(const struct runs_layout *layout, const
 }
 
 static bool refuse_panel(const struct runs_charts *figure, const char *name, const char *fact) {
-    char *text = text_format("--panel: '%s' %s", name, fact);
-    complain_line(figure->path, 0, text);
+    char *text = format_text("--panel: '%s' %s", name, fact);
+    format_complain_line(figure->path, 0, text);
     return false;
 }
 
@@ -95,7 +95,7 @@ static void draw(const struct runs_charts *figure, FILE *out) {
                                                         : 1,
                                  .width = count > 1 ? WIDTH : 3 * WIDTH / 2,
                                  .height = HEIGHT};
-    chart_draw_figure(out, &drawn);
+    figures_draw(out, &drawn);
 }
 
 static void release(struct runs_charts *figure) {
@@ -111,12 +111,13 @@ static bool make(struct runs_charts *figure, const char *panels) {
         return false;
     if (figure->chart_count > 0)
         return true;
-    complain_line(figure->path, 0, "no case has a number to draw");
+    format_complain_line(figure->path, 0, "no case has a number to draw");
     return false;
 }
 
-bool runs_figure_draw(const char *path, const char *panels, FILE *out) {
-    struct runs_charts figure = {.path = path, .memory = arena_start(), .reader = hdf5_runs_open(path)};
+bool figures_runs_figure_draw(const char *path, const char *panels, FILE *out) {
+    struct runs_charts figure = {
+        .path = path, .memory = format_arena_start(), .reader = hdf5_runs_open(path)};
     const bool is_made = make(&figure, panels);
     if (is_made)
         draw(&figure, out);

@@ -25,23 +25,23 @@ const char *report_series_name(const struct study *study, const struct series *s
     int same = 0;
     for (int i = 0; i < study->series_count; i++)
         same += study->series[i].method == series->method;
-    return text_format("%s%s%s", refdyn_method_name((int)series->method), same > 1 ? ", " : "",
-                       same > 1 ? stabilise_names[series->stabilise] : "");
+    return format_text("%s%s%s", refdyn_method_name((int)series->method), same > 1 ? ", " : "",
+                       same > 1 ? simulate_stabilise_names[series->stabilise] : "");
 }
 
 const char *report_trial_setting(const struct method_run *trial) {
-    return trial->tol > 0 ? text_format("tolerance %.3g", trial->tol)
-                          : text_format("step %.3g s", trial->step);
+    return trial->tol > 0 ? format_text("tolerance %.3g", trial->tol)
+                          : format_text("step %.3g s", trial->step);
 }
 
 const char *report_trial_outcome(const struct method_run *trial) {
     if (report_is_done(trial))
         return "done";
     if (trial->result == MOTION_TOO_SLOW)
-        return text_format("stopped: too slow, about %.2g s expected but only %.2g s left", trial->cpu_s,
+        return format_text("stopped: too slow, about %.2g s expected but only %.2g s left", trial->cpu_s,
                            trial->cpu_limit_s);
     const bool has_cause = trial->cause > 0 && trial->cause != trial->result;
-    return text_format("stopped at t = %.6g s: %s%s%s", trial->stopped_t, refdyn_status_text(trial->result),
+    return format_text("stopped at t = %.6g s: %s%s%s", trial->stopped_t, refdyn_status_text(trial->result),
                        has_cause ? ", after: " : "", has_cause ? refdyn_status_text(trial->cause) : "");
 }
 
@@ -61,7 +61,7 @@ const char *report_findings_reference(const struct study *study) {
     const struct method_run *a = &study->references[0], *b = &study->references[1];
     const char *kind = kind_of(a->method), *unit = report_study_unit(study);
     const bool is_found = report_has_reference(study);
-    struct text text = {.memory = &program_memory};
+    struct text text = {.memory = &format_memory};
     text_add(&text, "%s %s at tolerance %g and %s at tolerance %g ",
              is_found ? "Reference:" : "No reference:", refdyn_method_name((int)a->method), a->tol,
              refdyn_method_name((int)b->method), b->tol);
@@ -123,13 +123,13 @@ static const char *tell_slope(const struct study *study, const struct series *se
     }
     if (n < SLOPE_RUNS)
         return "-";
-    return text_format("%s^%.2f (%d runs)", series->is_fixed ? "step" : "tolerance",
+    return format_text("%s^%.2f (%d runs)", series->is_fixed ? "step" : "tolerance",
                        (n * xy - x * y) / (n * xx - x * x), n);
 }
 
 static const char *tell_least_error(const struct study *study, const struct series *series) {
     const double least = least_error(study, series);
-    return least <= study->floor ? "floor" : isfinite(least) ? text_format("%.1e", least) : "-";
+    return least <= study->floor ? "floor" : isfinite(least) ? format_text("%.1e", least) : "-";
 }
 
 /* ---- What rules the step */
@@ -165,13 +165,13 @@ static double mean_step(const struct study *study, const struct method_run *tria
 static const char *tell_stability(const struct study *study, const struct series *series) {
     const int edge = series->is_fixed ? edge_of_steps(study, series) : 0;
     if (edge > 0)
-        return text_format("step %.3g s, not %.3g s", series->trials[edge].step,
+        return format_text("step %.3g s, not %.3g s", series->trials[edge].step,
                            series->trials[edge - 1].step);
     const bool has_limit =
         !series->is_fixed && series->method != REFDYN_AUTO && !refdyn_method_is_implicit(series->method);
     const int last = has_limit ? end_of_plateau(series) : 0;
     if (last > 0)
-        return text_format("step %.2g s at tolerances from %g to %g", mean_step(study, &series->trials[last]),
+        return format_text("step %.2g s at tolerances from %g to %g", mean_step(study, &series->trials[last]),
                            series->trials[0].tol, series->trials[last].tol);
     return "-";
 }
@@ -200,7 +200,7 @@ static void put_stops(struct text *text, const struct series *series, int first,
 
 /* The column of stability already has the steps beyond its limit. */
 static const char *tell_stops(const struct study *study, const struct series *series) {
-    struct text text = {.memory = &program_memory};
+    struct text text = {.memory = &format_memory};
     put_stops(&text, series, series->is_fixed ? edge_of_steps(study, series) : 0, false);
     put_stops(&text, series, 0, true);
     return text.data ? text.data : "";
@@ -226,7 +226,7 @@ static const char *tell_time(const struct study *study, const struct series *ser
             best = fmin(best, quickest(&study->series[i], level));
     if (!isfinite(cpu_s))
         return "-";
-    return isfinite(best) ? text_format("%.3g (%.2f)", cpu_s, cpu_s / best) : text_format("%.3g", cpu_s);
+    return isfinite(best) ? format_text("%.3g (%.2f)", cpu_s, cpu_s / best) : format_text("%.3g", cpu_s);
 }
 
 /* ---- The table */
@@ -249,5 +249,5 @@ const char *report_findings_cell(const struct study *study, const struct series 
     if (level < 0 || level >= LEVEL_COUNT)
         return series ? told[place].tell(study, series) : told[place].head;
     return series ? tell_time(study, series, levels[level])
-                  : text_format("CPU s for %g %s", levels[level], report_study_unit(study));
+                  : format_text("CPU s for %g %s", levels[level], report_study_unit(study));
 }

@@ -30,9 +30,9 @@ static void take_points(struct points *points, const struct study *study, const 
 
 static void add_curve(struct chart *chart, const char *name, const struct points *points,
                       struct stroke stroke) {
-    const int key = chart_key(chart, name, strlen(name));
+    const int key = figures_chart_key(chart, name, strlen(name));
     chart->keys[key].stroke = stroke;
-    chart_add_curve(
+    figures_chart_add_curve(
         chart,
         (struct curve){
             .x = points->cpu_s, .y = points->error, .count = points->count, .stride = 1, .stroke = stroke});
@@ -52,7 +52,7 @@ static void add_series(struct chart *chart, const struct study *study, const str
     if (points->count == 0)
         return;
     add_curve(chart, report_series_name(study, series), points,
-              style_method((int)series->method, line_of(study, series)));
+              figures_style_method((int)series->method, line_of(study, series)));
 }
 
 /* Draws the floor from the quickest to the slowest run. */
@@ -65,7 +65,7 @@ static void add_floor(struct chart *chart, const struct study *study, struct poi
         }
     floor->error[0] = floor->error[1] = study->floor;
     floor->count = 2;
-    add_curve(chart, "floor", floor, style_limit());
+    add_curve(chart, "floor", floor, figures_style_limit());
 }
 
 /* points: one item for each series, and one for the floor. */
@@ -84,8 +84,8 @@ static struct chart make_chart(const struct study *study, struct points *points)
 }
 
 void report_diagram_draw(FILE *out, const char *title, const struct study *studies, int count) {
-    struct points *points = allocate((size_t)count * (SERIES_MAX + 1), sizeof *points);
-    struct chart *charts = allocate((size_t)count, sizeof *charts);
+    struct points *points = format_allocate((size_t)count * (SERIES_MAX + 1), sizeof *points);
+    struct chart *charts = format_allocate((size_t)count, sizeof *charts);
     struct key head = {.name = title};
     struct figure figure = {
         .heads = &head, .head_count = 1, .charts = charts, .columns = 1, .width = WIDTH, .height = HEIGHT};
@@ -93,7 +93,7 @@ void report_diagram_draw(FILE *out, const char *title, const struct study *studi
         charts[figure.count] = make_chart(&studies[i], points + i * (SERIES_MAX + 1));
         figure.count += charts[figure.count].curve_count > 0;
     }
-    chart_draw_figure(out, &figure);
+    figures_draw(out, &figure);
 }
 
 /* ---- The page ---- */
@@ -110,7 +110,7 @@ static const char head[] =
 
 static void put_cell(FILE *out, const char *text) {
     fputs("<td>", out);
-    put_xml_text(out, text);
+    format_xml_text(out, text);
     fputs("</td>", out);
 }
 
@@ -150,9 +150,9 @@ static void put_motion(FILE *out, const struct scene *scene, const struct option
     put_row_of_texts(out, "hash of its C", model->hash);
     put_row_of_texts(
         out, "size",
-        text_format("coordinates %d, constraint rows %d, points %d", model->n, model->m, model->point_count));
+        format_text("coordinates %d, constraint rows %d, points %d", model->n, model->m, model->point_count));
     put_row_of_texts(out, "motion",
-                     text_format("t = %g to %g s from %s, made consistent; states compared every %g s",
+                     format_text("t = %g to %g s from %s, made consistent; states compared every %g s",
                                  scene->state.t, plan->until, start_text(options), plan->every));
     for (int i = 0; i < scene->generation.model.option_count; i++) {
         const struct model_option *option = &scene->generation.model.options[i];
@@ -183,7 +183,7 @@ char *report_page_facts(const struct scene *scene, const struct options *options
     const struct refdyn_model *model = scene->model;
     char *text;
     size_t size;
-    FILE *out = text_stream(&text, &size);
+    FILE *out = format_stream(&text, &size);
     put_motion(out, scene, options, plan);
     put_named(out, "Parameters", model->parameters, scene->work.p, NULL, model->parameter_count);
     put_named(out, "Inputs", model->inputs, scene->work.x, NULL, model->input_count);
@@ -237,7 +237,7 @@ static void put_findings_row(FILE *out, const struct study *study, const struct 
     fputs("<tr>", out);
     for (int i = 0; i < FINDING_COLUMNS; i++) {
         fprintf(out, "<%s>", kind);
-        put_xml_text(out, report_findings_cell(study, series, i));
+        format_xml_text(out, report_findings_cell(study, series, i));
         fprintf(out, "</%s>", kind);
     }
     fputs("</tr>\n", out);
@@ -253,9 +253,9 @@ static void put_findings(FILE *out, const struct study *study) {
 
 static void put_study(FILE *out, const struct study *study) {
     fputs("<h2>", out);
-    put_xml_text(out, study->name);
+    format_xml_text(out, study->name);
     fprintf(out, "</h2>\n%s<h3>Findings</h3>\n<p>", study->facts);
-    put_xml_text(out, report_findings_reference(study));
+    format_xml_text(out, report_findings_reference(study));
     fputs("</p>\n", out);
     put_findings(out, study);
     fprintf(out, "<p>%s</p>\n<h3>All runs</h3>\n", report_findings_note);
@@ -267,9 +267,9 @@ void report_page_write(FILE *out, const char *title, const struct study *studies
     const char *drawing = strstr(figure, "<svg"); /* after the prologue of the SVG file */
     fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n", out);
     fprintf(out, "%s<title>", head);
-    put_xml_text(out, title);
+    format_xml_text(out, title);
     fputs("</title>\n</head>\n<body>\n<h1>", out);
-    put_xml_text(out, title);
+    format_xml_text(out, title);
     fprintf(out, "</h1>\n%s\n", drawing ? drawing : "");
     for (int i = 0; i < count; i++)
         put_study(out, &studies[i]);

@@ -72,14 +72,14 @@ static void put_names(FILE *out, struct generation *generation) {
     struct list names = open_list(out, generation, "coordinates");
     for (int i = 0; i < generation->tree.count; i++) {
         fputs(names.count++ ? "," : "", out);
-        put_json_text(out, generation->tree.frames[i].name);
+        format_json_text(out, generation->tree.frames[i].name);
     }
     close_list(&names);
     fputs(",\n", out);
     names = open_list(out, generation, "links");
     for (int i = 0; i < generation->model.link_count; i++) {
         fputs(names.count++ ? "," : "", out);
-        put_json_text(out, generation->model.links[i].name);
+        format_json_text(out, generation->model.links[i].name);
     }
     close_list(&names);
 }
@@ -153,7 +153,7 @@ static void put_points(FILE *out, struct generation *generation) {
             continue;
         next(&list);
         fputs("{\"name\":", out);
-        put_json_text(out, model->points[i].name);
+        format_json_text(out, model->points[i].name);
         fputc(',', out);
         put_fixed(&list, &generation->tree.points[i]);
     }
@@ -195,7 +195,7 @@ static void put_closures(FILE *out, struct generation *generation) {
             continue;
         next(&list);
         fputs("{\"name\":", out);
-        put_json_text(out, model->rows[first].name);
+        format_json_text(out, model->rows[first].name);
         fputc(',', out);
         put_ends(&list, is_marked);
         fputc('}', out);

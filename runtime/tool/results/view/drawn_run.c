@@ -45,7 +45,8 @@ struct drawn_rows view_drawn_run_rows(const struct run *run, int share) {
     const long most = room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST : room < ROWS_MOST ? room : ROWS_MOST;
     const long stride = (run->kept_count + most - 1) / most;
     struct drawn_rows rows = {.width = width};
-    rows.values = allocate((size_t)(run->kept_count / stride + 2) * (size_t)width, sizeof *rows.values);
+    rows.values =
+        format_allocate((size_t)(run->kept_count / stride + 2) * (size_t)width, sizeof *rows.values);
     for (long i = 0; i < run->kept_count; i++)
         if (i % stride == 0 || i == run->kept_count - 1)
             memcpy(rows.values + rows.count++ * width, run->kept + i * width,
@@ -98,7 +99,7 @@ static void put_courses(FILE *out, const struct run *run, const struct drawn_row
         if (!kind)
             continue;
         fprintf(out, "%s{\"name\":", separator);
-        put_json_text(out, run->columns[i]);
+        format_json_text(out, run->columns[i]);
         fprintf(out, ",\"kind\":\"%s\",", kind);
         put_numbers(out, rows, i, view_rounded_unit(run->largest[i], COURSE_DIGITS));
         separator = ",\n";
@@ -138,7 +139,7 @@ static int input_column(const struct run *run, const char *name) {
     const char *const *columns = (const char *const *)run->columns + run->inputs;
     const int plain = text_index(name, columns, run->input_count);
     const int place =
-        plain < 0 ? text_index(text_format("input_%s", name), columns, run->input_count) : plain;
+        plain < 0 ? text_index(format_text("input_%s", name), columns, run->input_count) : plain;
     return place < 0 ? -1 : run->inputs + place;
 }
 
@@ -192,10 +193,10 @@ static void value_row(const struct valuation *valuation, long row) {
 
 static void value_all(struct valuation *valuation) {
     const struct graph *g = &valuation->generation->graph;
-    valuation->is_needed = allocate_large(g->count, sizeof *valuation->is_needed);
-    valuation->node = allocate_large(g->count, sizeof *valuation->node);
-    valuation->list = allocate_large((size_t)valuation->rows->count * (size_t)valuation->formula_count + 1,
-                                     sizeof *valuation->list);
+    valuation->is_needed = format_allocate_large(g->count, sizeof *valuation->is_needed);
+    valuation->node = format_allocate_large(g->count, sizeof *valuation->node);
+    valuation->list = format_allocate_large(
+        (size_t)valuation->rows->count * (size_t)valuation->formula_count + 1, sizeof *valuation->list);
     for (int i = 0; i < valuation->formula_count; i++)
         valuation->is_needed[valuation->formulas[i]] = true;
     rewrite_mark_operands(g, valuation->is_needed, g->count);
@@ -233,7 +234,7 @@ static void put_applied(FILE *out, const struct valuation *valuation, const stru
     struct model *model = &valuation->generation->model;
     const double unit = view_rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
     fputs("{\"name\":", out);
-    put_json_text(out, applied->name);
+    format_json_text(out, applied->name);
     fprintf(out, ",\"kind\":\"%s\",\"frame\":%d,\"at\":[", applied->kind, applied->at.frame);
     for (int i = 0; i < 3; i++) {
         fputs(i ? "," : "", out);
@@ -290,9 +291,11 @@ void view_applied_forces_put(FILE *out, struct generation *generation, const str
                              const struct drawn_rows *rows) {
     const struct model *model = &generation->model;
     struct valuation valuation = {.generation = generation, .run = run, .rows = rows};
-    struct applied *list = allocate((size_t)(model->force_count + model->load_count) + 1, sizeof *list);
+    struct applied *list =
+        format_allocate((size_t)(model->force_count + model->load_count) + 1, sizeof *list);
     const int count = list_known(&valuation, list, &valuation.formula_count);
-    expression *formulas = allocate((size_t)valuation.formula_count + 1, sizeof *formulas), *next = formulas;
+    expression *formulas = format_allocate((size_t)valuation.formula_count + 1, sizeof *formulas),
+               *next = formulas;
     for (int i = 0; i < count; i++)
         for (int k = 0; k < list[i].count; k++)
             *next++ = list[i].values[k];

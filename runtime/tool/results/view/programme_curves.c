@@ -165,7 +165,7 @@ void view_programme_curves_put(FILE *out, struct generation *generation, const s
     const char *separator = "\n";
     fputs("\"curves\":[", out);
     for (int i = 0; i < model->row_count; i++) {
-        struct programme_curve *curve = allocate(1, sizeof *curve);
+        struct programme_curve *curve = format_allocate(1, sizeof *curve);
         double start[AXES];
         curve->generation = generation;
         curve->residual = model->rows[i].residual;

@@ -54,7 +54,7 @@ bool option_may_repeat(const struct option_rule *rule) {
 }
 
 const char *option_shown(const struct option_rule *rule) {
-    return option_is_output(rule) ? "-o" : text_format("--%s", rule->name);
+    return option_is_output(rule) ? "-o" : format_text("--%s", rule->name);
 }
 
 /* ---- Usage and help ---- */
@@ -68,12 +68,12 @@ static const char *argument_of(const struct command *command, const struct optio
 /* The help; a list takes the place of its "%s". */
 static const char *help_of(const struct command *command, const struct option_rule *rule) {
     const char *mark = rule->list ? strstr(rule->help, "%s") : NULL;
-    return mark ? text_format("%.*s%s%s", (int)(mark - rule->help), rule->help, rule->list(command), mark + 2)
+    return mark ? format_text("%.*s%s%s", (int)(mark - rule->help), rule->help, rule->list(command), mark + 2)
                 : rule->help;
 }
 
 static const char *words_of(const struct command *command, const struct option_rule *rule) {
-    struct text text = {.memory = &program_memory};
+    struct text text = {.memory = &format_memory};
     for (int i = 0; rule->words && rule->words[i]; i++)
         text_add(&text, "%s%s", i ? " " : "", rule->words[i]);
     for (const char *at = rule->list ? rule->list(command) : ""; *at; at++)

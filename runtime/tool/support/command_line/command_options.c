@@ -29,19 +29,19 @@ void options_give(const struct options *options,
                                               : options->values[k].text);
     }
     for (int i = 0; i < options->setting_count; i++)
-        take(context, "set", text_format("%s=%s", options->settings[i].name, options->settings[i].value));
+        take(context, "set", format_text("%s=%s", options->settings[i].name, options->settings[i].value));
 }
 
 const char **options_list(const char *list) {
-    char *rest = list ? text_format("%s", list) : NULL;
-    const char **items = allocate(list ? strlen(list) + 2 : 1, sizeof *items);
+    char *rest = list ? format_text("%s", list) : NULL;
+    const char **items = format_allocate(list ? strlen(list) + 2 : 1, sizeof *items);
     for (int i = 0; rest; i++)
         items[i] = strsep(&rest, ",");
     return items;
 }
 
 enum status options_choose(const struct options *options, const char *name, int *place) {
-    struct text known = {.memory = &program_memory};
+    struct text known = {.memory = &format_memory};
     const char *word = options_text(options, name);
     const char *meant = NULL; /* the same word in other capitals */
     *place = 0;
@@ -119,7 +119,7 @@ static enum status read_number(struct options *options, const struct option_rule
     enum { LARGEST = 1000000 };
     double value;
     const bool is_number = text_to_number(text, &value);
-    const char *advice = message_number_advice(&program_memory, text);
+    const char *advice = message_number_advice(&format_memory, text);
     if (rule->kind == OPTION_INDEX && !(is_number && value >= 0 && value == floor(value)))
         return usage_error(options->command, "--%s: '%s' is not a whole number of at least 0%s", rule->name,
                            text, advice);
@@ -333,6 +333,6 @@ bool options_read(const struct command *const *commands, int argc, char **argv, 
         *status = command_error(commands, argv[1]);
         return false;
     }
-    options->settings = allocate((size_t)argc, sizeof *options->settings);
+    options->settings = format_allocate((size_t)argc, sizeof *options->settings);
     return read_command(argc - 1, argv + 1, options, status);
 }

@@ -41,7 +41,7 @@ bool options_is(const struct options *options, const char *name, const char *tex
 /* Puts the value at `place`, in a new list, because copies of the struct may share the present one. */
 static void put_value(struct options *options, int place, struct option_value value) {
     const int count = options->value_count > place ? options->value_count : place + 1;
-    struct option_value *values = allocate((size_t)count, sizeof *values);
+    struct option_value *values = format_allocate((size_t)count, sizeof *values);
     for (int i = 0; i < options->value_count; i++)
         values[i] = options->values[i];
     values[place] = value;

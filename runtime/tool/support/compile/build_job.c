@@ -17,7 +17,7 @@
 enum { PROCESSES = 2 };
 
 void compile_job_add_word(struct job *job, const char *word) {
-    job->argv = memory_room(&program_memory, job->argv, job->argc + 1, &job->room, sizeof *job->argv);
+    job->argv = memory_room(&format_memory, job->argv, job->argc + 1, &job->room, sizeof *job->argv);
     job->argv[job->argc++] = word;
 }
 
@@ -31,11 +31,11 @@ static void show_log(const struct job *job) {
     for (int i = 0; i < job->argc; i++)
         fprintf(stderr, " %s", job->argv[i]);
     fputc('\n', stderr);
-    file_copy(job->log, stderr);
+    system_copy_file(job->log, stderr);
 }
 
 static bool start(struct process *process, const struct scratch *scratch, const struct job *job) {
-    const int error = process_start(process, scratch, job->argv, NULL, job->log, NULL);
+    const int error = system_process_start(process, scratch, job->argv, NULL, job->log, NULL);
     if (error)
         fprintf(stderr, "refdyn: the compiler '%s' could not be started: %s\n", job->argv[0],
                 strerror(error));
@@ -53,7 +53,7 @@ bool compile_jobs_run(const struct scratch *scratch, const struct job *jobs, int
             is_good = start(&running[free_place], scratch, of[free_place]);
             active += is_good;
         }
-        int done = active ? process_wait(running, PROCESSES) : -1;
+        int done = active ? system_process_wait(running, PROCESSES) : -1;
         if (done < 0)
             return false;
         active--;
@@ -122,8 +122,8 @@ bool compile_toolchain_find(struct toolchain *chain) {
     const char *command = getenv("CC");
     if (!command || command[strspn(command, blanks)] == '\0')
         command = "cc";
-    char *text = text_format("%s", command), *rest = NULL;
-    const char **words = allocate(strlen(command) / 2 + 2, sizeof *words);
+    char *text = format_text("%s", command), *rest = NULL;
+    const char **words = format_allocate(strlen(command) / 2 + 2, sizeof *words);
     int count = 0;
     if (strchr(command, '/') && access(command, X_OK) == 0)
         words[count++] = text;
@@ -131,7 +131,7 @@ bool compile_toolchain_find(struct toolchain *chain) {
         for (char *word = strtok_r(text, blanks, &rest); word; word = strtok_r(NULL, blanks, &rest))
             words[count++] = word;
     chain->words = words;
-    chain->program = process_find(chain->words[0]);
+    chain->program = system_process_find(chain->words[0]);
     if (!chain->program)
         fprintf(stderr, "refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
     return chain->program;
@@ -139,10 +139,10 @@ bool compile_toolchain_find(struct toolchain *chain) {
 
 static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
                        const char *name) {
-    *job = (struct job){.source = scratch_file(&build->scratch, name)};
+    *job = (struct job){.source = system_scratch_file(&build->scratch, name)};
     compile_job_add_words(job, chain->words);
-    job->object = text_format("%.*s.o", (int)strlen(job->source) - 2, job->source);
-    job->log = text_format("%s.log", job->object);
+    job->object = format_text("%.*s.o", (int)strlen(job->source) - 2, job->source);
+    job->log = format_text("%s.log", job->object);
     compile_job_add_words(job, compile_flags);
     if (build->lanes &&
         gen_is_for_lanes(name)) /* for vectors these passes, which scalars do without, gain a fifth */
@@ -154,16 +154,16 @@ static void object_job(struct job *job, const struct toolchain *chain, const str
 
 /* Applies to gcc only, and to a version that knows all of its flags. */
 static void question_job(struct job *job, const struct toolchain *chain, const struct scratch *scratch) {
-    *job = (struct job){.source = scratch_file(scratch, "question.c")};
+    *job = (struct job){.source = system_scratch_file(scratch, "question.c")};
     compile_job_add_words(job, chain->words);
-    job->log = text_format("%s.log", job->source);
+    job->log = format_text("%s.log", job->source);
     compile_job_add_words(job, gcc_flags);
     compile_job_add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
 }
 
 static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
                      const struct job *objects, int count) {
-    *job = (struct job){.log = text_format("%s.log", build->library)};
+    *job = (struct job){.log = format_text("%s.log", build->library)};
     compile_job_add_words(job, chain->words);
     compile_job_add_word(job, "-shared");
     for (int i = 0; i < count; i++)
@@ -176,9 +176,9 @@ bool compile_toolchain_is_gcc(const struct toolchain *chain, const struct scratc
     struct job job;
     struct process process;
     question_job(&job, chain, scratch);
-    return scratch_write(scratch, "question.c", gcc_question, strlen(gcc_question)) &&
-           process_start(&process, scratch, job.argv, NULL, job.log, NULL) == 0 &&
-           process_wait(&process, 1) == 0 && process.result == 0;
+    return system_scratch_write(scratch, "question.c", gcc_question, strlen(gcc_question)) &&
+           system_process_start(&process, scratch, job.argv, NULL, job.log, NULL) == 0 &&
+           system_process_wait(&process, 1) == 0 && process.result == 0;
 }
 
 static long file_size(const char *path) {
@@ -189,12 +189,12 @@ static long file_size(const char *path) {
 static bool compile_and_link(struct build *build, const struct toolchain *chain, struct job *jobs, int count,
                              struct build_cost *cost) {
     struct job link;
-    double start = wall_seconds();
+    double start = system_wall_seconds();
     if (!compile_jobs_run(&build->scratch, jobs, count, &cost->peak_kb))
         return false;
     link_job(&link, chain, build, jobs, count);
     bool is_good = compile_jobs_run(&build->scratch, &link, 1, &cost->peak_kb);
-    cost->seconds = wall_seconds() - start;
+    cost->seconds = system_wall_seconds() - start;
     for (int i = 0; i < count; i++)
         cost->object_bytes += file_size(jobs[i].object);
     return is_good;
@@ -208,15 +208,16 @@ static bool is_source(const char *name) {
 bool compile_build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
                        int count, struct build_cost *cost) {
     struct build_cost own = {.seconds = 0};
-    struct job *jobs = allocate((size_t)count, sizeof *jobs);
+    struct job *jobs = format_allocate((size_t)count, sizeof *jobs);
     int job_count = 0;
-    bool is_good =
-        scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size) &&
-        scratch_write(&build->scratch, "refdyn_lanes.h", refdyn_lanes_header, refdyn_lanes_header_size);
-    build->library = scratch_file(&build->scratch, "model.so");
+    bool is_good = system_scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header,
+                                        refdyn_model_header_size) &&
+                   system_scratch_write(&build->scratch, "refdyn_lanes.h", refdyn_lanes_header,
+                                        refdyn_lanes_header_size);
+    build->library = system_scratch_file(&build->scratch, "model.so");
     build->is_gcc = compile_toolchain_is_gcc(chain, &build->scratch);
     for (int i = 0; i < count && is_good; i++) {
-        is_good = scratch_write(&build->scratch, files[i].name, files[i].text, files[i].length);
+        is_good = system_scratch_write(&build->scratch, files[i].name, files[i].text, files[i].length);
         if (is_good && is_source(files[i].name))
             object_job(&jobs[job_count++], chain, build, files[i].name);
     }

@@ -59,11 +59,11 @@ static bool load(struct compiled *compiled, const char *name, const struct cache
     compiled->library = compile_cache_load(cache, key, &compiled->file);
     if (!compiled->library)
         return false;
-    compiled->path = text_format("%s/%s.so", cache->path, key);
-    compiled->model = dlsym(compiled->library, text_format("%s_model", name));
-    compiled->spatial = dlsym(compiled->library, text_format("%s_spatial", name));
+    compiled->path = format_text("%s/%s.so", cache->path, key);
+    compiled->model = dlsym(compiled->library, format_text("%s_model", name));
+    compiled->spatial = dlsym(compiled->library, format_text("%s_spatial", name));
     if (lanes)
-        compiled->lanes = dlsym(compiled->library, text_format("%s_lanes_%d", name, lanes));
+        compiled->lanes = dlsym(compiled->library, format_text("%s_lanes_%d", name, lanes));
     if (!compiled->model || (lanes && !compiled->lanes))
         compile_release(compiled);
     return compiled->model;
@@ -72,11 +72,11 @@ static bool load(struct compiled *compiled, const char *name, const struct cache
 static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count, int lanes,
                        const struct cache *cache, const char *key) {
     struct build build = {.lanes = lanes};
-    if (!scratch_open(&build.scratch, cache->path, "build-"))
+    if (!system_scratch_open(&build.scratch, cache->path, "build-"))
         return false;
     const bool is_good =
         compile_build_run(&build, chain, files, count, NULL) && compile_cache_add(cache, key, build.library);
-    scratch_close(&build.scratch);
+    system_scratch_close(&build.scratch);
     return is_good;
 }
 
@@ -119,9 +119,10 @@ void compile_release(struct compiled *compiled) {
 bool compile_measure(const struct emitted_file *files, int count, struct build_cost *cost) {
     struct toolchain chain;
     struct build build = {.lanes = 0};
-    if (!compile_toolchain_find(&chain) || !scratch_open(&build.scratch, scratch_parent(), "refdyn-build-"))
+    if (!compile_toolchain_find(&chain) ||
+        !system_scratch_open(&build.scratch, system_scratch_parent(), "refdyn-build-"))
         return false;
     const bool is_good = compile_build_run(&build, &chain, files, count, cost);
-    scratch_close(&build.scratch);
+    system_scratch_close(&build.scratch);
     return is_good;
 }

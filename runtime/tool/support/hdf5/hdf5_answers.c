@@ -20,7 +20,7 @@ void hdf5_answers_put_bytes(struct answers *answers, const char *text, size_t le
 }
 
 void hdf5_answers_begin(struct answers *answers, enum gate_answer answer) {
-    answers->stream = text_stream(&answers->text, &answers->length);
+    answers->stream = format_stream(&answers->text, &answers->length);
     hdf5_answers_put_whole(answers, answer);
 }
 
@@ -35,7 +35,7 @@ void hdf5_answers_end(struct answers *answers) {
 _Noreturn void hdf5_answers_refuse(struct answers *answers, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    const char *text = text_vformat(format, list);
+    const char *text = format_vtext(format, list);
     va_end(list);
     hdf5_answers_begin(answers, GATE_FACT);
     hdf5_answers_put_bytes(answers, text, strlen(text));

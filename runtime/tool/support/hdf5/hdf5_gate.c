@@ -62,7 +62,7 @@ static bool is_utf8(const char *text, size_t length) {
 }
 
 static const char *path_of(const char *group, const char *name) {
-    return text_format("%s/%s", strcmp(group, "/") == 0 ? "" : group, name);
+    return format_text("%s/%s", strcmp(group, "/") == 0 ? "" : group, name);
 }
 
 static herr_t take_link(hid_t group, const char *name, const H5L_info_t *info, void *where) {
@@ -77,7 +77,7 @@ static herr_t take_link(hid_t group, const char *name, const H5L_info_t *info, v
     if (info->type != H5L_TYPE_HARD)
         hdf5_answers_refuse(names->gate->answers, "%s: is a link to another name, which is not followed",
                             path);
-    names->list = memory_room(&program_memory, names->list, names->count, &names->room, sizeof *names->list);
+    names->list = memory_room(&format_memory, names->list, names->count, &names->room, sizeof *names->list);
     names->list[names->count++] = path;
     return 0;
 }
@@ -102,7 +102,7 @@ static int add_entry(struct gate *gate, const char *path, int group) {
     if (group >= 0 && info.rc != 1)
         hdf5_answers_refuse(gate->answers, "%s: has %u names in the file; it must have one", path, info.rc);
     gate->entries =
-        memory_room(&program_memory, gate->entries, gate->count, &gate->room, sizeof *gate->entries);
+        memory_room(&format_memory, gate->entries, gate->count, &gate->room, sizeof *gate->entries);
     gate->entries[gate->count] =
         (struct entry){.path = path, .address = info.addr, .type = info.type, .group = group, .dataset = -1};
     return gate->count++;
@@ -128,7 +128,7 @@ static int compare_places(const void *a, const void *b) {
 }
 
 static void sort_places(struct gate *gate) {
-    gate->places = allocate((size_t)gate->count, sizeof *gate->places);
+    gate->places = format_allocate((size_t)gate->count, sizeof *gate->places);
     for (int i = 0; i < gate->count; i++)
         gate->places[i] = (struct entry_address){gate->entries[i].address, i};
     qsort(gate->places, (size_t)gate->count, sizeof *gate->places, compare_places);
@@ -219,7 +219,7 @@ static void close_attribute(struct attribute *attribute) {
 /* In heap memory, in the form of `type`. */
 static void *read_attribute(struct gate *gate, const char *path, const struct attribute *attribute,
                             hid_t type) {
-    void *values = allocate_large((size_t)attribute->length + 1, H5Tget_size(type));
+    void *values = format_allocate_large((size_t)attribute->length + 1, H5Tget_size(type));
     if (attribute->length > 0)
         hdf5_answers_good(gate->answers, path, H5Aread(attribute->id, type, values));
     return values;
@@ -443,7 +443,7 @@ static void send_rows(struct gate *gate, const struct entry *entry, const struct
     const size_t count = (size_t)request->count * (entry->size[1] > 0 ? (size_t)entry->size[1] : 1);
     const hid_t stored = hdf5_answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
                 type = entry->kind == HDF5_TEXTS ? stored : H5T_NATIVE_DOUBLE;
-    void *values = allocate_large(count + 1, H5Tget_size(type));
+    void *values = format_allocate_large(count + 1, H5Tget_size(type));
     read_rows(gate, entry, request, type, values);
     hdf5_answers_begin(gate->answers, GATE_ROWS);
     if (entry->kind == HDF5_TEXTS)

@@ -87,7 +87,7 @@ static bool read_all(struct motion_reader *reader, const char *path) {
 }
 
 struct motion_reader *hdf5_motion_open(const char *path) {
-    struct motion_reader *reader = allocate_large(1, sizeof *reader);
+    struct motion_reader *reader = format_allocate_large(1, sizeof *reader);
     *reader = (struct motion_reader){.t = -INFINITY};
     if (read_all(reader, path))
         return reader;

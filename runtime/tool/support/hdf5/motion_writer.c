@@ -78,7 +78,7 @@ static void release(struct motion_writer *writer) {
 }
 
 struct motion_writer *hdf5_motion_create(const char *path, const struct motion_layout *layout) {
-    struct motion_writer *writer = allocate_large(1, sizeof *writer);
+    struct motion_writer *writer = format_allocate_large(1, sizeof *writer);
     const bool is_open = hdf5_create(&writer->file, path, MOTION_CONTENT, MOTION_VERSION);
     hdf5_rows_start(&writer->rows, &writer->file);
     if (is_open && add_all(writer, layout)) {

@@ -108,7 +108,7 @@ static int keep_different(const char **texts, long count) {
 /* The texts of the rows become indices into the different texts. */
 static void number_texts(struct runs_reader *reader, struct varied *varied) {
     const size_t count = (size_t)reader->count;
-    const char **by_row = allocate_large(count + 1, sizeof *by_row);
+    const char **by_row = format_allocate_large(count + 1, sizeof *by_row);
     memcpy(by_row, varied->texts, count * sizeof *by_row);
     varied->text_count = keep_different(varied->texts, reader->count);
     for (size_t i = 0; i < count; i++) {
@@ -276,7 +276,7 @@ static bool read_all(struct runs_reader *reader, const char *path) {
 }
 
 struct runs_reader *hdf5_runs_open(const char *path) {
-    struct runs_reader *reader = allocate_large(1, sizeof *reader);
+    struct runs_reader *reader = format_allocate_large(1, sizeof *reader);
     if (read_all(reader, path))
         return reader;
     hdf5_runs_close(reader);

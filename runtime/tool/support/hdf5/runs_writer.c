@@ -58,7 +58,7 @@ static void put_unit(struct hdf5_file *file, const char *path, const char *unit)
 static void add_varied(struct runs_writer *writer, int i) {
     const struct varied *varied = &writer->layout->cases.columns[i];
     struct hdf5_file *file = &writer->file;
-    char *path = text_format("/cases/%s", varied->name);
+    char *path = format_text("/cases/%s", varied->name);
     add_dataset(writer, path, varied->texts ? file->text : H5T_IEEE_F64LE, RUNS_HEAD_COUNT + i, 0);
     put_unit(file, path, varied->unit);
     hdf5_put_text(file, path, RUNS_KIND, runs_kinds[varied->kind]);
@@ -67,7 +67,7 @@ static void add_varied(struct runs_writer *writer, int i) {
 
 static void add_axis(struct runs_writer *writer, const struct kept_axis *axis) {
     struct hdf5_file *file = &writer->file;
-    char *path = text_format("/%s", axis->path);
+    char *path = format_text("/%s", axis->path);
     if (axis->values)
         hdf5_make_scale(file, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, axis->count, axis->values, axis->unit);
     else
@@ -77,11 +77,11 @@ static void add_axis(struct runs_writer *writer, const struct kept_axis *axis) {
 static void add_item(struct runs_writer *writer, const struct kept_item *item) {
     struct hdf5_file *file = &writer->file;
     const int before = RUNS_HEAD_COUNT + writer->layout->cases.width;
-    char *path = text_format("/%s/%s", item->group, item->name);
+    char *path = format_text("/%s/%s", item->group, item->name);
     const hid_t dataset =
         add_dataset(writer, path, H5T_IEEE_F64LE, before + item->offset, item->axis ? item->size : 0);
     if (item->axis) {
-        char *axis = text_format("/%s", item->axis);
+        char *axis = format_text("/%s", item->axis);
         hdf5_attach_scale(file, dataset, axis, 1);
     }
     put_unit(file, path, item->unit);
@@ -115,7 +115,7 @@ void hdf5_runs_drop(struct runs_writer *writer) {
 }
 
 struct runs_writer *hdf5_runs_create(const char *path, const struct runs_layout *layout, long count) {
-    struct runs_writer *writer = allocate_large(1, sizeof *writer);
+    struct runs_writer *writer = format_allocate_large(1, sizeof *writer);
     *writer = (struct runs_writer){.layout = layout, .count = count, .last = -1};
     const bool is_open = hdf5_create(&writer->file, path, RUNS_CONTENT, RUNS_VERSION);
     hdf5_rows_start(&writer->rows, &writer->file);
@@ -125,8 +125,8 @@ struct runs_writer *hdf5_runs_create(const char *path, const struct runs_layout 
     }
     const int width = RUNS_HEAD_COUNT + layout->cases.width + layout->width;
     hdf5_rows_make_room(&writer->rows, width, writer->text_count);
-    writer->values = allocate_large((size_t)width, sizeof *writer->values);
-    writer->texts = allocate_large((size_t)writer->text_count, sizeof *writer->texts);
+    writer->values = format_allocate_large((size_t)width, sizeof *writer->values);
+    writer->texts = format_allocate_large((size_t)writer->text_count, sizeof *writer->texts);
     return writer;
 }
 
@@ -166,7 +166,7 @@ bool hdf5_runs_share_time(struct runs_writer *writer, double seconds) {
     struct hdf5_file *file = &writer->file;
     if (writer->count == 0 || !hdf5_rows_flush(&writer->rows))
         return !file->has_failed;
-    double *cpu = allocate_large((size_t)writer->count, sizeof *cpu);
+    double *cpu = format_allocate_large((size_t)writer->count, sizeof *cpu);
     const hid_t dataset = H5Dopen2(file->id, cpu_path, H5P_DEFAULT);
     bool is_good =
         dataset >= 0 && H5Dread(dataset, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, cpu) >= 0;

@@ -10,23 +10,23 @@ enum { BAR_WIDTH = 40 };
 static const double silent_seconds = 1;    /* shorter work shows no bar */
 static const double refresh_seconds = 0.1; /* ten drawings a second look smooth and cost nothing */
 
-void progress_start(struct progress *progress, const char *what) {
-    *progress =
-        (struct progress){.what = what, .started = wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
+void system_progress_start(struct progress *progress, const char *what) {
+    *progress = (struct progress){
+        .what = what, .started = system_wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
 }
 
 static bool is_due_at(const struct progress *progress, double now) {
     return now - progress->started >= silent_seconds && now - progress->drawn >= refresh_seconds;
 }
 
-bool progress_is_due(const struct progress *progress) {
-    return progress->is_terminal && is_due_at(progress, wall_seconds());
+bool system_progress_is_due(const struct progress *progress) {
+    return progress->is_terminal && is_due_at(progress, system_wall_seconds());
 }
 
-void progress_show(struct progress *progress, double fraction) {
+void system_progress_show(struct progress *progress, double fraction) {
     if (!progress->is_terminal)
         return;
-    double now = wall_seconds(), elapsed = now - progress->started;
+    double now = system_wall_seconds(), elapsed = now - progress->started;
     if (!is_due_at(progress, now))
         return;
     char bar[BAR_WIDTH + 1] = "";
@@ -41,7 +41,7 @@ void progress_show(struct progress *progress, double fraction) {
     progress->is_shown = true;
 }
 
-void progress_end(struct progress *progress) {
+void system_progress_end(struct progress *progress) {
     if (progress->is_shown)
         fputs("\r\033[K", stderr);
     progress->is_shown = false;
