@@ -1,4 +1,5 @@
-/* Reads sampled inputs from a CSV file: columns `t` and names of inputs. */
+/* Reads sampled inputs from a CSV file: columns `t` and names of inputs. Other columns are skipped. The steps
+ * of the motion end at the samples. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 #include "gen/base/base.h"

@@ -1,5 +1,10 @@
-/* Makes one model ready to compute with: reads it, emits and compiles the quantities that a command needs,
- * and sets parameters and inputs. */
+/*
+ * Makes one model ready to compute with: reads it, emits and compiles the quantities that a command needs,
+ * and sets parameters and inputs.
+ *
+ * Values of parameters do not change the emitted C, except with --fold. Parameters of --set and of a
+ * STATE.json are set at run time, so that another value compiles nothing.
+ */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/command_line/command_line.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"

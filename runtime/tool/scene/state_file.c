@@ -1,4 +1,6 @@
-/* STATE.json: reads a state with the lines of its entries for messages, and writes states and points. */
+/* STATE.json: reads a state with the lines of its entries for messages, and writes states and points. The
+ * results of `statics` and `modes` are states, too: their other keys are ignored, but `coordinates` must
+ * match the model. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 

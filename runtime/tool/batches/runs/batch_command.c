@@ -1,11 +1,111 @@
 /* `refdyn batch`: computes many motions of one model and writes them into one file of runs, HDF5 or CSV. */
-#include "runtime/tool/batches/runs/runs.h"
-#include "runtime/tool/support/command_line/command_line.h"
-#include "runtime/tool/motions/equilibria/equilibria.h"
-#include "runtime/tool/support/system/system.h"
-
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+
+#include "runtime/tool/batches/runs/runs.h"
+#include "runtime/tool/batches/sweeps/sweeps.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/system/system.h"
+
+/* ---- CSV ---- */
+
+/* One row a case: its number, what varied (a start value under NAME_start), its status, and what is kept of
+ * its end, extremes and norms. A last column has reasons, but only if at least one case has a reason. Other
+ * files therefore have only numbers, except for varied texts. */
+
+static const char *const extremes_suffixes[] = {"_min", "_min_t", "_max", "_max_t"};
+
+static bool has_extremes(const struct kept_item *item) {
+    return strcmp(item->group, "extremes") == 0;
+}
+
+/* The first item that does not fit into one row, NULL if all fit. */
+static const char *csv_unfit(const struct runs_layout *layout) {
+    for (int i = 0; i < layout->item_count; i++)
+        if (layout->items[i].axis && !has_extremes(&layout->items[i]))
+            return layout->items[i].name;
+    return NULL;
+}
+
+/* A varied coordinate or rate is a start value; the column with its own name has the value at the end. */
+static const char *start_suffix(const struct varied *column) {
+    return column->kind == VARIED_COORDINATE || column->kind == VARIED_RATE ? "_start" : "";
+}
+
+static void csv_header(const struct runs_layout *layout, bool has_reasons, FILE *out) {
+    fputs("case", out);
+    for (int i = 0; i < layout->cases.width; i++)
+        fprintf(out, ",%s%s", layout->cases.columns[i].name, start_suffix(&layout->cases.columns[i]));
+    fputs(",status", out);
+    for (int i = 0; i < layout->item_count; i++) {
+        const struct kept_item *item = &layout->items[i];
+        const bool is_norm = strcmp(item->group, "norms") == 0;
+        for (int k = 0; k < item->size; k++)
+            fprintf(out, ",%s%s", item->name,
+                    has_extremes(item) ? extremes_suffixes[k]
+                    : is_norm          ? "_rms"
+                                       : "");
+    }
+    fputs(has_reasons ? ",reason\n" : "\n", out);
+}
+
+/* The first name that two columns would share, NULL if all names differ. */
+static const char *csv_twice(const struct runs_layout *layout) {
+    struct text_set names = {.memory = &format_memory};
+    char *header;
+    size_t size;
+    const char *twice = NULL;
+    FILE *out = format_stream(&header, &size);
+    csv_header(layout, true, out);
+    fclose(out);
+    for (char *rest = header, *name; !twice && (name = strsep(&rest, ",\n"));) {
+        const int before = names.count, number = sweeps_text_set_add(&names, name);
+        twice = number < before ? names.texts[number] : NULL;
+    }
+    free(header);
+    return twice;
+}
+
+/* The field of an unknown value is empty. */
+static void print_field(double value, FILE *out) {
+    fputc(',', out);
+    if (!isnan(value))
+        format_number(out, value);
+}
+
+/* Prints quotes around a text with a comma, quotes or a line break, and doubles its quotes. */
+static void print_text(const char *text, FILE *out) {
+    const char *quote = strpbrk(text, ",\"\r\n") ? "\"" : "";
+    fprintf(out, ",%s", quote);
+    for (; *text; text++)
+        fputs(*text == '"' ? "\"\"" : (const char[]){*text, '\0'}, out);
+    fputs(quote, out);
+}
+
+static void csv_row(const struct runs_layout *layout, bool has_reasons, const struct case_record *record,
+                    FILE *out) {
+    fprintf(out, "%ld", record->number);
+    for (int i = 0; i < layout->cases.width; i++) {
+        const struct varied *column = &layout->cases.columns[i];
+        const double value = column->values[record->number];
+        if (column->texts)
+            print_text(column->texts[(int)value], out);
+        else
+            print_field(value, out);
+    }
+    fprintf(out, ",%d", record->status);
+    for (int k = 0; k < layout->width; k++)
+        print_field(record->values[k], out);
+    if (has_reasons)
+        print_text(record->reason, out);
+    fputc('\n', out);
+}
+
+/* ---- The command ---- */
 
 /* What a call writes. */
 struct results {
@@ -18,13 +118,13 @@ struct results {
 /* ---- Opening ---- */
 
 static enum status check_csv(const struct batch_setup *setup) {
-    const char *path = options_text(&setup->options, "output"), *unfit = runs_csv_unfit(&setup->layout);
+    const char *path = options_text(&setup->options, "output"), *unfit = csv_unfit(&setup->layout);
     if (unfit)
         return usage_error(setup->options.command,
                            "-o %s: a CSV has one row a case and cannot keep the times of %s; "
                            "write a file RUNS.h5",
                            path, unfit);
-    const char *twice = runs_csv_twice(&setup->layout);
+    const char *twice = csv_twice(&setup->layout);
     if (twice)
         return usage_error(
             setup->options.command,
@@ -54,7 +154,7 @@ static void spare_inputs(struct targets *targets, const struct batch_setup *setu
     const char *table = options_text(options, "table");
     scene_spare_sources(&setup->base, targets);
     system_targets_spare(targets, table ? table : options->operands[1]);
-    batch_for_each_file(setup, spare, targets);
+    runs_for_each_file(setup, spare, targets);
 }
 
 /* Returns whether the summary would overwrite the journal. */
@@ -130,7 +230,7 @@ static enum status run_dry(struct batch_setup *setup) {
     const struct batch_sink sink = {&cases, is_left_out, forget};
     struct batch_count count;
     print_cases(setup);
-    const enum status status = batch_run(setup, &sink, &count);
+    const enum status status = runs_compute(setup, &sink, &count);
     if (status != STATUS_DONE || count.cases == 0)
         return status;
     const double width = setup->layout.width + setup->sweep.cases.width + 4;
@@ -157,19 +257,19 @@ static bool write_csv(struct results *results, const struct batch_setup *setup, 
     FILE *out = results->runs->file;
     struct case_record record;
     const bool has_reasons = results->journal.has_reasons;
-    runs_csv_header(&setup->layout, has_reasons, out);
+    csv_header(&setup->layout, has_reasons, out);
     for (long number = setup->first; number < setup->end; number++) {
         if (!runs_journal_get(&results->journal, number, &record))
             return false;
-        runs_csv_row(&setup->layout, has_reasons, &record, out);
+        csv_row(&setup->layout, has_reasons, &record, out);
     }
-    batch_time_passed(count);
+    runs_time_passed(count);
     return true;
 }
 
 /* Scales the times of the cases so that they add up to the processor time of this call. */
 static bool share_time(struct runs_writer *writer, struct batch_count *count) {
-    batch_time_passed(count);
+    runs_time_passed(count);
     return hdf5_runs_share_time(writer, count->cpu_s - count->cases_cpu_s);
 }
 
@@ -255,7 +355,7 @@ static enum status compute(struct results *results, struct batch_setup *setup) {
     const struct batch_sink sink = {&results->journal, journal_has, journal_take};
     struct batch_count count;
     system_interrupt_defer(true);
-    const enum status status = batch_run(setup, &sink, &count);
+    const enum status status = runs_compute(setup, &sink, &count);
     if (status == STATUS_DONE)
         return finish(results, setup, &count);
     fprintf(stderr, "refdyn: %s%ld of %ld cases are in %s; --resume computes the others\n",

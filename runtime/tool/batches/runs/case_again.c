@@ -64,7 +64,7 @@ static enum status write_model(struct again *again, const char **path) {
 static void read_options(struct again *again, const struct options *given, const char **path) {
     struct options *options = &again->setup.options;
     *options = (struct options){.command = given->command, .operands = path, .operand_count = 1};
-    batch_read_options(again->options, options);
+    runs_read_options(again->options, options);
 }
 
 /* Drops the texts of other cases, whose files may no longer exist. */
@@ -165,7 +165,7 @@ static const char *find_file(const struct case_files *files, struct memory *memo
         char hash[JOURNAL_HASH];
         if (access(places[i], F_OK) != 0)
             continue;
-        if (!batch_hash_file(places[i], hash))
+        if (!runs_hash_file(places[i], hash))
             return NULL;
         if (!known || strcmp(hash, known) == 0)
             return places[i];
@@ -269,7 +269,7 @@ static enum status leave_part(struct again *again) {
 
 static enum status move(struct again *again) {
     struct structure *structure = &again->setup.structures.list[0];
-    struct refdyn_batch batch = batch_of_structure(&again->setup, structure);
+    struct refdyn_batch batch = runs_describe(&again->setup, structure);
     batch.count = batch.threads = 1;
     batch.context = again;
     batch.output = write_row;
@@ -301,7 +301,7 @@ static enum status open_case(struct again *again, const struct options *given, c
         return complain(
             of,
             "has no attributes for its model and options; it must be a file that refdyn batch has written");
-    if (!batch_check_texts(again->runs, of))
+    if (!runs_check_texts(again->runs, of))
         return STATUS_FAULT;
     enum status status = write_model(again, path);
     read_options(again, given, path);
@@ -315,7 +315,7 @@ static enum status open_case(struct again *again, const struct options *given, c
     if (status == STATUS_DONE)
         status = runs_setup_complete(&again->setup);
     system_targets_spare(&again->targets, of);
-    batch_for_each_file(&again->setup, spare, &again->targets);
+    runs_for_each_file(&again->setup, spare, &again->targets);
     if (status == STATUS_DONE &&
         !(again->rows = system_target_open(&again->targets, options_text(given, "output"))))
         status = STATUS_FAULT;

@@ -1,4 +1,9 @@
-/* The journal of a batch: writes a record for each case, and reads those that an interrupted batch has left.
+/*
+ * The journal of a batch: writes a record for each case, and reads those that an interrupted batch has left.
+ *
+ * After the head follows a record for each case, in the order in which the cases ended. A kill therefore
+ * loses only the cases in progress. Each record has a checksum: bytes after the last good record were being
+ * written when the program was killed, and are overwritten.
  */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/runs/runs.h"

@@ -1,4 +1,11 @@
-/* Opens, reads and writes the folder of a batch that Slurm computes. */
+/*
+ * Opens, reads and writes the folder of a batch that Slurm computes:
+ *
+ *   submitted.txt                 the identity of the batch, its chunks and jobs; locked while a program
+ * reads it chunk.sh merge.sh             what the jobs run part_K.h5 part_K.h5.journal   the cases of chunk K
+ *   chunk_K.txt merge.txt         output of the jobs
+ *   merged                        exists once RUNS.h5 is complete
+ */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/format/format.h"

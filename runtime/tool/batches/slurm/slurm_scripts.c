@@ -1,4 +1,10 @@
-/* Writes the shell scripts of a batch that Slurm computes: chunk.sh and merge.sh. */
+/*
+ * Writes the shell scripts of a batch that Slurm computes, for people to read and to edit.
+ *
+ * Each task of the array runs chunk.sh: `refdyn batch --cases A:B --resume` into the chunk's part. A task
+ * that fails puts itself back into the queue a few times. When all tasks have ended, merge.sh joins the
+ * parts, or reports which are missing.
+ */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/format/format.h"

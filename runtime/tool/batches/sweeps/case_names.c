@@ -1,6 +1,10 @@
 /*
  * Resolves varied names: from columns of names and values to columns of cases, which say what part of the
  * model each name is and have values of its type.
+ *
+ * A varied name is a parameter, an input, an option, a start value or files of samples. Where options vary, a
+ * name that the model lacks may exist in another structure of it. Each structure that the cases need is
+ * therefore read, which also checks whether the model can have it.
  */
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "runtime/tool/support/format/format.h"
@@ -159,12 +163,12 @@ static bool is_set(const struct case_names *names, const char *name) {
     return false;
 }
 
-bool case_names_is_option(const struct case_names *names, const char *name) {
+bool sweeps_names_is_option(const struct case_names *names, const char *name) {
     return meanings_of(names->memory, names->generation, name).targets[VARIED_OPTION] != NULL;
 }
 
-bool case_names_find(const struct case_names *names, const char *path, const struct case_column *column,
-                     bool options_vary, struct varied *varied) {
+bool sweeps_names_find(const struct case_names *names, const char *path, const struct case_column *column,
+                       bool options_vary, struct varied *varied) {
     const struct meanings meanings = meanings_of(names->memory, names->generation, column->name);
     *varied = (struct varied){.name = column->name, .unit = ""};
     if (!take_meaning(names, path, column->place, &meanings, varied))
@@ -217,8 +221,8 @@ static void convert_to_texts(const struct case_names *names, const struct case_c
     varied->text_count = set.count;
 }
 
-bool case_names_convert(const struct case_names *names, const char *path, const struct case_column *column,
-                        long count, struct varied *varied) {
+bool sweeps_names_convert(const struct case_names *names, const char *path, const struct case_column *column,
+                          long count, struct varied *varied) {
     const bool are_texts = column->kind == CASES_TEXTS;
     if (varied->target && varied->kind == VARIED_OPTION) {
         convert_to_texts(names, column, count, "", varied);
@@ -352,7 +356,7 @@ static void read_structures(const struct case_names *names, const struct case_ta
     }
 }
 
-bool case_names_check(const struct case_names *names, const struct case_table *table, struct cases *cases) {
+bool sweeps_names_check(const struct case_names *names, const struct case_table *table, struct cases *cases) {
     const int errors = names->messages->errors;
     read_structures(names, table, cases);
     for (int c = 0; c < cases->width; c++) {

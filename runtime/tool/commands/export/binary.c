@@ -25,7 +25,7 @@ static const struct platform platforms[] = {
 };
 enum { PLATFORMS = sizeof platforms / sizeof *platforms };
 
-/* The flags of compile_flags in build_job.c, for the same reasons. */
+/* The flags of compile_flags in compile.c, for the same reasons. */
 static const char *const common_flags[] = {"-std=c11", "-O2", "-ffp-contract=off", "-fno-math-errno", NULL};
 
 const struct platform *export_platform_find(const char *name) {
@@ -129,7 +129,7 @@ static void object_job(struct job *job, const struct fmu_build *build, const cha
     compile_job_add_words(job, common_flags);
     compile_job_add_words(job, build->platform->compile_flags);
     if (is_emitted && build->is_gcc)
-        compile_job_add_words(job, gcc_flags);
+        compile_job_add_words(job, compile_gcc_flags);
     compile_job_add_words(job, (const char *[]){"-I", build->scratch.path, "-c",
                                                 system_scratch_file(&build->scratch, path), "-o", job->object,
                                                 NULL});

@@ -1,4 +1,6 @@
-/* Turns names of a URDF file into identifiers of Lua and C. The generator decides which names C allows. */
+/* Turns names of a URDF file into identifiers of Lua and C. A valid name stays. In other names _ replaces
+ * each character that is not allowed; a lead goes in front if the result is still no identifier; the number
+ * of the entry follows a name that is taken. The generator decides which names C allows. */
 #include "runtime/tool/commands/import/import.h"
 #include "gen/base/base.h"
 #include "gen/read/read.h"

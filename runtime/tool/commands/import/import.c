@@ -270,7 +270,7 @@ static int count_coordinates(const struct robot *robot, const struct model_choic
 }
 
 static bool read_robot(struct robot *robot, const struct options *options, struct model_choice *choice) {
-    if (!import_robot_read(robot, options->operands[0]) || !import_robot_make_tree(robot))
+    if (!import_robot_read(robot, options->operands[0]))
         return false;
     if (count_coordinates(robot, choice) == 0 && !options_text(options, "flexible"))
         return import_robot_complain(robot, robot->line,

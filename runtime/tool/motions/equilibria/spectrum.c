@@ -2,7 +2,7 @@
  * Eigenvalues and shapes of small motions, from the linear equations of a scene at rest.
  *
  * Coordinates are measured in 1/sqrt(M_jj). With x = Z y for the position rows, x' = N w + G x for all rows
- * (scene.h), the equations are the pencil
+ * (struct freedom), the equations are the pencil
  *     y' = (N w + G Z y)_independent
  *     N^T M N w' = -N^T ((K + (D + M G) G) Z y + (D + M G) N w)
  * or E z' = A z, with a time unit 1/s between those of stiff and soft coordinates. The eigenvalues
@@ -11,13 +11,120 @@
  * Rayleigh quotient of its left and right vectors (Ostrowski, Arch. Rational Mech. Anal. 3:325-340, 1959),
  * whose error is the product of theirs.
  */
-#include "runtime/tool/motions/equilibria/equilibria.h"
-#include "runtime/tool/scene/scene.h"
-
+#include <float.h>
 #include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/format/format.h"
+
+/* ---- A basis of the changes that linear rows leave free ---- */
+
+/* For rows R v + B x = 0 (count x n each), v = basis w + drift x, where w are the independent entries of v,
+ * by elimination with full pivoting. Coordinates that occur in no row stay separate. So do the digits of soft
+ * coordinates next to stiff ones, which an orthonormal basis would mix. */
+struct freedom {
+    int n, rank, count;
+    int *row;      /* (count) rows: the first `rank` are used, the others redundant */
+    int *column;   /* (n) the first `rank` are dependent, in the order of elimination; then the independent
+                      ones, ascending */
+    double *basis; /* (n x (n - rank)) */
+    double *drift; /* (n x n) */
+};
+
+/* [R B] with each row divided by the largest entry of R in it. A row without such an entry becomes 0. */
+static double *scaled_rows(const double *R, const double *B, int count, int n) {
+    double *rows = format_allocate((size_t)count * 2 * (size_t)n, sizeof *rows);
+    for (int i = 0; i < count; i++) {
+        double size = 0;
+        for (int j = 0; j < n; j++)
+            size = fmax(size, fabs(R[i * n + j]));
+        for (int j = 0; j < n && size > 0; j++) {
+            rows[2 * i * n + j] = R[i * n + j] / size;
+            rows[(2 * i + 1) * n + j] = B ? B[i * n + j] / size : 0;
+        }
+    }
+    return rows;
+}
+
+/* Moves the largest entry of the rows and columns from k on to place k; returns its size. */
+static double choose_pivot(struct freedom *freedom, const double *rows, int k) {
+    const int n = freedom->n;
+    double largest = 0;
+    int row = k, column = k;
+    for (int a = k; a < freedom->count; a++)
+        for (int b = k; b < n; b++) {
+            const double size = fabs(rows[2 * freedom->row[a] * n + freedom->column[b]]);
+            if (size > largest) {
+                largest = size;
+                row = a;
+                column = b;
+            }
+        }
+    const int row_k = freedom->row[row], column_k = freedom->column[column];
+    freedom->row[row] = freedom->row[k];
+    freedom->column[column] = freedom->column[k];
+    freedom->row[k] = row_k;
+    freedom->column[k] = column_k;
+    return largest;
+}
+
+static void eliminate(const struct freedom *freedom, double *rows, int k) {
+    const int width = 2 * freedom->n, column = freedom->column[k];
+    double *pivot = rows + freedom->row[k] * width;
+    const double size = pivot[column];
+    for (int j = 0; j < width; j++)
+        pivot[j] /= size;
+    for (int i = 0; i < freedom->count; i++) {
+        double *row = rows + i * width;
+        const double factor = row[column];
+        for (int j = 0; j < width && row != pivot; j++)
+            row[j] -= factor * pivot[j];
+    }
+}
+
+static int ascending(const void *a, const void *b) {
+    return *(const int *)a - *(const int *)b;
+}
+
+static void fill(struct freedom *freedom, const double *rows) {
+    const int n = freedom->n, rank = freedom->rank, left = n - rank;
+    freedom->basis = format_allocate((size_t)(n * left), sizeof *freedom->basis);
+    freedom->drift = format_allocate((size_t)(n * n), sizeof *freedom->drift);
+    for (int k = 0; k < rank; k++) {
+        const double *row = rows + 2 * freedom->row[k] * n;
+        for (int b = 0; b < left; b++)
+            freedom->basis[freedom->column[k] * left + b] = -row[freedom->column[rank + b]];
+        for (int j = 0; j < n; j++)
+            freedom->drift[freedom->column[k] * n + j] = -row[n + j];
+    }
+    for (int b = 0; b < left; b++)
+        freedom->basis[freedom->column[rank + b] * left + b] = 1;
+}
+
+/* B may be NULL. */
+static void find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n) {
+    *freedom = (struct freedom){.n = n, .count = count};
+    freedom->row = format_allocate((size_t)count, sizeof *freedom->row);
+    freedom->column = format_allocate((size_t)n, sizeof *freedom->column);
+    double *rows = scaled_rows(R, B, count, n);
+    for (int i = 0; i < count; i++)
+        freedom->row[i] = i;
+    for (int j = 0; j < n; j++)
+        freedom->column[j] = j;
+    /* the tolerance of the runtime's partition of coordinates */
+    while (freedom->rank < count && freedom->rank < n &&
+           choose_pivot(freedom, rows, freedom->rank) > sqrt(DBL_EPSILON))
+        eliminate(freedom, rows, freedom->rank++);
+    qsort(freedom->column + freedom->rank, (size_t)(n - freedom->rank), sizeof *freedom->column, ascending);
+    qsort(freedom->row + freedom->rank, (size_t)(count - freedom->rank), sizeof *freedom->row, ascending);
+    fill(freedom, rows);
+}
+
+/* ---- Eigenvalues and shapes ---- */
 
 /* Smaller eigenvalues are 0, in units of the scale s. A double eigenvalue 0 with one vector splits by
  * sqrt(DBL_EPSILON). */
@@ -115,8 +222,8 @@ static void find_freedoms(struct pencil *pencil) {
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])
             memcpy(level_q + count++ * n, u + i * n, (size_t)n * sizeof *u);
-    scene_find_freedom(&pencil->position, level_q, NULL, count, n);
-    scene_find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
+    find_freedom(&pencil->position, level_q, NULL, count, n);
+    find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
     pencil->position_count = n - pencil->position.rank;
     pencil->size = pencil->position_count + n - pencil->velocity.rank;
 }

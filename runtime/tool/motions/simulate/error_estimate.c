@@ -1,4 +1,11 @@
-/* Estimates the error of a whole motion from the positions of two runs (Richardson's extrapolation). */
+/*
+ * Estimates the error of a whole motion from the positions of two runs.
+ *
+ * If the error of the other run is a fraction s of the error of the judged run, the runs differ by |1 - s| of
+ * the latter (Richardson; Hairer, Norsett and Wanner, Solving ODEs I, II.4). With fixed steps s =
+ * (h_other/h)^p, p the order of the method. With adaptive steps errors are proportional to the tolerance,
+ * also where stability limits the steps.
+ */
 #include "runtime/tool/motions/simulate/simulate.h"
 
 #include <math.h>

@@ -4,7 +4,37 @@
 
 #include <stdlib.h>
 
-enum { LISTED_MOST = 8 }; /* events listed in the text of a summary */
+enum {
+    EVENTS_KEPT = 500, /* the first events; further ones are only counted */
+    LISTED_MOST = 8    /* events listed in the text of a summary */
+};
+
+/* Events of contacts are impact, rest and release. */
+enum event_kind { EVENT_PLAIN, EVENT_IMPACT, EVENT_RESTS, EVENT_LEAVES };
+
+struct event_mark {
+    int event; /* of the model */
+    enum event_kind kind;
+    double t; /* time; for a rest, the end of all rebounds [s] */
+};
+
+struct event_record {
+    struct event_mark *list; /* (EVENTS_KEPT), NULL before the first event */
+    long count;              /* of all events */
+    bool has_ended;          /* by the event `end` */
+    struct event_mark end;
+    int *modes;        /* (contact_count) modes of the contacts at the last call, NULL before the first */
+    double t_last;     /* time of the last call [s] */
+    bool lacks_forces; /* the forces of contacts were not unique at some time */
+};
+
+struct event_record *simulate_events_start(void) {
+    return format_allocate_large(1, sizeof(struct event_record));
+}
+
+bool simulate_events_have_ended(const struct event_record *record) {
+    return record->has_ended;
+}
 
 static const char *const kind_names[] = {"", "impact", "rests", "leaves"};
 
@@ -68,9 +98,11 @@ int simulate_events_take(struct event_record *record, const struct refdyn_integr
 }
 
 void simulate_events_release(struct event_record *record) {
-    free(record->list);
-    free(record->modes);
-    *record = (struct event_record){.list = NULL};
+    if (record) {
+        free(record->list);
+        free(record->modes);
+    }
+    free(record);
 }
 
 static void print_mark(const struct event_mark *mark, const struct refdyn_model *model) {

@@ -17,6 +17,22 @@ static const struct {
                   [RATE] = {"rate", "m/s", "rad/s"},
                   [FORCE] = {"force", "N", "N m"}};
 
+/* One limit: of a coordinate, its rate or its programme force. */
+struct watched_limit {
+    const char *coordinate, *what, *unit;
+    int place; /* of the coordinate */
+    double least, most;
+    double value, t; /* the value farthest beyond the limit and its time [m, rad ...; s] */
+    double beyond;   /* how far it is beyond; 0 if never */
+};
+
+struct limit_record {
+    struct watched_limit *list;
+    int count;
+    bool has_forces;
+    double *force; /* (n) */
+};
+
 static void watch(struct limit_record *record, const struct frame *frame, int place, int kind, double least,
                   double most) {
     if (isinf(least) && isinf(most))
@@ -31,10 +47,10 @@ static void watch(struct limit_record *record, const struct frame *frame, int pl
         .most = most};
 }
 
-void simulate_limits_start(struct limit_record *record, const struct scene *scene) {
+struct limit_record *simulate_limits_start(const struct scene *scene) {
     const struct tree *tree = &scene->generation.tree;
-    *record = (struct limit_record){
-        .list = format_allocate_large(KINDS * (size_t)tree->count, sizeof *record->list)};
+    struct limit_record *record = format_allocate_large(1, sizeof *record);
+    record->list = format_allocate_large(KINDS * (size_t)tree->count, sizeof *record->list);
     for (int i = 0; i < tree->count; i++) {
         const struct limits *limits = tree->frames[i].joint.limits;
         if (!limits)
@@ -44,6 +60,7 @@ void simulate_limits_start(struct limit_record *record, const struct scene *scen
         watch(record, &tree->frames[i], i, FORCE, -limits->force, limits->force);
     }
     record->force = format_allocate_large((size_t)tree->count, sizeof *record->force);
+    return record;
 }
 
 /* The scale of values near this limit. */
@@ -76,7 +93,7 @@ void simulate_limits_add(struct limit_record *record, struct refdyn_integrator *
 
 void simulate_limits_print(const struct limit_record *record) {
     char text[NUMBER_LENGTH];
-    for (int i = 0; i < record->count; i++) {
+    for (int i = 0; record && i < record->count; i++) {
         const struct watched_limit *limit = &record->list[i];
         if (limit->beyond > 0)
             fprintf(stderr,
@@ -90,7 +107,7 @@ void simulate_limits_print(const struct limit_record *record) {
 }
 
 void simulate_limits_put(const struct limit_record *record, struct document *document) {
-    if (record->count == 0)
+    if (!record || record->count == 0)
         return;
     format_put_open(document, "limits", '[');
     for (int i = 0; i < record->count; i++) {
@@ -109,7 +126,9 @@ void simulate_limits_put(const struct limit_record *record, struct document *doc
 }
 
 void simulate_limits_release(struct limit_record *record) {
-    free(record->list);
-    free(record->force);
-    *record = (struct limit_record){.count = 0};
+    if (record) {
+        free(record->list);
+        free(record->force);
+    }
+    free(record);
 }

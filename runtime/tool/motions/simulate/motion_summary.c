@@ -161,18 +161,18 @@ void simulate_summary_print(const struct summary *summary) {
         warn_of_rows(&motion->integrator);
     }
     print_passages(s);
-    simulate_events_print(&motion->events, motion->scene->model);
+    simulate_events_print(motion->events, motion->scene->model);
     print_energy(motion, summary->trial->result != REFDYN_OK);
     fprintf(stderr, "time         %.3g s CPU for the integration, %.3g s wall\n", motion->cpu_s,
             motion->wall_s);
     if (summary->estimate)
         fprintf(stderr, "all runs     %.3g s CPU\n", summary->cpu_total_s);
     if (motion->stops && motion->stops->reached)
-        fprintf(stderr, "stopped      %s at t = %s s\n", motion->stops->reached->text,
+        fprintf(stderr, "stopped      %s at t = %s s\n", motion->stops->reached,
                 exact_text(motion->stops->t, text));
     if (summary->estimate)
         simulate_estimate_print(summary->estimate);
-    simulate_limits_print(&summary->trial->limits);
+    simulate_limits_print(summary->trial->limits);
 }
 
 static void put_rows(struct document *document, const struct refdyn_model *model,
@@ -224,7 +224,7 @@ static void put_method(struct document *document, const struct motion *motion) {
 
 static void put_stop(struct document *document, const struct motion *motion) {
     format_put_open(document, "stop", '{');
-    format_put_text(document, "condition", motion->stops->reached->text);
+    format_put_text(document, "condition", motion->stops->reached);
     format_put_number(document, "t", motion->stops->t);
     format_put_close(document, '}');
 }
@@ -264,8 +264,8 @@ static void put_summary(struct document *document, const struct summary *summary
         format_put_null(document, "energy_error");
     format_put_number(document, "cpu_s", motion->cpu_s);
     format_put_number(document, "wall_s", motion->wall_s);
-    simulate_events_put(&motion->events, motion->scene->model, document);
-    simulate_limits_put(&summary->trial->limits, document);
+    simulate_events_put(motion->events, motion->scene->model, document);
+    simulate_limits_put(summary->trial->limits, document);
     if (motion->stops && motion->stops->reached)
         put_stop(document, motion);
     if (summary->accuracy > 0)

@@ -1,16 +1,89 @@
 /* One motion of a scene: its options, its start, the conditions that end it, and its steps from output to
  * output. */
-#include "gen/base/base.h"
-#include "runtime/tool/motions/equilibria/equilibria.h"
-#include "runtime/tool/motions/simulate/simulate.h"
-#include "runtime/tool/support/system/system.h"
-#include "runtime/tool/support/format/format.h"
-
+#ifdef REFDYN_HAS_GSL
+#include <gsl/gsl_errno.h>
+#endif
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "gen/base/base.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/motions/simulate/simulate.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/system/system.h"
+#ifdef REFDYN_HAS_GSL
+#include "refdyn_gsl.h"
+#endif
+
+/* ---- Methods of GSL ---- */
+
+/* msbdf continues from earlier states, so a projection would force it to start again. */
+static const struct {
+    const char *name;
+    enum refdyn_stabilise stabilise;
+} methods[] = {{"msbdf", REFDYN_BAUMGARTE}, {"bsimp", REFDYN_PROJECT}};
+
+enum { METHOD_COUNT = sizeof methods / sizeof *methods };
+
+static int find(const char *method) {
+    for (int i = 0; method && i < METHOD_COUNT; i++)
+        if (strcmp(methods[i].name, method) == 0)
+            return i;
+    return -1;
+}
+
+bool simulate_gsl_has(const char *method) {
+    return find(method) >= 0;
+}
+
+/* The stabilisation of such a method by default. */
+static enum refdyn_stabilise gsl_stabilise(const char *method) {
+    return methods[find(method)].stabilise;
+}
+
+/* In a program built without GSL, gsl_open reports REFDYN_BAD_OPTION. Returns a status of the runtime; call
+ * gsl_close in any case. */
+#ifdef REFDYN_HAS_GSL
+
+static int gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
+    gsl_set_error_handler_off();
+    *gsl = format_allocate(1, sizeof **gsl);
+    return refdyn_gsl_init(*gsl, integrator, (enum refdyn_gsl_method)refdyn_gsl_method_find(method));
+}
+
+static int gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
+    return refdyn_gsl_step(gsl, t_out, steps);
+}
+
+static void gsl_close(struct refdyn_gsl *gsl) {
+    if (gsl)
+        refdyn_gsl_release(gsl);
+}
+
+#else
+
+static int gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
+    (void)integrator;
+    (void)method;
+    *gsl = NULL;
+    return REFDYN_BAD_OPTION;
+}
+
+static int gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
+    (void)gsl;
+    (void)t_out;
+    (void)steps;
+    return REFDYN_BAD_OPTION;
+}
+
+static void gsl_close(struct refdyn_gsl *gsl) {
+    (void)gsl;
+}
+
+#endif
 
 /* A multiple of --every that is this near to the end is the end, as a part of --every. */
 static const double end_slack = 1e-9;
@@ -77,7 +150,7 @@ static enum status choose_gsl(const struct options *options, struct refdyn_optio
     if (options_number(options, "step") > 0)
         return option_error(options, "step", ": %s chooses its steps; use --tol", method);
     *integration = refdyn_options_default(REFDYN_RODAS5P);
-    integration->stabilise = simulate_gsl_stabilise(method);
+    integration->stabilise = gsl_stabilise(method);
     if (tol > 0)
         integration->tol = tol;
     return STATUS_DONE;
@@ -130,7 +203,7 @@ static enum status choose_stabilisation(const struct options *options, struct re
     if (options_is(options, "stabilise", "baumgarte-auto"))
         integration->gain_share = automatic_share;
     if (integration->stabilise == REFDYN_PROJECT && simulate_gsl_has(method) &&
-        simulate_gsl_stabilise(method) != REFDYN_PROJECT)
+        gsl_stabilise(method) != REFDYN_PROJECT)
         return option_error(options, "stabilise",
                             ": project would make %s start again after each step; use baumgarte or none",
                             method);
@@ -229,6 +302,13 @@ long simulate_count_outputs(double span, double every) {
 
 /* ---- Conditions that end a motion ---- */
 
+struct stop {
+    const char *text; /* as given */
+    int column;
+    bool is_below; /* '<' */
+    double value;
+};
+
 static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
     const char *near = message_nearest_name(name, stops->table.names, stops->table.count);
     return usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
@@ -266,7 +346,7 @@ bool simulate_stops_hold(struct stops *stops) {
         const struct stop *stop = &stops->list[i];
         const double value = stops->table.values[stop->column];
         if (stop->is_below ? value < stop->value : value > stop->value) {
-            stops->reached = stop;
+            stops->reached = stop->text;
             stops->t = stops->integrator->t;
             return true;
         }
@@ -274,8 +354,10 @@ bool simulate_stops_hold(struct stops *stops) {
     return false;
 }
 
-/* Bisects down to neighbouring times, also across a jump, where the later side counts. */
-int stops_meet(struct stops *stops, double t_before) {
+/* If a condition holds now, moves the integrator back to the first time at which one does. No condition held
+ * at t_before, which is within the last step or at its beginning. Returns a status of the runtime. Bisects
+ * down to neighbouring times, also across a jump, where the later side counts. */
+static int stops_meet(struct stops *stops, double t_before) {
     double before = t_before, after = stops->integrator->t;
     if (!simulate_stops_hold(stops))
         return REFDYN_OK;
@@ -333,6 +415,7 @@ int simulate_start(struct motion *motion, struct scene *scene, const struct refd
     double span = until - scene->state.t;
     *motion = (struct motion){
         .scene = scene, .from = scene->state.t, .until = until, .started = system_wall_seconds()};
+    motion->events = simulate_events_start();
     motion->method = refdyn_method_name((int)integration->method);
     motion->every = simulate_distance(span, every);
     motion->outputs = simulate_count_outputs(span, motion->every);
@@ -354,7 +437,7 @@ int simulate_start(struct motion *motion, struct scene *scene, const struct refd
 
 int simulate_by_gsl(struct motion *motion, const char *method) {
     motion->method = method;
-    return simulate_gsl_open(&motion->gsl, &motion->integrator, method);
+    return gsl_open(&motion->gsl, &motion->integrator, method);
 }
 
 /* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
@@ -375,7 +458,7 @@ static bool is_too_slow(const struct motion *motion, double cpu_s) {
 }
 
 bool simulate_is_stopped(const struct motion *motion) {
-    return motion->events.has_ended || (motion->stops && motion->stops->reached);
+    return simulate_events_have_ended(motion->events) || (motion->stops && motion->stops->reached);
 }
 
 /* Sets the inputs of the sample at the integrator's time and evaluates the state again. */
@@ -390,7 +473,7 @@ static int take_sample(struct motion *motion) {
 }
 
 static int take_events(struct motion *motion, int status) {
-    return simulate_events_take(&motion->events, &motion->integrator, status);
+    return simulate_events_take(motion->events, &motion->integrator, status);
 }
 
 /* After steps from `before`: looks for a stop that was reached on the way, and otherwise records the events
@@ -412,8 +495,8 @@ static int go_on(struct motion *motion, double goal) {
     if (motion->stops && before < integrator->t_end)
         bound = fmin(bound, integrator->t_end);
     const long steps = motion->stops ? 1 : STEPS_PER_LOOK;
-    int status = motion->gsl ? simulate_gsl_step(motion->gsl, bound, steps)
-                             : refdyn_integrator_step(integrator, bound, steps);
+    int status =
+        motion->gsl ? gsl_step(motion->gsl, bound, steps) : refdyn_integrator_step(integrator, bound, steps);
     status = look_back(motion, before, status);
     if (status == REFDYN_OK && integrator->t == sample && !simulate_is_stopped(motion))
         status = take_sample(motion);
@@ -440,11 +523,12 @@ int simulate_to(struct motion *motion, long i, struct progress *progress) {
 }
 
 void simulate_release(struct motion *motion) {
-    simulate_gsl_close(motion->gsl);
+    gsl_close(motion->gsl);
     simulate_restore(motion);
     free(motion->values);
     motion->values = NULL;
-    simulate_events_release(&motion->events);
+    simulate_events_release(motion->events);
+    motion->events = NULL;
     free(motion->memory);
     motion->gsl = NULL;
     motion->memory = NULL;

@@ -1,18 +1,5 @@
-/*
- * Simulation: one motion of a scene, from its options to its file and its summary.
- *
- *   error       the error of a whole motion, estimated from two runs
- *   limits      where a motion exceeds the limits of its joints
- *   events      what happened during a motion, for summaries
- *   GSL         motions by methods of GSL
- *   columns     the values of a motion by name, and as CSV
- *   stops       conditions that end a motion
- *   motion      from start to end, output by output
- *   rows        where the rows of a motion are written
- *   trial       one run of a motion for `sim`
- *   accuracy    the tolerance that a motion needs
- *   summary     what `sim` reports at the end
- */
+/* Simulation: one motion of a scene, from its options to its file and its summary. Parts: error of a motion;
+ * limits of joints; events; columns; stops; motion; rows; trial; accuracy; summary. */
 #ifndef REFDYN_TOOL_SIMULATE_H
 #define REFDYN_TOOL_SIMULATE_H
 
@@ -27,14 +14,7 @@
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/system/system.h"
 
-/*
- * Error of a whole motion, from two runs of it at different tolerances or steps.
- *
- * If the error of the other run is a fraction s of the error of the judged run, the runs differ by |1 - s| of
- * the latter (Richardson; Hairer, Norsett and Wanner, Solving ODEs I, II.4). With fixed steps s =
- * (h_other/h)^p, p the order of the method. With adaptive steps errors are proportional to the tolerance,
- * also where stability limits the steps.
- */
+/* Error of a whole motion, from two runs of it at different tolerances or steps. */
 
 /* Positions at the outputs of one run. */
 struct track {
@@ -84,23 +64,7 @@ void simulate_estimate_release(struct estimate *estimate);
 /* Limits: the largest excess over each joint limit of position, rate and force, over the outputs. Limits do
  * not change the motion. */
 
-/* One limit: of a coordinate, its rate or its programme force. */
-struct watched_limit {
-    const char *coordinate, *what, *unit;
-    int place; /* of the coordinate */
-    double least, most;
-    double value, t; /* the value farthest beyond the limit and its time [m, rad ...; s] */
-    double beyond;   /* how far it is beyond; 0 if never */
-};
-
-struct limit_record {
-    struct watched_limit *list;
-    int count;
-    bool has_forces;
-    double *force; /* (n) */
-};
-
-void simulate_limits_start(struct limit_record *record, const struct scene *scene);
+struct limit_record *simulate_limits_start(const struct scene *scene);
 /* Adds the values of one output. */
 void simulate_limits_add(struct limit_record *record, struct refdyn_integrator *integrator);
 /* Prints a warning for each limit that was exceeded. */
@@ -111,29 +75,12 @@ void simulate_limits_release(struct limit_record *record);
 
 /* Events of a motion in order, for summaries. Those of contacts are impact, rest and release. */
 
-enum event_kind { EVENT_PLAIN, EVENT_IMPACT, EVENT_RESTS, EVENT_LEAVES };
-
-struct event_mark {
-    int event; /* of the model */
-    enum event_kind kind;
-    double t; /* time; for a rest, the end of all rebounds [s] */
-};
-
-enum { EVENTS_KEPT = 500 }; /* the first events; further ones are only counted */
-
-struct event_record {
-    struct event_mark *list; /* (EVENTS_KEPT), NULL before the first event */
-    long count;              /* of all events */
-    bool has_ended;          /* by the event `end` */
-    struct event_mark end;
-    int *modes;        /* (contact_count) modes of the contacts at the last call, NULL before the first */
-    double t_last;     /* time of the last call [s] */
-    bool lacks_forces; /* the forces of contacts were not unique at some time */
-};
-
+struct event_record *simulate_events_start(void);
 /* Records the events at which refdyn_integrator_step has stopped. `status` is what it returned; returns the
  * same, but REFDYN_OK instead of REFDYN_EVENT_ENDS. */
 int simulate_events_take(struct event_record *record, const struct refdyn_integrator *integrator, int status);
+/* Returns whether an event has ended the motion. */
+bool simulate_events_have_ended(const struct event_record *record);
 void simulate_events_release(struct event_record *record);
 /* Write lines and members of a summary, nothing if the model has no events. */
 void simulate_events_print(const struct event_record *record, const struct refdyn_model *model);
@@ -144,32 +91,14 @@ void simulate_events_print_refused(const struct refdyn_integrator *integrator, c
 /* Prints the events at which a motion has failed, if any. */
 void simulate_events_print_failed(const struct refdyn_integrator *integrator);
 
-/* GSL. In a program built without it, simulate_gsl_open reports REFDYN_BAD_OPTION. */
-
-struct refdyn_gsl;
-
 /* Returns whether it is one of GSL's methods; false for NULL. */
 bool simulate_gsl_has(const char *method);
-/* The stabilisation of such a method by default. */
-enum refdyn_stabilise simulate_gsl_stabilise(const char *method);
 
-/* Lets GSL take the steps of the integrator. Returns a status of the runtime; call simulate_gsl_close in any
- * case.
- */
-int simulate_gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method);
-/* Like refdyn_integrator_step. */
-int simulate_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps);
-void simulate_gsl_close(struct refdyn_gsl *gsl);
+/* Columns of a motion by name, and the motion as CSV: a header line, then a line an output. If an earlier
+ * column already has a name, the later one is prefixed with its kind: point_, input_, course_ ... */
 
-/*
- * Columns of a motion by name, and the motion as CSV: a header line, then a line an output. The README of
- * runtime/tool lists the columns. If an earlier column already has a name, the later one is prefixed with its
- * kind: point_, input_, course_ ...
- */
-
-enum {
-    TABLE_BLOCKS = 10
-}; /* groups of columns that are computed together: the state, points, residuals ... */
+/* groups of columns that are computed together: the state, points, residuals ... */
+enum { TABLE_BLOCKS = 10 };
 
 struct table {
     struct refdyn_integrator *integrator;
@@ -204,26 +133,17 @@ void simulate_table_put_units(const struct refdyn_model *model, const struct ref
 /* Writes the values as a line. */
 void simulate_table_row(const struct table *table, FILE *out);
 
-/*
- * Stops: conditions NAME<VALUE or NAME>VALUE that end a motion at the first time at which one of them holds.
+/* Stops: conditions NAME<VALUE or NAME>VALUE that end a motion at the first time at which one of them holds.
  * NAME is a column of the CSV. A condition is checked at accepted states and at outputs; one that holds only
- * between them is not detected.
- */
-
-struct stop {
-    const char *text; /* as given */
-    int column;
-    bool is_below; /* '<' */
-    double value;
-};
+ * between them is not detected. */
 
 struct stops {
     struct stop *list;
     int count;
     struct table table; /* of the observed integrator */
     struct refdyn_integrator *integrator;
-    const struct stop *reached; /* NULL while no condition has held */
-    double t;                   /* the time at which it held [s] */
+    const char *reached; /* the condition that held, as given; NULL while none has */
+    double t;            /* the time at which it held [s] */
 };
 
 /* Reads --stop; reports errors as wrong usage. */
@@ -231,19 +151,13 @@ enum status simulate_stops_read(struct stops *stops, const struct options *optio
                                 struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial);
 /* Returns whether a condition holds at the integrator's state, and notes the first one that does. */
 bool simulate_stops_hold(struct stops *stops);
-/* If a condition holds now, moves the integrator back to the first time at which one does. No condition held
- * at t_before, which is within the last step or at its beginning. Returns a status of the runtime. */
-int stops_meet(struct stops *stops, double t_before);
 
 /* Motion of a scene from start to end, output by output, for `sim` and `report`. */
 
-enum {
-    MOTION_INTERRUPTED = 1000 /* further statuses, beyond the runtime's */,
-    MOTION_TOO_SLOW,
-    MOTION_NOT_WRITTEN,
-    STABILISE_COUNT = 3
-};
+/* Further statuses, beyond the runtime's. */
+enum { MOTION_INTERRUPTED = 1000, MOTION_TOO_SLOW, MOTION_NOT_WRITTEN };
 
+enum { STABILISE_COUNT = 3 };
 /* By enum refdyn_stabilise. */
 extern const char *const simulate_stabilise_names[STABILISE_COUNT];
 
@@ -262,7 +176,7 @@ struct motion {
     struct refdyn_gsl *gsl; /* takes the steps; NULL if the integrator does */
     void *memory;
     struct refdyn_energy energy;
-    struct event_record events;
+    struct event_record *events;
     double *values;            /* p, then x of the scene at the start, if events change them; else NULL */
     struct stops *stops;       /* conditions that end it; the caller may set them after simulate_start */
     double from, until, every; /* [s] */
@@ -306,40 +220,21 @@ bool simulate_is_stopped(const struct motion *motion);
 void simulate_restore(const struct motion *motion);
 void simulate_release(struct motion *motion);
 
-/* Rows: written as CSV, as HDF5, or as numbers in a temporary file. Such numbers are copied to one of the
- * other forms once their motion has been chosen. */
-
-struct motion_writer;
-struct row_sink;
-struct task;
-
-/* The functions of a form. They return false if they cannot write; the form or the end of its file reports
- * the error. */
-struct row_form {
-    bool (*begin)(struct row_sink *sink, const struct table *table);
-    bool (*put)(struct row_sink *sink, const struct table *table);
-    bool (*end)(struct row_sink *sink);
-};
+/* Rows: written as CSV, as HDF5, or as numbers in a temporary file, which are copied to one of the other
+ * forms once their motion has been chosen. */
 
 struct row_sink {
-    const struct row_form *form;
-    FILE *file;              /* for CSV and numbers */
-    const char *path;        /* for HDF5 */
-    const struct task *task; /* described in the HDF5 file */
+    const struct row_form *form; /* the functions of one of the forms */
+    FILE *file;                  /* for CSV and numbers */
+    const char *path;            /* for HDF5 */
+    const struct task *task;     /* described in the HDF5 file */
     struct motion_writer *writer;
     bool is_lost; /* writing failed, and what was written cannot be read */
 };
 
 struct row_sink simulate_row_sink_csv(FILE *file);
-struct row_sink simulate_row_sink_numbers(FILE *file);
 struct row_sink simulate_row_sink_hdf5(const char *path, const struct task *task);
 
-/* Call it before the first row, with the table's integrator at the start of the motion. */
-bool simulate_row_sink_begin(struct row_sink *sink, const struct table *table);
-/* Writes the values of the table. */
-bool simulate_row_sink_put(struct row_sink *sink, const struct table *table);
-/* Call it after the last row, also after an error. */
-bool simulate_row_sink_end(struct row_sink *sink);
 /* Copies all rows of a file of numbers into another sink, including begin and end; `table` has their columns.
  */
 bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct table *table);
@@ -350,11 +245,11 @@ struct trial {
     struct motion motion;
     struct stops stops;
     struct track track;
-    struct limit_record limits; /* over the rows that are written */
-    enum status usage;          /* STATUS_DONE unless --stop was wrong and nothing ran */
-    int result;                 /* status of the runtime, or MOTION_INTERRUPTED */
-    bool is_started;            /* the start could be evaluated */
-    const char *unfit;          /* the infinite or NaN column that ended it, or NULL */
+    struct limit_record *limits; /* over the rows that are written */
+    enum status usage;           /* STATUS_DONE unless --stop was wrong and nothing ran */
+    int result;                  /* status of the runtime, or MOTION_INTERRUPTED */
+    bool is_started;             /* the start could be evaluated */
+    const char *unfit;           /* the infinite or NaN column that ended it, or NULL */
 };
 
 /* A motion regardless of its tolerance. */
@@ -371,17 +266,13 @@ void simulate_trial_run(struct trial *trial, const struct task *task,
                         const struct refdyn_options *integration, struct row_sink *rows);
 void simulate_trial_release(struct trial *trial);
 
-/*
- * Accuracy: finds the tolerance at which the whole motion has at most a given error.
- *
- * The result is the run whose estimated error is small enough, or the best run if rounding is reached before.
- * All runs together cost at most about three times the chosen one.
- */
+/* Accuracy: finds the tolerance at which the whole motion has at most a given error. The result is the run
+ * whose estimated error is small enough, or the best run if rounding is reached before. */
 
 /* A run with its rows in a separate file. */
 struct candidate {
     struct trial trial;
-    FILE *rows;               /* as simulate_row_sink_numbers writes them */
+    FILE *rows;               /* as numbers */
     struct estimate estimate; /* estimated error of the run */
     bool has_estimate;
 };

@@ -1,4 +1,5 @@
-/* Draws figures as SVG: charts with axes, curves, bands, cells and keys. */
+/* Draws figures as SVG: charts with axes, curves, bands, cells and keys. Very many samples of a key become a
+ * scale of their colours with as many names as fit. */
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"
 

@@ -1,4 +1,5 @@
-/* Writes a figure as SVG, PNG or PDF. */
+/* Writes a figure as SVG, PNG or PDF. The converter reads only the SVG, so no text of a user reaches another
+ * language. */
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"

@@ -6,6 +6,11 @@
 #include <math.h>
 #include <string.h>
 
+enum {
+    RUN_ROWS_MOST = 4000,      /* rows that are kept; a figure cannot show more */
+    RUN_NUMBERS_MOST = 1 << 22 /* numbers in these rows; limits the rows of many columns */
+};
+
 enum { POINT_COLUMNS = 9 };
 
 static bool is_named(const struct run *run, int column, const char *stem, size_t length, const char *ending) {

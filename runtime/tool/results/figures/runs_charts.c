@@ -15,17 +15,16 @@ static void add_head(struct runs_charts *figure, char *text) {
     figure->heads[figure->head_count++] = (struct key){.name = text};
 }
 
-char *figures_runs_charts_label(const char *lead, const char *name, const char *unit) {
+char *figures_label(const char *lead, const char *name, const char *unit) {
     return unit && *unit ? format_text("%s%s [%s]", lead, name, unit) : format_text("%s%s", lead, name);
 }
 
-bool figures_runs_charts_can_draw(double value) {
+bool figures_can_draw(double value) {
     const double largest = 1e150;
     return fabs(value) <= largest;
 }
 
-double *figures_runs_charts_read(struct runs_charts *figure, const struct kept_item *item, int place,
-                                 int count) {
+double *figures_read_item(struct runs_charts *figure, const struct kept_item *item, int place, int count) {
     const long cases = hdf5_runs_count(figure->reader);
     const size_t part = (size_t)count;
     double *values = memory_get(&figure->memory, ((size_t)cases * part + 1) * sizeof *values);
@@ -71,7 +70,7 @@ static void find_percentiles(const double *values, long cases, int stride, int k
                              double found[static PERCENTILES]) {
     long count = 0;
     for (long row = 0; row < cases; row++)
-        if (figures_runs_charts_can_draw(values[row * stride + k]))
+        if (figures_can_draw(values[row * stride + k]))
             sorted[count++] = values[row * stride + k];
     qsort(sorted, (size_t)count, sizeof *sorted, compare);
     for (int i = 0; i < PERCENTILES; i++)
@@ -86,7 +85,7 @@ static bool fill(struct runs_charts *figure, const struct kept_item *item, doubl
     for (int first = 0; first < item->size; first += most) {
         const int count = item->size - first < most ? item->size - first : most;
         struct runs_charts part = {.reader = figure->reader, .memory = format_arena_start()};
-        const double *values = figures_runs_charts_read(&part, item, first, count);
+        const double *values = figures_read_item(&part, item, first, count);
         for (int k = 0; k < count && values; k++) {
             double found[PERCENTILES];
             find_percentiles(values, cases, count, k, sorted, found);
@@ -160,8 +159,8 @@ bool figures_bands_add(struct runs_charts *figure, const struct kept_item *item)
         return true;
     struct chart *chart = &figure->charts[figure->chart_count++];
     *chart = (struct chart){.title = format_text("%s over time, percentiles of the cases", item->name),
-                            .x_label = figures_runs_charts_label("", "t", axis ? axis->unit : NULL),
-                            .y_label = figures_runs_charts_label("", item->name, item->unit)};
+                            .x_label = figures_label("", "t", axis ? axis->unit : NULL),
+                            .y_label = figures_label("", item->name, item->unit)};
     add_courses(chart, x, courses, item->size, count);
     return true;
 }

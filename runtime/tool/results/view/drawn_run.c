@@ -1,4 +1,15 @@
-/* Writes a run for the page as JSON: rows, coordinates, courses and applied forces, in rounded numbers. */
+/*
+ * Writes a run for the page as JSON: as many rows as one can see, in few digits, and the applied forces.
+ *
+ *     "t": {"unit": 1e-5, "steps": [0, 5000, ...]}        value = unit times the sum of the steps up to it
+ *     "q": [{"unit": , "steps": }, ...]                   by frame; turns to 1e-5 rad or less, slides to five
+ *                                                         digits of the largest
+ *     "courses": [{"name": , "kind": , "unit": , "steps": }, ...]
+ *                                                         residuals, energy, programme forces that are not 0,
+ *                                                         inputs and courses, to four digits of the largest
+ *     "applied": [{"name": , "kind": "drive", "frame": , "parts": [{"unit": , "steps": }]},
+ *                 {"name": , "kind": "force" or "torque", "frame": , "at": [x, y, z], "parts": [3 of them]}]
+ */
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -17,11 +28,14 @@ void view_put_cosine(FILE *out, double value) {
     view_put_length(out, rounded == 0 ? 0 : rounded); /* no -0 */
 }
 
-double view_rounded_unit(double largest, int digits) {
+/* The power of ten that leaves `digits` digits of the largest absolute value; 1 if that is 0. */
+static double rounded_unit(double largest, int digits) {
     return largest > 0 && isfinite(largest) ? pow(10, floor(log10(largest)) + 1 - digits) : 1;
 }
 
-void view_put_course(FILE *out, const double *values, long count, long stride, double unit) {
+/* Writes values, `stride` apart in memory, as differences in whole units: "[3,0,-1]". The first one is
+ * relative to 0. */
+static void put_course(FILE *out, const double *values, long count, long stride, double unit) {
     long long before = 0;
     fputc('[', out);
     for (long i = 0; i < count; i++) {
@@ -56,13 +70,13 @@ struct drawn_rows view_drawn_run_rows(const struct run *run, int share) {
 
 static void put_numbers(FILE *out, const struct drawn_rows *rows, int column, double unit) {
     fprintf(out, "\"unit\":%.9g,\"steps\":", unit);
-    view_put_course(out, rows->values + column, rows->count, rows->width, unit);
+    put_course(out, rows->values + column, rows->count, rows->width, unit);
     fputc('}', out);
 }
 
 static double unit_of_coordinate(const struct run *run, int column, bool is_revolute) {
-    return is_revolute ? fmin(turn_unit, view_rounded_unit(run->largest[column], COURSE_DIGITS))
-                       : view_rounded_unit(run->largest[column], SLIDE_DIGITS);
+    return is_revolute ? fmin(turn_unit, rounded_unit(run->largest[column], COURSE_DIGITS))
+                       : rounded_unit(run->largest[column], SLIDE_DIGITS);
 }
 
 static void put_coordinate_rows(FILE *out, const struct run *run, const struct tree *tree,
@@ -101,7 +115,7 @@ static void put_courses(FILE *out, const struct run *run, const struct drawn_row
         fprintf(out, "%s{\"name\":", separator);
         format_json_text(out, run->columns[i]);
         fprintf(out, ",\"kind\":\"%s\",", kind);
-        put_numbers(out, rows, i, view_rounded_unit(run->largest[i], COURSE_DIGITS));
+        put_numbers(out, rows, i, rounded_unit(run->largest[i], COURSE_DIGITS));
         separator = ",\n";
     }
     fputs("]", out);
@@ -110,13 +124,18 @@ static void put_courses(FILE *out, const struct run *run, const struct drawn_row
 void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tree,
                         const struct drawn_rows *rows) {
     fputs("\"t\":{", out);
-    put_numbers(out, rows, 0, view_rounded_unit(run->largest[0], TIME_DIGITS));
+    put_numbers(out, rows, 0, rounded_unit(run->largest[0], TIME_DIGITS));
     fputs(",\n", out);
     put_coordinate_rows(out, run, tree, rows);
     put_courses(out, run, rows);
 }
 
 /* ---- Applied forces ---- */
+
+/* Drives on coordinates, and forces and torques at points. The model's formulas are evaluated at the
+ * coordinates, rates, inputs and points of the rows, to four digits of the largest. A force is omitted if it
+ * is 0 throughout, or if its formula needs something else: points that are no points of interest, or values
+ * of a start that was not given. */
 
 enum { DIGITS = 4, POINT_RATE = 3 /* columns from a point's position to its velocity */ };
 
@@ -232,7 +251,7 @@ static double largest_of(const struct valuation *valuation, int first, int count
 static void put_applied(FILE *out, const struct valuation *valuation, const struct applied *applied,
                         int first) {
     struct model *model = &valuation->generation->model;
-    const double unit = view_rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
+    const double unit = rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
     fputs("{\"name\":", out);
     format_json_text(out, applied->name);
     fprintf(out, ",\"kind\":\"%s\",\"frame\":%d,\"at\":[", applied->kind, applied->at.frame);
@@ -244,8 +263,7 @@ static void put_applied(FILE *out, const struct valuation *valuation, const stru
     fputs("],\"parts\":[", out);
     for (int i = 0; i < applied->count; i++) {
         fprintf(out, "%s{\"unit\":%.9g,\"steps\":", i ? "," : "", unit);
-        view_put_course(out, valuation->list + first + i, valuation->rows->count, valuation->formula_count,
-                        unit);
+        put_course(out, valuation->list + first + i, valuation->rows->count, valuation->formula_count, unit);
         fputc('}', out);
     }
     fputs("]}", out);

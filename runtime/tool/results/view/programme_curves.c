@@ -1,4 +1,12 @@
-/* Traces the curves on which a programme keeps points of interest, and writes them as JSON. */
+/*
+ * Traces the curves on which a programme keeps points of interest, and writes them as JSON:
+ *
+ *     "curves": [{"point": , "axes": [0, 1], "closed": true, "path": [x, y, x, y, ...]}, ...]
+ *
+ * Each position row that is a formula in two components of one point, and in nothing else, defines a curve
+ * through the point at the start of the motion. It is computed by steps along the tangent of phi(x, y) = 0,
+ * each corrected by Newton's method.
+ */
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/support/format/format.h"
 

@@ -1,4 +1,11 @@
-/* The cache of compiled libraries: finds its folder, checks it, seals and loads libraries. */
+/*
+ * The cache of compiled libraries: finds its folder, checks it, seals and loads libraries.
+ *
+ * The program loads and runs the libraries in it, so only this user may own them. The cache refuses folders
+ * that others own or may write into, and accepts only plain files of this user that nobody else may write.
+ * Each library ends with the SHA-256 of its contents, so that a truncated or damaged one is built again
+ * instead of loaded.
+ */
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"

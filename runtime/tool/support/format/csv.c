@@ -1,5 +1,5 @@
-/* Reads CSV files line by line, and opens text files of users. Files that are no texts are refused with what
- * they are. */
+/* Reads CSV files line by line, and opens text files of users. The reader skips blanks around fields, a byte
+ * order mark, CR before LF, and empty lines. Files that are no texts are refused with what they are. */
 #define _GNU_SOURCE
 #include "runtime/tool/support/format/format.h"
 #include "gen/base/base.h"

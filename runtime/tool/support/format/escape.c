@@ -15,7 +15,7 @@ unsigned long format_utf8_next(const char **at) {
     return count > 0 ? code : replacement;
 }
 
-void format_put_utf8(FILE *out, unsigned long point) {
+static void put_utf8(FILE *out, unsigned long point) {
     const int followers = point < 0x80 ? 0 : point < 0x800 ? 1 : point < 0x10000 ? 2 : 3;
     static const int leads[] = {0, 0xC0, 0xE0, 0xF0};
     fputc(leads[followers] | (int)(point >> 6 * followers), out);
@@ -37,7 +37,7 @@ void format_json_text(FILE *out, const char *text) {
         else if (is_control(point))
             fprintf(out, "\\u%04lx", point);
         else
-            format_put_utf8(out, point);
+            put_utf8(out, point);
     }
     fputc('"', out);
 }
@@ -58,9 +58,9 @@ void format_xml_text(FILE *out, const char *text) {
         if (name)
             fputs(name, out);
         else if ((is_control(point) && !is_space) || point == 0xFFFE || point == 0xFFFF)
-            format_put_utf8(out, replacement);
+            put_utf8(out, replacement);
         else
-            format_put_utf8(out, point);
+            put_utf8(out, point);
     }
 }
 
@@ -94,6 +94,6 @@ void format_plain_text(FILE *out, const char *text) {
         if (is_control(point) || (point == replacement && text == begin + 1))
             fprintf(out, "\\x%02x", (unsigned char)*begin);
         else
-            format_put_utf8(out, point);
+            put_utf8(out, point);
     }
 }

@@ -1,9 +1,5 @@
-/*
- * Texts that the program reads and writes.
- *
- * Parts: CSV files of users; texts inside other languages; numbers, JSON and texts in memory; the memory of
- * the program.
- */
+/* Texts that the program reads and writes: CSV files of users; texts inside other languages; numbers, JSON
+ * and texts in memory; the memory of the program. */
 #ifndef REFDYN_TOOL_FORMAT_H
 #define REFDYN_TOOL_FORMAT_H
 
@@ -13,12 +9,8 @@
 
 #include "gen/base/base.h"
 
-/*
- * CSV files of users, line by line: one header line of names, then one line of numbers for each sample.
- *
- * Commas separate the fields; there are no quotes. The reader skips blanks around fields, a byte order
- * mark, CR before LF, and empty lines. Errors go to stderr as FILE:LINE: WHAT: fact.
- */
+/* CSV files of users, line by line: one header line of names, then one line of numbers for each sample.
+ * Commas separate the fields; there are no quotes. Errors go to stderr as FILE:LINE: WHAT: fact. */
 
 struct csv {
     const char *path, *what; /* the purpose of the file, for messages */
@@ -63,7 +55,6 @@ char *format_read_file(const char *path, const char *what);
 /* Reads the code point at *at and advances *at; U+FFFD for a byte that begins none. Do not call it at the
  * end. */
 unsigned long format_utf8_next(const char **at);
-void format_put_utf8(FILE *out, unsigned long point);
 
 /* A JSON string with its quotes. */
 void format_json_text(FILE *out, const char *text);
@@ -80,7 +71,6 @@ void format_plain_text(FILE *out, const char *text);
 
 /* Prints with the digits of exact_text. */
 void format_number(FILE *out, double value);
-
 /* The number within 1e-15 of the value that has the fewest digits, 15 to 17: "0.94" for 0.9400000000000001.
  */
 const char *format_near_number(double value, char text[static NUMBER_LENGTH]);
@@ -101,9 +91,8 @@ struct document {
 /* key is NULL in an array and at the top. */
 void format_put_open(struct document *document, const char *key, char bracket);
 void format_put_close(struct document *document, char bracket);
-void format_put_number(
-    struct document *document, const char *key,
-    double value); /* Writes null if the number is not finite; the document can then not be written. */
+/* Writes null if the number is not finite; the document can then not be written. */
+void format_put_number(struct document *document, const char *key, double value);
 void format_put_whole(struct document *document, const char *key, long value);
 void format_put_text(struct document *document, const char *key, const char *text);
 void format_put_truth(struct document *document, const char *key, bool value);

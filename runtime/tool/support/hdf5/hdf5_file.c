@@ -1,4 +1,9 @@
-/* The parts that all HDF5 files of the project share: creation, attributes, datasets, scales, messages. */
+/*
+ * The parts that all HDF5 files of the project share: creation, attributes, datasets, scales, messages.
+ *
+ * Equal contents give equal bytes, because no times are kept. Groups list their members in the order of
+ * creation. Texts are UTF-8 of variable length.
+ */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
 

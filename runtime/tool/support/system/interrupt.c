@@ -1,4 +1,5 @@
-/* Handlers of the signals that end the program: they undo what was begun, or note the signal. */
+/* Handlers of the signals that end the program: they undo what was begun, or note the signal. Signals that
+ * the caller ignores stay ignored, except SIGCHLD. */
 #include "runtime/tool/support/system/system.h"
 
 #include <stddef.h>

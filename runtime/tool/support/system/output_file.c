@@ -1,4 +1,11 @@
-/* The files that a command writes. Each grows as NAME.part, locked, and gets its name when it is complete. */
+/*
+ * The files that a command writes.
+ *
+ * They are opened before the work, so that the user learns at once what cannot be written. Each grows as
+ * NAME.part, which is locked, so that two programs never write one file, and gets its name when it is
+ * complete. Links are followed and stay links. A path that is no plain file, such as /dev/null or a pipe, is
+ * written directly.
+ */
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
 

@@ -1,9 +1,5 @@
-/*
- * What the program needs of the operating system.
- *
- * Parts: signals that end the program; files that a command writes; folders; other programs; a progress
- * bar; clocks.
- */
+/* What the program needs of the operating system: signals that end the program; files that a command writes;
+ * folders; other programs; a progress bar; clocks. */
 #ifndef REFDYN_TOOL_SYSTEM_H
 #define REFDYN_TOOL_SYSTEM_H
 
@@ -11,16 +7,10 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <sys/types.h>
-#include <time.h>
 
-/*
- * Signals that end the program: SIGHUP, SIGINT, SIGPIPE, SIGQUIT, SIGTERM, SIGXCPU, SIGXFSZ.
- *
- * Each ends the program at once, after the program has undone what it began. While signals are deferred, as
- * in a motion whose rows are worth keeping, the first one is only noted; system_interrupt_finish then ends
- * the program by it. A second one acts at once. Signals that the caller ignores stay ignored. The exception
- * is SIGCHLD, without which the ends of compilers and converters would go unseen.
- */
+/* Signals that end the program, after the program has undone what it began. While signals are deferred, as in
+ * a motion whose rows are worth keeping, the first one is only noted; system_interrupt_finish then ends the
+ * program by it. A second one acts at once. */
 
 /* The signal that was noted while signals were deferred; 0 if there is none. */
 extern volatile sig_atomic_t system_interrupted;
@@ -50,15 +40,8 @@ void system_undo_forget(struct undo *undo);
 /* Ends the program by the noted signal; returns if there is none. */
 void system_interrupt_finish(void);
 
-/*
- * The files that a command writes.
- *
- * They are opened before the work, so that the user learns at once what cannot be written. At the end they
- * are complete under their names, or they are not there. A file grows as NAME.part, which is locked, so
- * that two programs never write one file. Links are followed and stay links. A path that is no plain file,
- * such as /dev/null or a pipe, is written directly. No output may be a file that the command reads, or
- * another of its outputs, under any name.
- */
+/* The files that a command writes. At the end they are complete under their names, or they are not there. No
+ * output may be a file that the command reads, or another of its outputs, under any name. */
 
 struct target {
     FILE *file; /* to write to; NULL once it is closed */
@@ -107,11 +90,8 @@ bool system_make_folder(const char *path, mode_t mode, char ***made);
 /* Removes the empty folders of the list. A signal handler may call it. */
 void system_unmake_folder(char **made);
 
-/*
- * A temporary folder, in which other programs work. A lock shows that it is in use. A signal that ends this
- * program kills the programs and removes the folder. After SIGKILL the folder stays, without its lock, until
- * the next start removes it.
- */
+/* A temporary folder, in which other programs work. A signal that ends this program kills the programs and
+ * removes the folder. After SIGKILL the folder stays until the next start removes it. */
 struct scratch {
     char *path;
     int lock; /* descriptor of the folder */
@@ -132,10 +112,8 @@ bool system_copy_file(const char *path, FILE *out);
 /* $TMPDIR, or /tmp. */
 const char *system_scratch_parent(void);
 
-/*
- * Other programs, started without a shell. The wait for them returns what they used. Each program that works
- * in a temporary folder leads a process group, so that it ends with all that it has started.
- */
+/* Other programs, started without a shell. Each that works in a temporary folder leads a process group, so
+ * that it ends with all that it has started. */
 
 struct process {
     pid_t pid;    /* 0 if it does not run */
@@ -171,26 +149,9 @@ bool system_progress_is_due(const struct progress *progress);
 void system_progress_show(struct progress *progress, double fraction);
 void system_progress_end(struct progress *progress);
 
-/* Clocks, in seconds. */
-
-static inline double system_clock_seconds(clockid_t clock) {
-    struct timespec now;
-    clock_gettime(clock, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-static inline double system_wall_seconds(void) {
-    return system_clock_seconds(CLOCK_MONOTONIC);
-}
-
-/* Processor time of all threads of the program. */
-static inline double system_process_cpu_seconds(void) {
-    return system_clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
-}
-
-/* Processor time of the calling thread. */
-static inline double system_cpu_seconds(void) {
-    return system_clock_seconds(CLOCK_THREAD_CPUTIME_ID);
-}
+/* Clocks, in seconds: wall clock; processor time of all threads of the program, and of the calling thread. */
+double system_wall_seconds(void);
+double system_process_cpu_seconds(void);
+double system_cpu_seconds(void);
 
 #endif

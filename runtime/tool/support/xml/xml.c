@@ -1,6 +1,9 @@
 /*
- * Reads XML with expat. The file goes through the parser in pieces, whose handlers grow the tree. A program
- * that was built without expat reports that instead.
+ * Reads XML with expat. The file goes through the parser in pieces, whose handlers grow the tree. Text
+ * between elements is skipped. A program that was built without expat reports that instead.
+ *
+ * Files with a document type are refused, so that no entity is ever read, inside the file or from outside.
+ * Files that are larger or deeper than any robot's are refused, too.
  */
 #include "runtime/tool/support/xml/xml.h"
 #include "runtime/tool/support/format/format.h"
