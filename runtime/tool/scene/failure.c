@@ -1,6 +1,6 @@
 /* Messages about failed computations and redundant rows: the reason, the time, and the state with the names
  * of the coordinates. */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 

@@ -6,7 +6,7 @@
  * STATE.json are set at run time, so that another value compiles nothing.
  */
 #include "runtime/tool/scene/scene.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "gen/read/read.h"
 
@@ -247,7 +247,7 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
     struct generation *generation = &scene->generation;
     const char *wrong = emit ? gen_wrong_emit(generation, emit) : NULL;
     if (wrong)
-        return usage_error(options->command, "--emit: %s", wrong);
+        return options_usage_error(options->command, "--emit: %s", wrong);
     const int lanes = lanes_for(&generation->model, options);
     generation->has_lanes = lanes > 0;
     const enum status status =

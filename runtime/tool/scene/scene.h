@@ -8,7 +8,7 @@
 #include "gen/gen.h"
 #include "refdyn.h"
 #include "refdyn_batch.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"

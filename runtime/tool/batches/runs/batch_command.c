@@ -7,7 +7,7 @@
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
 
@@ -120,13 +120,13 @@ struct results {
 static enum status check_csv(const struct batch_setup *setup) {
     const char *path = options_text(&setup->options, "output"), *unfit = csv_unfit(&setup->layout);
     if (unfit)
-        return usage_error(setup->options.command,
-                           "-o %s: a CSV has one row a case and cannot keep the times of %s; "
-                           "write a file RUNS.h5",
-                           path, unfit);
+        return options_usage_error(setup->options.command,
+                                   "-o %s: a CSV has one row a case and cannot keep the times of %s; "
+                                   "write a file RUNS.h5",
+                                   path, unfit);
     const char *twice = csv_twice(&setup->layout);
     if (twice)
-        return usage_error(
+        return options_usage_error(
             setup->options.command,
             "-o %s: two columns would have the name %s; write a file RUNS.h5, which has groups", path, twice);
     return STATUS_DONE;
@@ -138,8 +138,8 @@ static enum status check_output(const struct batch_setup *setup) {
     if (path && text_ends_with(path, ".csv"))
         return check_csv(setup);
     if (path && !format_names_hdf5(path))
-        return usage_error(setup->options.command,
-                           "-o %s: unknown kind of file; the name must end in .h5 or .csv", path);
+        return options_usage_error(setup->options.command,
+                                   "-o %s: unknown kind of file; the name must end in .h5 or .csv", path);
     return runs_kept_fits_hdf5(&setup->sweep.keep, &setup->layout) ? STATUS_DONE : STATUS_FAULT;
 }
 
@@ -168,8 +168,8 @@ static enum status open_results(struct results *results, struct batch_setup *set
     const char *summary = options_text(options, "summary"), *output = options_text(options, "output");
     results->is_csv = text_ends_with(output, ".csv");
     if (is_journal(options))
-        return usage_error(options->command, "--summary %s: this is the journal of %s; use another name",
-                           summary, output);
+        return options_usage_error(
+            options->command, "--summary %s: this is the journal of %s; use another name", summary, output);
     spare_inputs(&results->targets, setup);
     system_targets_spare(&results->targets, format_text("%s.journal", output));
     results->runs = system_target_open(&results->targets, output);
@@ -395,7 +395,7 @@ enum status runs_batch(const struct options *options) {
     struct batch_setup setup;
     struct results results = {.journal = {.file = -1}};
     if (!options_text(options, "output") && !has_dry_run)
-        return usage_error(options->command, "-o is missing");
+        return options_usage_error(options->command, "-o is missing");
     enum status status = runs_setup_open(&setup, options);
     if (status == STATUS_DONE)
         status = check_output(&setup);

@@ -277,7 +277,8 @@ static int count_processors(void) {
 static enum status choose_threads(struct batch_setup *setup) {
     const double asked = options_number(&setup->options, "threads");
     if (asked > THREADS_MAX)
-        return usage_error(setup->options.command, "--threads: %.0f; must be at most %d", asked, THREADS_MAX);
+        return options_usage_error(setup->options.command, "--threads: %.0f; must be at most %d", asked,
+                                   THREADS_MAX);
     setup->threads = asked > 0 ? (int)asked : count_processors();
     if (setup->threads > THREADS_MAX)
         setup->threads = THREADS_MAX;
@@ -303,7 +304,8 @@ static int suitable_lanes(const struct batch_setup *setup) {
 static enum status check_lanes(const struct options *options) {
     const double asked = options_number(options, "lanes");
     if (asked > 0 && asked != 1 && asked != 2 && asked != 4 && asked != 8)
-        return usage_error(options->command, "--lanes: %.0f is not a lane width; use 1, 2, 4 or 8", asked);
+        return options_usage_error(options->command, "--lanes: %.0f is not a lane width; use 1, 2, 4 or 8",
+                                   asked);
     return STATUS_DONE;
 }
 
@@ -336,13 +338,13 @@ static enum status choose_range(struct batch_setup *setup) {
     else if (has_colon)
         rest++;
     if (!has_colon || *rest || rest == text || text[0] == ' ')
-        return usage_error(options->command, "--cases: '%s' is not of the form A:B, the cases A to B - 1",
-                           text);
+        return options_usage_error(options->command,
+                                   "--cases: '%s' is not of the form A:B, the cases A to B - 1", text);
     if (setup->first >= 0 && setup->first < setup->end && setup->end <= count)
         return STATUS_DONE;
-    return usage_error(options->command,
-                       "--cases %s: the batch has the cases 0 to %ld; choose a range of these", text,
-                       count - 1);
+    return options_usage_error(options->command,
+                               "--cases %s: the batch has the cases 0 to %ld; choose a range of these", text,
+                               count - 1);
 }
 
 static enum status read_cases(struct batch_setup *setup) {
@@ -350,9 +352,10 @@ static enum status read_cases(struct batch_setup *setup) {
     const char *table = options_text(options, "table");
     struct generation *generation = &setup->base.generation;
     if (options->operand_count == 1 && !table)
-        return usage_error(options->command, "no cases; add SWEEP.lua or --table CASES.csv");
+        return options_usage_error(options->command, "no cases; add SWEEP.lua or --table CASES.csv");
     if (options->operand_count > 1 && table)
-        return usage_error(options->command, "--table replaces the sweep; remove '%s'", options->operands[1]);
+        return options_usage_error(options->command, "--table replaces the sweep; remove '%s'",
+                                   options->operands[1]);
     return table ? sweeps_read_table(&setup->sweep, &setup->memory, table, generation, options)
                  : sweeps_read(&setup->sweep, &setup->memory, options->operands[1], generation,
                                &setup->options);
@@ -362,12 +365,12 @@ static enum status check_motion(struct batch_setup *setup) {
     struct options *options = &setup->options;
     const char *method = options_text(options, "method");
     if (!(options_number(options, "until") > 0))
-        return usage_error(options->command, "--until is missing; add the end of the motions");
+        return options_usage_error(options->command, "--until is missing; add the end of the motions");
     if (method && simulate_gsl_has(method))
-        return option_error(options, "method", ": %s computes single motions (refdyn sim), not batches",
-                            method);
+        return options_error(options, "method", ": %s computes single motions (refdyn sim), not batches",
+                             method);
     if (options_text(options, "hold") && !options_is(options, "from", "statics"))
-        return option_error(options, "hold", ": needs --from statics");
+        return options_error(options, "hold", ": needs --from statics");
     const enum status status = simulate_options(options, &setup->integration);
     setup->integration.balance = 0; /* no result has it, and it needs the power at each stage */
     return status;
@@ -385,16 +388,16 @@ static enum status check_times(const struct batch_setup *setup) {
     if (status != STATUS_DONE)
         return status;
     if (every > 0 && (until - t) / every > OUTPUTS_MAX)
-        return option_error(options, "every", " %g: %.3g outputs; a batch allows at most %d", every,
-                            (until - t) / every, OUTPUTS_MAX);
+        return options_error(options, "every", " %g: %.3g outputs; a batch allows at most %d", every,
+                             (until - t) / every, OUTPUTS_MAX);
     if (every > (until - t) * (1 + 1e-9))
-        return option_error(options, "every",
-                            " %g: longer than the motions, which last %g s; must not be longer", every,
-                            until - t);
+        return options_error(options, "every",
+                             " %g: longer than the motions, which last %g s; must not be longer", every,
+                             until - t);
     for (int i = 0; i < keep->at_count; i++)
         if (!(keep->at[i] >= t && keep->at[i] <= until))
-            return option_error(options, "keep", ": time %g is outside the motions, from %g to %g",
-                                keep->at[i], t, until);
+            return options_error(options, "keep", ": time %g is outside the motions, from %g to %g",
+                                 keep->at[i], t, until);
     return STATUS_DONE;
 }
 

@@ -5,7 +5,7 @@
  * the batch, at the times at which it recorded states, with all columns of a motion.
  */
 #include "runtime/tool/batches/runs/runs.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/system/system.h"
@@ -325,8 +325,8 @@ static enum status open_case(struct again *again, const struct options *given, c
 enum status runs_case_again(const struct options *options) {
     const char *output = options_text(options, "output");
     if (output && format_names_hdf5(output))
-        return usage_error(options->command, "-o %s: a case of --of is written as CSV only; use another name",
-                           output);
+        return options_usage_error(options->command,
+                                   "-o %s: a case of --of is written as CSV only; use another name", output);
     struct again again = {.setup = {.memory = format_arena_start()},
                           .runs = hdf5_runs_open(options_text(options, "of"))};
     const char *path;

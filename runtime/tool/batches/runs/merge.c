@@ -1,6 +1,6 @@
 /* `refdyn merge`: joins files of runs of the same batch into one, in the order of the cases. */
 #include "runtime/tool/support/hdf5/hdf5_files.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
 

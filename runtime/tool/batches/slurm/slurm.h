@@ -3,7 +3,7 @@
 #define REFDYN_TOOL_SLURM_H
 
 #include "runtime/tool/batches/runs/runs.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 
 /* The folder RUNS.h5.slurm has the scripts, the results of each chunk, and a record of what was submitted. */
 

@@ -7,7 +7,7 @@
 #define _GNU_SOURCE
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
@@ -131,19 +131,21 @@ static enum status check_options(const struct options *options) {
     const double chunks = options_number(options, "chunks");
     const char *unfit = find_unfit_word(options_text(options, "slurm-options"));
     if (!format_names_hdf5(output))
-        return usage_error(options->command, "-o %s: with --slurm the name must end in .h5", output);
+        return options_usage_error(options->command, "-o %s: with --slurm the name must end in .h5", output);
     if (!has_fit_name(options))
-        return usage_error(
+        return options_usage_error(
             options->command,
             "-o %s: the names of the file and its folders must not have %%, a backslash or a line break, "
             "which Slurm replaces",
             output);
     if (options_text(options, "summary"))
-        return usage_error(options->command, "--summary: jobs of Slurm write no summary; omit it");
+        return options_usage_error(options->command, "--summary: jobs of Slurm write no summary; omit it");
     if (unfit)
-        return usage_error(options->command, "--slurm-options: refdyn sets %s itself; omit it", unfit);
+        return options_usage_error(options->command, "--slurm-options: refdyn sets %s itself; omit it",
+                                   unfit);
     if (chunks > CHUNKS_MOST)
-        return usage_error(options->command, "--chunks %.0f: must be at most %d", chunks, CHUNKS_MOST);
+        return options_usage_error(options->command, "--chunks %.0f: must be at most %d", chunks,
+                                   CHUNKS_MOST);
     if (system_process_find("sbatch"))
         return STATUS_DONE;
     fprintf(stderr, "refdyn: --slurm: the program sbatch of Slurm is not in PATH; with another scheduler, "
@@ -371,7 +373,7 @@ static enum status run_batch_anywhere(const struct options *options) {
     if (has_slurm && !options_has(options, "dry-run"))
         return run_slurm(options);
     if (!has_slurm && (options_number(options, "chunks") > 0 || options_text(options, "slurm-options")))
-        return usage_error(options->command, "--chunks and --slurm-options need --slurm");
+        return options_usage_error(options->command, "--chunks and --slurm-options need --slurm");
     return runs_batch(options);
 }
 
@@ -391,7 +393,7 @@ const struct command batch_command = {
     .operands = "MODEL.lua [SWEEP.lua]",
     .options = "output until method step tol step-max every from stabilise singular start hold release way "
                "summary table threads lanes cases resume dry-run slurm chunks slurm-options set",
-    .tables = {slurm_rules, runs_batch_rules, simulate_rules, statics_rules, scene_rules},
+    .tables = {slurm_rules, runs_batch_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "RUNS.h5",
     .purpose = "many motions of a model, into one file",
     .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, and for each "

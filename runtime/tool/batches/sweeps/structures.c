@@ -3,7 +3,7 @@
  * what varies in it.
  */
 #include "runtime/tool/batches/sweeps/sweeps.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/motions/simulate/simulate.h"

@@ -12,7 +12,7 @@
 #include "gen/read/read.h"
 #include "refdyn_batch.h"
 #include "runtime/tool/scene/scene.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 
 /* A sweep file as plain data: what varies and how, what is derived, how the motions run, and what is kept. It

@@ -4,7 +4,7 @@
  * From a scene and the options of motions, with which Co-Simulation steps, it writes a ZIP archive with
  * sources, libraries and their description.
  */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/commands/export/export.h"
@@ -44,8 +44,8 @@ static enum status choose_version(const struct options *options, enum fmi_versio
 static enum status check_platforms(const struct options *options, const char *const *list) {
     for (; *list; list++)
         if (!export_platform_find(*list))
-            return option_error(options, "platform", ": '%s' is not one of %s", *list,
-                                export_platform_names());
+            return options_error(options, "platform", ": '%s' is not one of %s", *list,
+                                 export_platform_names());
     return STATUS_DONE;
 }
 
@@ -53,8 +53,8 @@ static enum status check_platforms(const struct options *options, const char *co
 static enum status check_method(const struct options *options) {
     const char *method = options_text(options, "method");
     return simulate_gsl_has(method)
-               ? option_error(options, "method", ": '%s' is a method of GSL, which FMUs do not contain",
-                              method)
+               ? options_error(options, "method", ": '%s' is a method of GSL, which FMUs do not contain",
+                               method)
                : STATUS_DONE;
 }
 
@@ -214,7 +214,7 @@ const struct command export_command = {
     .operands = "MODEL.lua",
     .options = "output! until method step tol step-max from stabilise singular hold release way fmu! "
                "platform set fold",
-    .tables = {export_rules, simulate_rules, statics_rules, scene_rules},
+    .tables = {export_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "FILE.fmu",
     .purpose = "a model as an FMU, for other simulators",
     .help = "Model Exchange and Co-Simulation in one file, with libraries and all sources. Variables have "

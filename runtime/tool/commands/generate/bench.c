@@ -1,5 +1,5 @@
 /* `refdyn bench`: time and operations of each emitted quantity, and the cost of generating and compiling. */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"

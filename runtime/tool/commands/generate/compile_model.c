@@ -5,7 +5,7 @@
  * Leaves a library in the cache, and prints as JSON its path and the arguments and results of its
  * functions, so that a caller needs no header of the model.
  */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "gen/read/read.h"
 #include "refdyn_batch.h"

@@ -1,5 +1,5 @@
 /* `refdyn eval`: every quantity of the equations at one state, as one JSON object. */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 
 #include <math.h>

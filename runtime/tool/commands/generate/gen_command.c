@@ -2,7 +2,7 @@
 #include "runtime/tool/commands/generate/generate.h"
 #include "gen/read/read.h"
 #include "runtime/tool/support/format/format.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/system/system.h"
@@ -93,10 +93,10 @@ static enum status explain_pass(struct scene *scene, const struct options *optio
     struct generation *generation = &scene->generation;
     const char *wrong = gen_wrong_pass(generation, explain);
     if (wrong)
-        return usage_error(options->command, "--explain: %s", wrong);
+        return options_usage_error(options->command, "--explain: %s", wrong);
     if (output || options_text(options, "depfile"))
-        return usage_error(options->command, "--explain prints and writes no files; leave out %s",
-                           output ? "-o" : "--depfile");
+        return options_usage_error(options->command, "--explain prints and writes no files; leave out %s",
+                                   output ? "-o" : "--depfile");
     return scene_outcome(scene, options,
                          gen_explain(generation, options_text(options, "emit"), explain, stdout));
 }
@@ -105,7 +105,7 @@ static enum status generate(struct scene *scene, const struct options *options) 
     const char *emit = options_text(options, "emit");
     const char *wrong = emit ? gen_wrong_emit(&scene->generation, emit) : NULL;
     if (wrong)
-        return usage_error(options->command, "--emit: %s", wrong);
+        return options_usage_error(options->command, "--emit: %s", wrong);
     return options_text(options, "explain") ? explain_pass(scene, options) : emit_scene(scene, options);
 }
 
@@ -120,7 +120,7 @@ static enum status draw_model(struct scene *scene, const struct options *options
     char *svg;
     size_t size;
     if (!format)
-        return usage_error(options->command, "--draw: '%s' must end in .svg, .png or .pdf", draw);
+        return options_usage_error(options->command, "--draw: '%s' must end in .svg, .png or .pdf", draw);
     scene_spare_sources(scene, &scene->targets);
     struct target *target =
         figures_picture_can_write(format) ? system_target_open(&scene->targets, draw) : NULL;

@@ -1,7 +1,7 @@
 /* `refdyn new NAME`: a model to begin from, and settings with which the Lua language server of an editor
  * finds the definitions of the model language. Writes NAME.lua and .luarc.json into the current folder. The
  * text is model.lua with NAME as its name. */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "gen/read/read.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -110,7 +110,7 @@ static bool write_editor_settings(void) {
 static enum status run_new(const struct options *options) {
     const char *name = options->operands[0], *path = format_text("%s.lua", name), *fault = name_fault(name);
     if (fault)
-        return usage_error(options->command, "%s", fault);
+        return options_usage_error(options->command, "%s", fault);
     if (!write_model(path, name))
         return STATUS_FAULT;
     printf("%s: a small arm with a flexible link, its comments say what to try\n", path);

@@ -1,7 +1,7 @@
 /* `refdyn import`: a URDF file as a Lua model. Reads the file and the options for beams; writes the model,
  * and reports on stderr what was read and what was left out. */
 #include "gen/base/base.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/commands/import/import.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
@@ -74,8 +74,8 @@ static enum status refuse_without_beam(const struct options *options) {
                  {"rfe", options_number(options, "rfe") > 0}};
     for (size_t i = 0; i < sizeof given / sizeof *given; i++)
         if (given[i].is_given)
-            return usage_error(options->command, "--%s: applies to beams only; add --flexible LINK",
-                               given[i].name);
+            return options_usage_error(options->command, "--%s: applies to beams only; add --flexible LINK",
+                                       given[i].name);
     return STATUS_DONE;
 }
 
@@ -89,20 +89,20 @@ static enum status take_beam(const struct options *options, struct beam_choice *
     if (!flexible)
         return refuse_without_beam(options);
     if (!section || !(E > 0))
-        return usage_error(options->command, "--flexible: add %s", section ? "--E" : "--section");
+        return options_usage_error(options->command, "--flexible: add %s", section ? "--E" : "--section");
     if (!take_section(beam, section))
-        return option_error(
+        return options_error(
             options, "section",
             ": '%s' is not one of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z", section);
     if (nu && (!text_to_number(nu, &beam->nu) || !(beam->nu > -1 && beam->nu <= 0.5)))
-        return option_error(options, "nu", ": '%s' must be a number above -1 and at most 0.5", nu);
+        return options_error(options, "nu", ": '%s' must be a number above -1 and at most 0.5", nu);
     if (eta && (!text_to_number(eta, &beam->eta) || beam->eta < 0))
-        return option_error(options, "eta", ": '%s' must be a number of at least 0", eta);
+        return options_error(options, "eta", ": '%s' must be a number of at least 0", eta);
     if (options_text(options, "tip") &&
         !take_numbers(format_text("%s", options_text(options, "tip")), ",", tip, 3))
-        return option_error(options, "tip", ": '%s' is not of the form x,y,z", options_text(options, "tip"));
+        return options_error(options, "tip", ": '%s' is not of the form x,y,z", options_text(options, "tip"));
     if (options_text(options, "tip") && strchr(flexible, ','))
-        return option_error(options, "tip", ": applies to one link; --flexible has several");
+        return options_error(options, "tip", ": applies to one link; --flexible has several");
     beam->rfe = rfe > 0 ? (int)rfe : beam->rfe;
     beam->tip = options_text(options, "tip") ? tip : NULL;
     return STATUS_DONE;
@@ -318,9 +318,9 @@ static enum status run_import(const struct options *options) {
                                   .friction_width = options_number(options, "friction-width"),
                                   .beam = &beam};
     if (right_angles > right_angles_most)
-        return option_error(options, "right-angles",
-                            ": %g rad is larger than any rounding of an angle; must be at most %g",
-                            right_angles, right_angles_most);
+        return options_error(options, "right-angles",
+                             ": %g rad is larger than any rounding of an angle; must be at most %g",
+                             right_angles, right_angles_most);
     const enum status status = take_beam(options, &beam);
     if (status != STATUS_DONE)
         return status;

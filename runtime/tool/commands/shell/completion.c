@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "runtime/tool/commands/shell/shell.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
 
@@ -357,7 +357,8 @@ static enum status run_completion(const struct options *options) {
     while (place < FORM_COUNT && strcmp(forms[place].name, form) != 0)
         place++;
     if (place == FORM_COUNT)
-        return usage_error(options->command, "'%s' is not one of %s", form, options->command->operands);
+        return options_usage_error(options->command, "'%s' is not one of %s", form,
+                                   options->command->operands);
     struct target *target = system_target_open(&targets, options_text(options, "output"));
     if (target)
         forms[place].put(target->file, options->commands);

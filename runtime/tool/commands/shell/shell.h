@@ -4,7 +4,7 @@
 
 #include <stdio.h>
 
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 
 /* Prints the manual page for the list of commands. */
 void shell_put_manual_page(FILE *out, const struct command *const *commands);

@@ -49,7 +49,7 @@ enum status equilibria_choose_held(struct scene *scene, const struct options *op
 enum status equilibria_choose_options(const struct scene *scene, const struct options *options,
                                       const int *is_given, struct refdyn_statics_options *statics);
 /* The options of equilibria. */
-extern const struct option_rule statics_rules[];
+extern const struct option_rule equilibria_rules[];
 extern const struct command statics_command, modes_command;
 /* Reports options of statics that are given without an equilibrium to compute; `place` is the option they
  * need, such as "--from statics". */

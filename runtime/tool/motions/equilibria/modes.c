@@ -8,7 +8,7 @@
 
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/scene/scene.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
 
 /* ---- The linear equations ---- */
@@ -385,7 +385,7 @@ const struct command modes_command = {.name = "modes",
                                       .run = run_modes,
                                       .operands = "MODEL.lua",
                                       .options = "output at modes hold release way set fold",
-                                      .tables = {modes_rules, statics_rules, scene_rules},
+                                      .tables = {modes_rules, equilibria_rules, scene_rules},
                                       .output = "FILE",
                                       .purpose =
                                           "frequencies, damping ratios and shapes about an equilibrium",

@@ -6,14 +6,14 @@
 
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/scene/scene.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 
 /* ---- Options ---- */
 
 static const char *const way_words[] = {
     [REFDYN_ALONG_LOAD] = "load", [REFDYN_ALONG_PATH] = "path", [REFDYN_DOWNHILL] = "downhill", NULL};
 
-const struct option_rule statics_rules[] = {
+const struct option_rule equilibria_rules[] = {
     {"hold", "a,b", OPTION_FREEING_LIST,
      "coordinates held in statics and modes, instead of the model's ('' frees all)", NULL, NULL},
     {"release", "a,b", OPTION_LIST, "constraint rows that do not hold in statics", NULL, NULL},
@@ -27,9 +27,9 @@ static enum status unknown_name(const struct options *options, const char *optio
                                 const char *name, const char *const *names, int count) {
     const char *near = message_nearest_name(name, names, count);
     if (near)
-        return option_error(options, option, ": the model has no %s '%s'; the nearest is %s", what, name,
-                            near);
-    return option_error(options, option, ": the model has no %s '%s'", what, name);
+        return options_error(options, option, ": the model has no %s '%s'; the nearest is %s", what, name,
+                             near);
+    return options_error(options, option, ": the model has no %s '%s'", what, name);
 }
 
 static enum status unknown_coordinate(const struct scene *scene, const struct options *options,
@@ -89,8 +89,8 @@ static enum status choose_released(const struct scene *scene, const struct optio
         if (row < 0)
             return unknown_row(scene, options, *name);
         if (scene->model->rows[row].level != REFDYN_POSITION)
-            return option_error(options, "release",
-                                ": %s is not a row of positions and has no part in statics; omit it", *name);
+            return options_error(options, "release",
+                                 ": %s is not a row of positions and has no part in statics; omit it", *name);
         released[row] = true;
     }
     return STATUS_DONE;
@@ -138,7 +138,7 @@ enum status equilibria_refuse_options(const struct options *options, const char 
     const char *given = options_text(options, "release") ? "release"
                         : options_text(options, "way")   ? "way"
                                                          : NULL;
-    return given ? option_error(options, given, " needs %s", place) : STATUS_DONE;
+    return given ? options_error(options, given, " needs %s", place) : STATUS_DONE;
 }
 
 /* ---- Messages ---- */
@@ -387,7 +387,7 @@ const struct command statics_command = {
     .run = run_statics,
     .operands = "MODEL.lua",
     .options = "output state hold release way set fold",
-    .tables = {statics_rules, scene_rules},
+    .tables = {equilibria_rules, scene_rules},
     .output = "FILE",
     .purpose = "equilibrium",
     .help = "Prints JSON: coordinates, q, points, hold_force of the held coordinates, residual, rows that "

@@ -1,5 +1,6 @@
 /*
- * Runs a motion once, and finds the tolerance at which a motion has the requested accuracy.
+ * Writes the rows of a motion, runs it once, and finds the tolerance at which a motion has the requested
+ * accuracy.
  *
  * Each run is compared with the one before it. Errors fall with the tolerance, so two runs predict the
  * tolerance of the next one. Each run costs about half as much again as the one before, so that all runs
@@ -14,8 +15,7 @@
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 
-/* ---- Rows: as CSV, as numbers in a temporary file, or as HDF5 with everything that they were computed from
- * ---- */
+/* ---- Rows ---- */
 
 /* The functions of a form. They return false if they cannot write; the form or the end of its file reports
  * the error. */
@@ -157,7 +157,7 @@ bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct table *ta
     return to->form->end(to) && is_good;
 }
 
-/* ---- One run: writes its rows, and records positions and joint limits at the outputs ---- */
+/* ---- One run, with positions and joint limits at its outputs ---- */
 
 /* Writes a row if all its values are finite; otherwise the motion ends there. */
 static void add_output(struct trial *trial, struct table *table, struct row_sink *rows) {

@@ -1,6 +1,6 @@
 /* Summary of a motion that `sim` prints on stderr and writes as JSON. */
 #include "runtime/tool/motions/simulate/simulate.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 

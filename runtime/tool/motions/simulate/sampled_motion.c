@@ -1,8 +1,5 @@
 /* One motion of a scene: its options, its start, the conditions that end it, and its steps from output to
  * output. */
-#ifdef REFDYN_HAS_GSL
-#include <gsl/gsl_errno.h>
-#endif
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
@@ -16,6 +13,7 @@
 #include "runtime/tool/support/system/system.h"
 #ifdef REFDYN_HAS_GSL
 #include "refdyn_gsl.h"
+#include <gsl/gsl_errno.h>
 #endif
 
 /* ---- Methods of GSL ---- */
@@ -146,9 +144,9 @@ static enum status choose_gsl(const struct options *options, struct refdyn_optio
     const char *method = options_text(options, "method");
     const double tol = options_number(options, "tol");
     if (!HAS_METHODS_OF_GSL)
-        return option_error(options, "method", ": '%s' needs GSL; build refdyn with it", method);
+        return options_error(options, "method", ": '%s' needs GSL; build refdyn with it", method);
     if (options_number(options, "step") > 0)
-        return option_error(options, "step", ": %s chooses its steps; use --tol", method);
+        return options_error(options, "step", ": %s chooses its steps; use --tol", method);
     *integration = refdyn_options_default(REFDYN_RODAS5P);
     integration->stabilise = gsl_stabilise(method);
     if (tol > 0)
@@ -166,17 +164,18 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     if (name)
         method = refdyn_method_find(name);
     if (method < 0)
-        return option_error(options, "method", ": '%s' is not one of %s", name, simulate_methods(false));
+        return options_error(options, "method", ": '%s' is not one of %s", name, simulate_methods(false));
     if (tol > 0 && step > 0)
-        return usage_error(options->command,
-                           "--step sets fixed steps and --tol adaptive ones; omit one of them");
+        return options_usage_error(options->command,
+                                   "--step sets fixed steps and --tol adaptive ones; omit one of them");
     if (step_max > 0 && step > 0)
-        return usage_error(options->command,
-                           "--step sets fixed steps and --step-max bounds adaptive ones; omit one of them");
+        return options_usage_error(
+            options->command,
+            "--step sets fixed steps and --step-max bounds adaptive ones; omit one of them");
     *integration = refdyn_options_default((enum refdyn_method)method);
     if ((tol > 0 || step_max > 0) && integration->tol == 0)
-        return option_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps; use --step",
-                            refdyn_method_name(method));
+        return options_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps; use --step",
+                             refdyn_method_name(method));
     integration->step_max = step_max;
     if (step > 0) {
         integration->step = step;
@@ -204,9 +203,9 @@ static enum status choose_stabilisation(const struct options *options, struct re
         integration->gain_share = automatic_share;
     if (integration->stabilise == REFDYN_PROJECT && simulate_gsl_has(method) &&
         gsl_stabilise(method) != REFDYN_PROJECT)
-        return option_error(options, "stabilise",
-                            ": project would make %s start again after each step; use baumgarte or none",
-                            method);
+        return options_error(options, "stabilise",
+                             ": project would make %s start again after each step; use baumgarte or none",
+                             method);
     return STATUS_DONE;
 }
 
@@ -216,7 +215,7 @@ static enum status validate(const struct options *options, const struct refdyn_o
     if (refdyn_options_validate(integration, &fact) == REFDYN_OK)
         return STATUS_DONE;
     const int length = (int)strcspn(fact, " ");
-    return option_error(options, format_text("%.*s", length, fact), "%s", fact + length);
+    return options_error(options, format_text("%.*s", length, fact), "%s", fact + length);
 }
 
 enum status simulate_options(const struct options *options, struct refdyn_options *integration) {
@@ -269,7 +268,7 @@ enum status simulate_place(struct scene *scene, const struct options *options) {
         status = equilibria_find(scene, options, equilibrium);
         scene->equilibrium = &equilibrium->result;
     } else if (options_text(options, "hold"))
-        return option_error(options, "hold", " needs --from statics");
+        return options_error(options, "hold", " needs --from statics");
     else
         status = equilibria_refuse_options(options, "--from statics");
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
@@ -281,14 +280,14 @@ enum status simulate_check_times(const struct scene *scene, const struct options
                  step = options_number(options, "step");
     const double from = scene->state.t, span = until - from;
     if (span <= 0)
-        return option_error(options, "until", " %g: must be after the start of the motion at t = %g", until,
-                            from);
+        return options_error(options, "until", " %g: must be after the start of the motion at t = %g", until,
+                             from);
     if (every > 0 && span / every > OUTPUTS_MAX)
-        return option_error(options, "every", " %g: %.3g outputs; must be at most %d", every, span / every,
-                            OUTPUTS_MAX);
+        return options_error(options, "every", " %g: %.3g outputs; must be at most %d", every, span / every,
+                             OUTPUTS_MAX);
     if (step > 0 && span / step > steps_max)
-        return option_error(options, "step", " %g: %.3g steps; must be at most %.3g", step, span / step,
-                            steps_max);
+        return options_error(options, "step", " %g: %.3g steps; must be at most %.3g", step, span / step,
+                             steps_max);
     return STATUS_DONE;
 }
 
@@ -311,8 +310,8 @@ struct stop {
 
 static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
     const char *near = message_nearest_name(name, stops->table.names, stops->table.count);
-    return usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
-                       near ? ", the nearest is " : "", near ? near : "");
+    return options_usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
+                               near ? ", the nearest is " : "", near ? near : "");
 }
 
 static enum status read_stop(struct stops *stops, const struct options *options, const char *text) {
@@ -320,8 +319,8 @@ static enum status read_stop(struct stops *stops, const struct options *options,
     const char *number = text + length + (text[length] != '\0');
     struct stop stop = {.text = text, .is_below = text[length] == '<'};
     if (length == 0 || !text_to_number(number, &stop.value))
-        return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
-                           text);
+        return options_usage_error(options->command,
+                                   "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE", text);
     const char *name = format_text("%.*s", (int)length, text);
     stop.column = text_index(name, stops->table.names, stops->table.count);
     stops->list[stops->count++] = stop;

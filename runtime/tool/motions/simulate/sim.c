@@ -404,13 +404,15 @@ static enum status check_error_options(const struct options *options,
                                        const struct refdyn_options *integration) {
     const double tol = options_number(options, "tol");
     if (options_number(options, "accuracy") > 0 && (tol > 0 || integration->tol == 0))
-        return usage_error(options->command, "--accuracy chooses the tolerance itself; it excludes %s",
-                           tol > 0                               ? "--tol"
-                           : options_number(options, "step") > 0 ? "--step"
-                                                                 : "a method with fixed steps");
+        return options_usage_error(options->command,
+                                   "--accuracy chooses the tolerance itself; it excludes %s",
+                                   tol > 0                               ? "--tol"
+                                   : options_number(options, "step") > 0 ? "--step"
+                                                                         : "a method with fixed steps");
     if (options_has(options, "verify") && integration->tol > 0 &&
         integration->tol * verify_most < DBL_EPSILON)
-        return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_most);
+        return options_usage_error(options->command, "--verify needs --tol %g or larger",
+                                   DBL_EPSILON / verify_most);
     return STATUS_DONE;
 }
 
@@ -463,8 +465,8 @@ enum status simulate_run(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
     if (wants_hdf5(options) && !HAS_HDF5)
-        return usage_error(options->command, "-o %s: this refdyn is built without HDF5; write a CSV",
-                           options_text(options, "output"));
+        return options_usage_error(options->command, "-o %s: this refdyn is built without HDF5; write a CSV",
+                                   options_text(options, "output"));
     enum status status = simulate_options(options, &integration);
     if (status == STATUS_DONE)
         status = check_error_options(options, &integration);

@@ -9,7 +9,7 @@
 #include "gen/base/base.h"
 #include "refdyn.h"
 #include "runtime/tool/scene/scene.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/system/system.h"

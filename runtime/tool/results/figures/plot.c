@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "runtime/tool/results/figures/figures.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
 
@@ -271,11 +271,11 @@ static enum status check_runs(struct drawing *drawing) {
     for (int i = 0; i < options->operand_count; i++) {
         drawing->is_of_runs = is_file_of_runs(options->operands[i]);
         if (drawing->is_of_runs && options->operand_count > 1)
-            return usage_error(options->command, "%s: a file of runs must be the only operand",
-                               options->operands[i]);
+            return options_usage_error(options->command, "%s: a file of runs must be the only operand",
+                                       options->operands[i]);
     }
     if (drawing->is_of_runs && options_text(options, "units"))
-        return usage_error(options->command, "--units: a file of runs has its own units; omit it");
+        return options_usage_error(options->command, "--units: a file of runs has its own units; omit it");
     return STATUS_DONE;
 }
 
@@ -287,9 +287,10 @@ static enum status check_usage(struct drawing *drawing) {
         drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options_text(options, "panel"));
     drawing->format = figures_picture_format_of(output);
     if (status == STATUS_DONE && unknown)
-        return usage_error(options->command, "--panel: '%s' is not one of %s", unknown, panels_names());
+        return options_usage_error(options->command, "--panel: '%s' is not one of %s", unknown,
+                                   panels_names());
     if (status == STATUS_DONE && !drawing->format)
-        return usage_error(options->command, "-o: '%s' must end in .svg, .png or .pdf", output);
+        return options_usage_error(options->command, "-o: '%s' must end in .svg, .png or .pdf", output);
     return status;
 }
 

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "runtime/tool/results/figures/figures.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
 
 enum {

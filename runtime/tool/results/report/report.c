@@ -39,16 +39,17 @@ static enum status read_numbers(const struct options *options, const char *name,
         double number;
         if (!text_to_number(*item, &number) || !(number > 0 && number < most) ||
             settings->count == SETTINGS_MAX)
-            return usage_error(options->command,
-                               "--%s: '%s' is not a list of up to %d numbers between 0 and %g", name, text,
-                               SETTINGS_MAX, most);
+            return options_usage_error(options->command,
+                                       "--%s: '%s' is not a list of up to %d numbers between 0 and %g", name,
+                                       text, SETTINGS_MAX, most);
         settings->list[settings->count++] = number;
     }
     settings->are_given = true;
     qsort(settings->list, (size_t)settings->count, sizeof *settings->list, by_descent);
     for (int i = 1; i < settings->count; i++)
         if (settings->list[i] == settings->list[i - 1])
-            return usage_error(options->command, "--%s: '%s' has a number twice; give it once", name, text);
+            return options_usage_error(options->command, "--%s: '%s' has a number twice; give it once", name,
+                                       text);
     return STATUS_DONE;
 }
 
@@ -70,8 +71,8 @@ static enum status read_methods(const struct options *options, struct study_plan
     for (const char **name = options_list(methods); *name; name++) {
         const int method = refdyn_method_find(*name);
         if (method < 0)
-            return usage_error(options->command, "--methods: '%s' is not a list of %s", methods,
-                               simulate_methods(false));
+            return options_usage_error(options->command, "--methods: '%s' is not a list of %s", methods,
+                                       simulate_methods(false));
         plan->methods[method] = true;
     }
     return STATUS_DONE;
@@ -94,16 +95,17 @@ static enum status read_plan(struct report *report) {
 static enum status read_vary(struct report *report) {
     const char *text = options_text(report->options, "vary"), *equals = strchr(text, '=');
     if (!equals || equals == text || !equals[1])
-        return usage_error(report->options->command, "--vary: '%s' is not of the form OPTION=V1,V2", text);
+        return options_usage_error(report->options->command, "--vary: '%s' is not of the form OPTION=V1,V2",
+                                   text);
     report->vary_name = format_text("%.*s", (int)(equals - text), text);
     for (int i = 0; i < report->options->setting_count; i++)
         if (strcmp(report->options->settings[i].name, report->vary_name) == 0)
-            return usage_error(report->options->command, "--vary: --set sets %s, too; remove one of them",
-                               report->vary_name);
+            return options_usage_error(report->options->command,
+                                       "--vary: --set sets %s, too; remove one of them", report->vary_name);
     for (const char **value = options_list(equals + 1); *value; value++) {
         if (report->variant_count == VARIANTS_MAX)
-            return usage_error(report->options->command, "--vary: at most %d values are allowed",
-                               VARIANTS_MAX);
+            return options_usage_error(report->options->command, "--vary: at most %d values are allowed",
+                                       VARIANTS_MAX);
         report->values[report->variant_count++] = *value;
     }
     return options_check_list(report->options->command, "vary", equals + 1);
@@ -152,8 +154,8 @@ static enum status plan_report(struct report *report) {
         if (!vary)
             report->variant_count = 1;
         else if (!has_option(&scene.generation.model, report->vary_name))
-            status = usage_error(report->options->command, "--vary: the model has no option '%s'",
-                                 report->vary_name);
+            status = options_usage_error(report->options->command, "--vary: the model has no option '%s'",
+                                         report->vary_name);
     }
     if (status == STATUS_DONE)
         status = open_files(report, &scene);
@@ -361,7 +363,7 @@ const struct command report_command = {
     .run = run_report,
     .operands = "MODEL.lua",
     .options = "output! until! every from hold methods tols steps seconds vary set fold",
-    .tables = {report_rules, simulate_rules, statics_rules, scene_rules},
+    .tables = {report_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "DIR",
     .purpose = "error against run time of all methods, as CSV, SVG and HTML",
     .help =

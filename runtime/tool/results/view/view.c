@@ -4,7 +4,7 @@
  * The page needs no other file and no network. It contains three.js from the system with its licence, the
  * style and the scripts of page/, and the data.
  */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"
@@ -85,12 +85,13 @@ static enum status check_usage(const struct options *options) {
         const bool is_hdf5 = figures_run_is_hdf5(path);
         has_csv = has_csv || !is_hdf5;
         if (!is_hdf5 && !model)
-            return usage_error(options->command, "%s: a CSV does not contain its model; add --model", path);
+            return options_usage_error(options->command, "%s: a CSV does not contain its model; add --model",
+                                       path);
     }
     if (!has_csv && (model || options->setting_count > 0))
-        return usage_error(options->command,
-                           "%s: all runs are HDF5 files, which contain their models; omit it",
-                           model ? "--model" : "--set");
+        return options_usage_error(options->command,
+                                   "%s: all runs are HDF5 files, which contain their models; omit it",
+                                   model ? "--model" : "--set");
     return STATUS_DONE;
 }
 

@@ -1,5 +1,5 @@
 /* The values of the options of one call: a list of those that are given, by name. */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "gen/base/base.h"
 #include "runtime/tool/support/format/format.h"
 

@@ -4,11 +4,9 @@
  * Each command is a struct command in its own file. It names its options, and the tables that declare them:
  * its own table, and those of the folders whose functions read the options. From these tables follow the
  * reading of argv, --help, the messages of wrong usage, the completion of shells and the manual page.
- *
- * Parts: options and commands; values of one call; reading argv; messages.
  */
-#ifndef REFDYN_TOOL_COMMAND_LINE_H
-#define REFDYN_TOOL_COMMAND_LINE_H
+#ifndef REFDYN_TOOL_OPTIONS_H
+#define REFDYN_TOOL_OPTIONS_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -140,7 +138,7 @@ void options_give(const struct options *options,
 /* The items of a list "a,b", NULL after the last one; none for list NULL. */
 const char **options_list(const char *list);
 /* Sets *place to the place of the option's value among the words of its rule, 0 if it is not given. Reports
- * any other value as option_error does. */
+ * any other value as options_error does. */
 enum status options_choose(const struct options *options, const char *name, int *place);
 /* The words of --from and --at. */
 extern const char *const options_places[];
@@ -159,10 +157,10 @@ enum status options_check_list(const struct command *command, const char *name, 
 /* Messages. */
 
 /* Reports a wrong value of an option. The format follows the option's name: ": '7' is ..." or " must be ...".
- * As usage_error; or, if a file has set the option, with FILE:LINE, and returns STATUS_FAULT. */
-enum status option_error(const struct options *options, const char *option, const char *format, ...)
+ * As options_usage_error; or, if a file has set the option, with FILE:LINE, and returns STATUS_FAULT. */
+enum status options_error(const struct options *options, const char *option, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 /* Reports "refdyn COMMAND: ..." and the usage line on stderr; returns STATUS_USAGE. */
-enum status usage_error(const struct command *command, const char *format, ...)
+enum status options_usage_error(const struct command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 #endif

@@ -10,7 +10,7 @@
 
 #include "gen/base/base.h"
 #include "refdyn.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
 
 /* ---- The options of a command ---- */
@@ -148,7 +148,7 @@ static void print_help(const struct command *const *commands) {
 
 /* ---- Wrong usage ---- */
 
-enum status usage_error(const struct command *command, const char *format, ...) {
+enum status options_usage_error(const struct command *command, const char *format, ...) {
     va_list list;
     va_start(list, format);
     fprintf(stderr, "refdyn %s: ", command->name);
@@ -166,7 +166,7 @@ static const struct option_origin *find_origin(const struct options *options, co
     return NULL;
 }
 
-enum status option_error(const struct options *options, const char *option, const char *format, ...) {
+enum status options_error(const struct options *options, const char *option, const char *format, ...) {
     const struct option_origin *origin = find_origin(options, option);
     va_list list;
     if (origin)
@@ -252,8 +252,8 @@ enum status options_choose(const struct options *options, const char *name, int 
             meant = words[*place];
         text_add(&known, "%s%s", *place ? ", " : "", words[*place]);
     }
-    return option_error(options, name, ": '%s' is not one of %s%s%s", word, known.data,
-                        meant ? "; write " : "", meant ? meant : "");
+    return options_error(options, name, ": '%s' is not one of %s%s%s", word, known.data,
+                         meant ? "; write " : "", meant ? meant : "");
 }
 
 const char *const options_places[] = {"initial", "statics", NULL};
@@ -302,14 +302,14 @@ static enum status wrong_option(const struct reading *reading, char **argv, int 
     const char *word = is_letter && argv[optind] ? argv[optind] : ""; /* its other letters are still ahead */
     for (int i = 0; i < reading->known_count; i++)
         if (*word == '-' && strcmp(reading->known[i].rule->name, word + 1) == 0)
-            return usage_error(command, "unknown option %s; write --%s", word, word + 1);
+            return options_usage_error(command, "unknown option %s; write --%s", word, word + 1);
     if (answer == ':')
-        return usage_error(command, "%s needs a value", given);
+        return options_usage_error(command, "%s needs a value", given);
     const char *near = is_letter || optopt ? NULL : nearest_option(reading, given + 2);
     if (near)
-        return usage_error(command, "unknown option %s, the nearest is --%s", given, near);
-    return usage_error(command, optopt && !is_letter ? "%s: this option takes no value" : "unknown option %s",
-                       given);
+        return options_usage_error(command, "unknown option %s, the nearest is --%s", given, near);
+    return options_usage_error(
+        command, optopt && !is_letter ? "%s: this option takes no value" : "unknown option %s", given);
 }
 
 static enum status read_number(struct options *options, const struct option_rule *rule, const char *text) {
@@ -318,14 +318,14 @@ static enum status read_number(struct options *options, const struct option_rule
     const bool is_number = text_to_number(text, &value);
     const char *advice = message_number_advice(&format_memory, text);
     if (rule->kind == OPTION_INDEX && !(is_number && value >= 0 && value == floor(value)))
-        return usage_error(options->command, "--%s: '%s' is not a whole number of at least 0%s", rule->name,
-                           text, advice);
+        return options_usage_error(options->command, "--%s: '%s' is not a whole number of at least 0%s",
+                                   rule->name, text, advice);
     if (rule->kind != OPTION_INDEX && !(is_number && value > 0))
-        return usage_error(options->command, "--%s: '%s' is not a positive number%s", rule->name, text,
-                           advice);
+        return options_usage_error(options->command, "--%s: '%s' is not a positive number%s", rule->name,
+                                   text, advice);
     if (rule->kind == OPTION_COUNT && (value > LARGEST || value != floor(value)))
-        return usage_error(options->command, "--%s: %s is not a whole number up to %d", rule->name, text,
-                           LARGEST);
+        return options_usage_error(options->command, "--%s: %s is not a whole number up to %d", rule->name,
+                                   text, LARGEST);
     options_set_number(options, rule->name, value);
     return STATUS_DONE;
 }
@@ -334,9 +334,9 @@ enum status options_check_list(const struct command *command, const char *name, 
     const char **items = options_list(list);
     for (int i = 0; items[i]; i++) {
         if (!*items[i])
-            return usage_error(command, "--%s: '%s' has an empty item", name, list);
+            return options_usage_error(command, "--%s: '%s' has an empty item", name, list);
         if (text_index(items[i], items, i) >= 0)
-            return usage_error(command, "--%s: '%s' is given twice; give it once", name, items[i]);
+            return options_usage_error(command, "--%s: '%s' is given twice; give it once", name, items[i]);
     }
     return STATUS_DONE;
 }
@@ -344,7 +344,8 @@ enum status options_check_list(const struct command *command, const char *name, 
 static enum status read_words(struct options *options, const struct option_rule *rule, const char *text) {
     options_set_text(options, rule->name, text);
     if (rule->kind == OPTION_TEXT)
-        return *text ? STATUS_DONE : usage_error(options->command, "--%s: the value is empty", rule->name);
+        return *text ? STATUS_DONE
+                     : options_usage_error(options->command, "--%s: the value is empty", rule->name);
     return rule->kind == OPTION_FREEING_LIST && !*text
                ? STATUS_DONE
                : options_check_list(options->command, rule->name, text);
@@ -353,12 +354,12 @@ static enum status read_words(struct options *options, const struct option_rule 
 static enum status add_setting(struct options *options, char *text) {
     char *equals = strchr(text, '=');
     if (!equals || equals == text)
-        return usage_error(options->command, "--set: '%s' is not of the form NAME=VALUE", text);
+        return options_usage_error(options->command, "--set: '%s' is not of the form NAME=VALUE", text);
     *equals = '\0'; /* argv may be changed; the name ends here */
     for (int i = 0; i < options->setting_count; i++)
         if (strcmp(options->settings[i].name, text) == 0)
-            return usage_error(options->command, "--set %s: given twice, as '%s' and as '%s'", text,
-                               options->settings[i].value, equals + 1);
+            return options_usage_error(options->command, "--set %s: given twice, as '%s' and as '%s'", text,
+                                       options->settings[i].value, equals + 1);
     options->settings[options->setting_count++] = (struct setting){.name = text, .value = equals + 1};
     return STATUS_DONE;
 }
@@ -367,14 +368,15 @@ static enum status add_text(struct options *options, const struct option_rule *r
     const char *other;
     for (int i = 0; (other = options_repeated(options, rule->name, i)); i++)
         if (strcmp(other, text) == 0)
-            return usage_error(options->command, "--%s: '%s' is given twice; give it once", rule->name, text);
+            return options_usage_error(options->command, "--%s: '%s' is given twice; give it once",
+                                       rule->name, text);
     options_add_text(options, rule->name, text);
     return STATUS_DONE;
 }
 
 static enum status read_option(struct options *options, const struct option_rule *rule) {
     if (!option_may_repeat(rule) && options_has(options, rule->name))
-        return usage_error(options->command, "%s is given twice", option_shown(rule));
+        return options_usage_error(options->command, "%s is given twice", option_shown(rule));
     switch (rule->kind) {
     case OPTION_FLAG:
         options_set_flag(options, rule->name);
@@ -404,8 +406,8 @@ static enum status check_ending(const struct options *options) {
     const bool is_table = shown && strncmp(shown, "RUN", 3) == 0;
     for (size_t i = 0; is_table && dot && i < sizeof others / sizeof *others; i++)
         if (strcmp(dot, others[i][0]) == 0)
-            return usage_error(options->command, "-o: '%s' must be a table, FILE.csv or FILE.h5%s", output,
-                               others[i][1]);
+            return options_usage_error(options->command, "-o: '%s' must be a table, FILE.csv or FILE.h5%s",
+                                       output, others[i][1]);
     return STATUS_DONE;
 }
 
@@ -430,17 +432,18 @@ static enum status check_operands(const struct options *options) {
     const bool many = strstr(command->operands, "...") != NULL;
     const int most = 1 + (strchr(command->operands, ' ') != NULL);
     if (options->operand_count == 0 && !has_any(options, command->replaces_operands))
-        return usage_error(command, "%s is missing", command->operands);
+        return options_usage_error(command, "%s is missing", command->operands);
     for (int i = 0; i < options->operand_count; i++)
         if (!*options->operands[i])
-            return usage_error(command, "%s is an empty text", command->operands);
+            return options_usage_error(command, "%s is an empty text", command->operands);
     for (int i = 0; i < options->operand_count; i++)
         if (begins_with_dash(options->operands[i]))
-            return usage_error(command, "'%s' begins with a typographic dash; an option begins with --",
-                               options->operands[i]);
+            return options_usage_error(command,
+                                       "'%s' begins with a typographic dash; an option begins with --",
+                                       options->operands[i]);
     if (options->operand_count > most && !many)
-        return usage_error(command, "unexpected operand '%s'; give only %s", options->operands[most],
-                           command->operands);
+        return options_usage_error(command, "unexpected operand '%s'; give only %s", options->operands[most],
+                                   command->operands);
     return STATUS_DONE;
 }
 
@@ -451,7 +454,8 @@ static enum status check_complete(const struct reading *reading) {
         return status;
     for (int i = 0; i < reading->known_count && !has_any(options, options->command->replaces_needed); i++)
         if (reading->known[i].is_needed && !options_has(options, reading->known[i].rule->name))
-            return usage_error(options->command, "%s is missing", option_shown(reading->known[i].rule));
+            return options_usage_error(options->command, "%s is missing",
+                                       option_shown(reading->known[i].rule));
     return check_ending(options);
 }
 
