@@ -40,10 +40,10 @@ int main(int argc, char **argv) {
     struct options options;
     enum status status;
     take_descriptors();
-    interrupt_catch();
+    system_interrupt_catch();
     if (options_read(commands, argc, argv, &options, &status))
         status = options.command->run(&options);
     status = finish_stdout(status);
-    interrupt_finish();
+    system_interrupt_finish();
     return (int)status;
 }

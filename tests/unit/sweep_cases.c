@@ -20,7 +20,8 @@
 static int print_numbers(void) {
     double u;
     while (scanf("%lf", &u) == 1)
-        printf("%.17g %.17g %.17g\n", random_normal_quantile(u), random_log(u), random_exp(100 * u - 50));
+        printf("%.17g %.17g %.17g\n", sweeps_random_normal_quantile(u), sweeps_random_log(u),
+               sweeps_random_exp(100 * u - 50));
     return 0;
 }
 
@@ -31,7 +32,7 @@ static int print_philox(void) {
         {0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344, 0xA4093822, 0x299F31D0}};
     for (int i = 0; i < 3; i++) {
         uint32_t result[4];
-        random_philox(vectors[i], vectors[i] + 4, result);
+        sweeps_random_philox(vectors[i], vectors[i] + 4, result);
         printf("%08" PRIx32 " %08" PRIx32 " %08" PRIx32 " %08" PRIx32 "\n", result[0], result[1], result[2],
                result[3]);
     }
@@ -40,65 +41,66 @@ static int print_philox(void) {
 
 static void put_column(struct document *document, const struct varied *column, long count) {
     static const char *const kinds[] = {"parameter", "input", "coordinate", "rate", "option", "samples"};
-    put_open(document, column->name, '{');
-    put_text(document, "kind", kinds[column->kind]);
-    put_text(document, "target", column->target);
-    put_text(document, "unit", column->unit);
-    put_open(document, "values", '[');
+    format_put_open(document, column->name, '{');
+    format_put_text(document, "kind", kinds[column->kind]);
+    format_put_text(document, "target", column->target);
+    format_put_text(document, "unit", column->unit);
+    format_put_open(document, "values", '[');
     for (long i = 0; i < count; i++)
         if (column->texts)
-            put_text(document, NULL, column->texts[(int)column->values[i]]);
+            format_put_text(document, NULL, column->texts[(int)column->values[i]]);
         else
-            put_number(document, NULL, column->values[i]);
-    put_close(document, ']');
-    put_whole(document, "texts", column->text_count);
-    put_close(document, '}');
+            format_put_number(document, NULL, column->values[i]);
+    format_put_close(document, ']');
+    format_put_whole(document, "texts", column->text_count);
+    format_put_close(document, '}');
 }
 
 static void put_names(struct document *document, const char *key, const struct name_list *list) {
-    put_open(document, key, '[');
+    format_put_open(document, key, '[');
     for (int i = 0; i < list->count; i++)
-        put_text(document, NULL, list->names[i]);
-    put_close(document, ']');
+        format_put_text(document, NULL, list->names[i]);
+    format_put_close(document, ']');
 }
 
 static void put_options(struct document *document, const struct options *options) {
-    const char *const texts[][2] = {{"method", options_text(options, "method")},       {"from", options_text(options, "from")},
-                                    {"stabilise", options_text(options, "stabilise")}, {"singular", options_text(options, "singular")},
-                                    {"start", options_text(options, "start")},         {"hold", options_text(options, "hold")},
-                                    {"release", options_text(options, "release")},     {"way", options_text(options, "way")}};
-    put_open(document, "options", '{');
-    put_number(document, "until", options_number(options, "until"));
-    put_number(document, "tol", options_number(options, "tol"));
-    put_number(document, "step", options_number(options, "step"));
-    put_number(document, "step_max", options_number(options, "step-max"));
-    put_number(document, "every", options_number(options, "every"));
+    const char *const texts[][2] = {
+        {"method", options_text(options, "method")},       {"from", options_text(options, "from")},
+        {"stabilise", options_text(options, "stabilise")}, {"singular", options_text(options, "singular")},
+        {"start", options_text(options, "start")},         {"hold", options_text(options, "hold")},
+        {"release", options_text(options, "release")},     {"way", options_text(options, "way")}};
+    format_put_open(document, "options", '{');
+    format_put_number(document, "until", options_number(options, "until"));
+    format_put_number(document, "tol", options_number(options, "tol"));
+    format_put_number(document, "step", options_number(options, "step"));
+    format_put_number(document, "step_max", options_number(options, "step-max"));
+    format_put_number(document, "every", options_number(options, "every"));
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
         if (texts[i][1])
-            put_text(document, texts[i][0], texts[i][1]);
-    put_close(document, '}');
+            format_put_text(document, texts[i][0], texts[i][1]);
+    format_put_close(document, '}');
 }
 
 static void print_sweep(const struct sweep *sweep, const struct options *options) {
     struct document document;
-    document_open(&document);
-    put_open(&document, NULL, '{');
-    put_whole(&document, "count", sweep->cases.count);
-    put_open(&document, "columns", '{');
+    format_document_open(&document);
+    format_put_open(&document, NULL, '{');
+    format_put_whole(&document, "count", sweep->cases.count);
+    format_put_open(&document, "columns", '{');
     for (int i = 0; i < sweep->cases.width; i++)
         put_column(&document, &sweep->cases.columns[i], sweep->cases.count);
-    put_close(&document, '}');
-    put_open(&document, "keep", '{');
-    put_truth(&document, "final", sweep->keep.final);
-    put_array(&document, "at", sweep->keep.at, sweep->keep.at_count);
+    format_put_close(&document, '}');
+    format_put_open(&document, "keep", '{');
+    format_put_truth(&document, "final", sweep->keep.final);
+    format_put_array(&document, "at", sweep->keep.at, sweep->keep.at_count);
     put_names(&document, "extremes", &sweep->keep.extremes);
     put_names(&document, "norms", &sweep->keep.norms);
     put_names(&document, "history", &sweep->keep.history);
-    put_close(&document, '}');
+    format_put_close(&document, '}');
     put_options(&document, options);
-    put_text(&document, "text", sweep->text);
-    put_close(&document, '}');
-    document_close(&document, stdout);
+    format_put_text(&document, "text", sweep->text);
+    format_put_close(&document, '}');
+    format_document_close(&document, stdout);
 }
 
 static double seconds(void) {
@@ -137,13 +139,13 @@ static int print_cases(int argc, char **argv) {
         .file = argv[1], .settings = settings, .setting_count = options.setting_count};
     if (gen_read(&model, &request, -1) != GEN_OK)
         return 9;
-    struct memory memory = arena_start();
+    struct memory memory = format_arena_start();
     struct sweep sweep;
     const size_t length = strlen(argv[2]);
     const bool is_table = length > 4 && strcmp(argv[2] + length - 4, ".csv") == 0;
     const double begin = seconds();
-    const enum status status = is_table ? sweep_read_table(&sweep, &memory, argv[2], &model, &options)
-                                        : sweep_read(&sweep, &memory, argv[2], &model, &options);
+    const enum status status = is_table ? sweeps_read_table(&sweep, &memory, argv[2], &model, &options)
+                                        : sweeps_read(&sweep, &memory, argv[2], &model, &options);
     const double taken = seconds() - begin;
     if (status == STATUS_DONE && is_brief)
         print_brief(&sweep, taken);

@@ -1,6 +1,6 @@
 /* Messages about failed computations and redundant rows: the reason, the time, and the state with the names
  * of the coordinates. */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -52,7 +52,7 @@ static void print_gap(const struct scene *scene, double t, const double *q, cons
     const struct refdyn_model *model = scene->model;
     const struct refdyn_workspace *work = &scene->work;
     char text[NUMBER_LENGTH];
-    double *values = allocate((size_t)model->event_count + (size_t)model->kink_count, sizeof *values);
+    double *values = format_allocate((size_t)model->event_count + (size_t)model->kink_count, sizeof *values);
     model->event(work->p, work->x, t, q, qd, values);
     for (int i = 0; i < model->event_count; i++)
         if (model->events[i].contact == work->fault.row + 1)
@@ -107,8 +107,8 @@ void scene_print_residuals(struct refdyn_workspace *work, double t, const double
  * 1/sqrt(M_jj); -1 if LAPACK fails. */
 static double condition_of_rows(const struct refdyn_workspace *work) {
     const int n = work->n, rank = work->partition.rank;
-    double *rows = allocate_matrix(rank, n), *values = allocate_matrix(rank, 1),
-           *room = allocate_matrix(rank, 1);
+    double *rows = format_allocate_matrix(rank, n), *values = format_allocate_matrix(rank, 1),
+           *room = format_allocate_matrix(rank, 1);
     for (int a = 0; a < rank; a++)
         for (int j = 0; j < n; j++)
             rows[a * n + j] = work->u[work->partition.row[a] * n + j] / sqrt(work->M[j * n + j]);

@@ -1,4 +1,5 @@
-/* Reads sampled inputs from a CSV file: columns `t` and names of inputs. */
+/* Reads sampled inputs from a CSV file: columns `t` and names of inputs. Other columns are skipped. The steps
+ * of the motion end at the samples. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 #include "gen/base/base.h"
@@ -7,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char table_input_lead[] = "input_";
+const char scene_input_lead[] = "input_";
 
 /* The file while it is read, with the meaning of each column. */
 struct reading {
@@ -22,20 +23,20 @@ enum { ROLE_NONE = -1, ROLE_TIME = -2 };
 static bool no_input(const struct reading *reading) {
     const struct refdyn_model *model = reading->model;
     if (model->input_count == 0)
-        return csv_complain(&reading->csv, "the model has no inputs");
+        return format_csv_complain(&reading->csv, "the model has no inputs");
     const char *names = model->inputs[0].name;
     for (int i = 1; i < model->input_count; i++)
-        names = text_format("%s, %s", names, model->inputs[i].name);
-    return csv_complain(&reading->csv, "no column is an input, those of the model are %s", names);
+        names = format_text("%s, %s", names, model->inputs[i].name);
+    return format_csv_complain(&reading->csv, "no column is an input, those of the model are %s", names);
 }
 
 /* The column of an input. In the CSV of a motion in which another column has its name, this is the column
  * whose name has the kind in front (simulate.h). `t` is always the time. */
 static int find_input(const struct reading *reading, const char *name) {
     const struct csv *csv = &reading->csv;
-    int column = csv_column(csv, text_format("%s%s", table_input_lead, name));
+    int column = format_csv_column(csv, format_text("%s%s", scene_input_lead, name));
     if (column < 0 && strcmp(name, "t") != 0)
-        column = csv_column(csv, name);
+        column = format_csv_column(csv, name);
     return column;
 }
 
@@ -43,7 +44,7 @@ static int find_input(const struct reading *reading, const char *name) {
 static void warn_of_passed(const struct reading *reading) {
     const struct refdyn_model *model = reading->model;
     const struct csv *csv = &reading->csv;
-    const char **missing = allocate((size_t)model->input_count, sizeof *missing);
+    const char **missing = format_allocate((size_t)model->input_count, sizeof *missing);
     int count = 0;
     for (int i = 0; i < model->input_count; i++)
         if (find_input(reading, model->inputs[i].name) < 0)
@@ -52,9 +53,9 @@ static void warn_of_passed(const struct reading *reading) {
         const char *near =
             reading->role[i] == ROLE_NONE ? message_nearest_name(csv->names[i], missing, count) : NULL;
         if (near)
-            complain_line(csv->path, csv->line,
-                          text_format("warning: inputs: column %s is ignored; the nearest input is %s",
-                                      csv->names[i], near));
+            format_complain_line(csv->path, csv->line,
+                                 format_text("warning: inputs: column %s is ignored; the nearest input is %s",
+                                             csv->names[i], near));
     }
 }
 
@@ -69,8 +70,8 @@ static bool assign_columns(struct reading *reading) {
     struct inputs *inputs = reading->inputs;
     const struct csv *csv = &reading->csv;
     const struct refdyn_model *model = reading->model;
-    reading->role = allocate((size_t)csv->count, sizeof *reading->role);
-    inputs->place = allocate((size_t)model->input_count, sizeof *inputs->place);
+    reading->role = format_allocate((size_t)csv->count, sizeof *reading->role);
+    inputs->place = format_allocate((size_t)model->input_count, sizeof *inputs->place);
     for (int i = 0; i < csv->count; i++)
         reading->role[i] = strcmp(csv->names[i], "t") == 0 ? ROLE_TIME : ROLE_NONE;
     for (int i = 0; i < model->input_count; i++) {
@@ -80,15 +81,15 @@ static bool assign_columns(struct reading *reading) {
         reading->role[column] = inputs->samples.width;
         inputs->place[inputs->samples.width++] = i;
     }
-    if (csv_column(csv, "t") < 0)
-        return csv_complain(csv, "no column is called t; add the time of each sample");
+    if (format_csv_column(csv, "t") < 0)
+        return format_csv_complain(csv, "no column is called t; add the time of each sample");
     inputs->samples.place = inputs->place;
     if (inputs->samples.width == 0)
         return no_input(reading);
     for (int k = 0; k < inputs->samples.width; k++)
         if (scene_inputs_are_set_by_event(model, inputs->place[k]))
-            return csv_complain(csv, "column %s: events of the model set this input; samples must not",
-                                model->inputs[inputs->place[k]].name);
+            return format_csv_complain(csv, "column %s: events of the model set this input; samples must not",
+                                       model->inputs[inputs->place[k]].name);
     warn_of_passed(reading);
     return true;
 }
@@ -102,7 +103,7 @@ static bool take_row(struct reading *reading) {
     struct inputs *inputs = reading->inputs;
     const struct csv *csv = &reading->csv;
     struct refdyn_samples *samples = &inputs->samples;
-    inputs->rows = memory_room(&program_memory, inputs->rows, samples->count, &inputs->room,
+    inputs->rows = memory_room(&format_memory, inputs->rows, samples->count, &inputs->room,
                                (size_t)(samples->width + 1) * sizeof *inputs->rows);
     samples->rows = inputs->rows;
     double *row = row_of(inputs, samples->count);
@@ -111,22 +112,23 @@ static bool take_row(struct reading *reading) {
         double value;
         if (role == ROLE_NONE)
             continue;
-        if (!csv_number(csv, i, &value))
+        if (!format_csv_number(csv, i, &value))
             return false;
         row[role == ROLE_TIME ? 0 : 1 + role] = value;
     }
     if (samples->count > 0 && !(*row > *row_of(inputs, samples->count - 1)))
-        return csv_complain(csv, "t = %g does not follow the sample before it", *row);
+        return format_csv_complain(csv, "t = %g does not follow the sample before it", *row);
     samples->count++;
     return true;
 }
 
 static bool take_rows(struct reading *reading) {
     int answer = 1;
-    while (answer > 0 && (answer = csv_next(&reading->csv)) > 0)
+    while (answer > 0 && (answer = format_csv_next(&reading->csv)) > 0)
         answer = take_row(reading) ? 1 : -1;
     if (answer == 0 && reading->inputs->samples.count == 0)
-        return csv_complain(&reading->csv, "no sample; must have a header and at least one line of numbers");
+        return format_csv_complain(&reading->csv,
+                                   "no sample; must have a header and at least one line of numbers");
     return answer == 0;
 }
 
@@ -134,8 +136,8 @@ bool scene_inputs_read(struct inputs *inputs, const char *path, const struct ref
     struct reading reading = {.inputs = inputs, .model = model};
     *inputs = (struct inputs){.path = path};
     const bool is_good =
-        csv_open(&reading.csv, path, "inputs") && assign_columns(&reading) && take_rows(&reading);
-    csv_close(&reading.csv);
+        format_csv_open(&reading.csv, path, "inputs") && assign_columns(&reading) && take_rows(&reading);
+    format_csv_close(&reading.csv);
     return is_good;
 }
 

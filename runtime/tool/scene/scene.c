@@ -1,7 +1,12 @@
-/* Makes one model ready to compute with: reads it, emits and compiles the quantities that a command needs,
- * and sets parameters and inputs. */
+/*
+ * Makes one model ready to compute with: reads it, emits and compiles the quantities that a command needs,
+ * and sets parameters and inputs.
+ *
+ * Values of parameters do not change the emitted C, except with --fold. Parameters of --set and of a
+ * STATE.json are set at run time, so that another value compiles nothing.
+ */
 #include "runtime/tool/scene/scene.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "gen/read/read.h"
 
@@ -34,7 +39,7 @@ static const char *const loop_words[] = {
     [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never", NULL};
 
 static const char *list_quantities(const struct command *command) {
-    struct text text = {.memory = &program_memory};
+    struct text text = {.memory = &format_memory};
     (void)command;
     text_add(&text, "all implicit step step.p");
     for (int i = 0; gen_quantity(i); i++)
@@ -97,23 +102,23 @@ enum status scene_read(struct scene *scene, const struct options *options, bool 
 }
 
 static void add_inputs(struct values *values, const struct model *model) {
-    values->inputs = allocate((size_t)model->input_count, sizeof *values->inputs);
+    values->inputs = format_allocate((size_t)model->input_count, sizeof *values->inputs);
     for (int i = 0; i < model->input_count; i++)
         if (model->inputs[i].is_given)
             values->inputs[values->input_count++] =
-                (struct named_value){text_format("%s", model->inputs[i].name), model->inputs[i].value};
+                (struct named_value){format_text("%s", model->inputs[i].name), model->inputs[i].value};
 }
 
 static struct values given_values(struct scene *scene) {
     const struct model *model = &scene->generation.model;
     const struct state *state = &scene->state;
     const size_t most = (size_t)(state->parameter_count + model->parameter_count);
-    struct values values = {.list = allocate(most, sizeof *values.list)};
+    struct values values = {.list = format_allocate(most, sizeof *values.list)};
     for (int i = 0; i < state->parameter_count; i++)
         values.list[values.count++] = state->parameters[i];
     for (int i = 0; i < model->parameter_count; i++)
         if (model->parameters[i].is_given) /* the name must outlive the model, which is read again */
-            values.list[values.count++] = (struct named_value){text_format("%s", model->parameters[i].name),
+            values.list[values.count++] = (struct named_value){format_text("%s", model->parameters[i].name),
                                                                model->parameters[i].value};
     add_inputs(&values, model);
     return values;
@@ -136,11 +141,11 @@ static enum status read_valued(struct scene *scene, const struct options *option
                                const struct values *values) {
     int count = options->setting_count;
     const size_t most = (size_t)(count + values->count);
-    struct setting *settings = memory_grow(&program_memory, options->settings,
+    struct setting *settings = memory_grow(&format_memory, options->settings,
                                            (size_t)count * sizeof *settings, most * sizeof *settings);
     for (int i = 0; i < values->count; i++)
-        settings[count++] = (struct setting){values->list[i].name,
-                                             exact_text(values->list[i].value, allocate(NUMBER_LENGTH, 1))};
+        settings[count++] = (struct setting){
+            values->list[i].name, exact_text(values->list[i].value, format_allocate(NUMBER_LENGTH, 1))};
     return read_with(scene, options, settings, count, options_has(options, "fold"), false);
 }
 
@@ -148,7 +153,7 @@ static enum status read_valued(struct scene *scene, const struct options *option
  * for all values. */
 static enum status read_structure(struct scene *scene, const struct options *options,
                                   const struct values *values) {
-    struct setting *settings = allocate((size_t)options->setting_count, sizeof *settings);
+    struct setting *settings = format_allocate((size_t)options->setting_count, sizeof *settings);
     int count = 0;
     for (int i = 0; i < options->setting_count; i++)
         if (!is_given(values, options->settings[i].name) &&
@@ -209,11 +214,11 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
     const char *emit = options_text(options, "emit");
     const struct model *model = &scene->generation.model;
     if (needs & NEEDS_ALL)
-        return text_format("%s%s", emit ? "start,equations," : "all", emit ? emit : "");
+        return format_text("%s%s", emit ? "start,equations," : "all", emit ? emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
     if (needs_statics_tangent(model, needs, values))
         needs |= NEEDS_TANGENT;
-    return text_format(
+    return format_text(
         "%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k,constrained" : "",
         needs & NEEDS_STATICS ? ",Q,Q_q" : "",
@@ -242,7 +247,7 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
     struct generation *generation = &scene->generation;
     const char *wrong = emit ? gen_wrong_emit(generation, emit) : NULL;
     if (wrong)
-        return usage_error(options->command, "--emit: %s", wrong);
+        return options_usage_error(options->command, "--emit: %s", wrong);
     const int lanes = lanes_for(&generation->model, options);
     generation->has_lanes = lanes > 0;
     const enum status status =
@@ -258,10 +263,10 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
 
 static enum status start_workspace(struct scene *scene) {
     size_t size = refdyn_workspace_size(scene->model), n = (size_t)scene->model->n;
-    scene->q = allocate(n, sizeof *scene->q);
-    scene->qd = allocate(n, sizeof *scene->qd);
-    scene->given = allocate((size_t)scene->model->anchored_count, sizeof *scene->given);
-    int status = refdyn_workspace_init(&scene->work, scene->model, allocate(1, size), size);
+    scene->q = format_allocate(n, sizeof *scene->q);
+    scene->qd = format_allocate(n, sizeof *scene->qd);
+    scene->given = format_allocate((size_t)scene->model->anchored_count, sizeof *scene->given);
+    int status = refdyn_workspace_init(&scene->work, scene->model, format_allocate(1, size), size);
     if (status == REFDYN_OK)
         return STATUS_DONE;
     fprintf(stderr, "refdyn: %s: %s\n", scene->model->name, refdyn_status_text(status));
@@ -368,7 +373,7 @@ enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row
 void scene_spare_sources(const struct scene *scene, struct targets *targets) {
     const struct sources *sources = scene->generation.model.sources;
     for (int i = 0; i < sources->count; i++)
-        targets_spare(targets, sources->list[i].path);
+        system_targets_spare(targets, sources->list[i].path);
 }
 
 /* Opens the files of -o and --summary, which must differ from all files that the command reads. */
@@ -377,19 +382,19 @@ static enum status open_targets(struct scene *scene, const struct options *optio
     struct targets *targets = &scene->targets;
     scene_spare_sources(scene, targets);
     if (state_path)
-        targets_spare(targets, state_path);
+        system_targets_spare(targets, state_path);
     if (inputs)
-        targets_spare(targets, inputs);
-    scene->result = target_open(targets, options_text(options, "output"));
+        system_targets_spare(targets, inputs);
+    scene->result = system_target_open(targets, options_text(options, "output"));
     if (scene->result && summary)
-        scene->summary = target_open(targets, summary);
+        scene->summary = system_target_open(targets, summary);
     return scene->result && (scene->summary || !summary) ? STATUS_DONE : STATUS_FAULT;
 }
 
 enum status scene_finish(struct scene *scene, struct document *document) {
-    if (!document_close(document, scene->result->file))
+    if (!format_document_close(document, scene->result->file))
         return scene_numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
-    return target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
+    return system_target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
 }
 
 enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
@@ -407,7 +412,7 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
 
 void scene_close(struct scene *scene) {
     compile_release(&scene->compiled);
-    targets_release(&scene->targets);
+    system_targets_release(&scene->targets);
     if (scene->is_read)
         gen_release(&scene->generation);
 }

@@ -1,9 +1,5 @@
-/*
- * One model made ready to compute with, and the parts that several commands share.
- *
- * Parts: a basis for linear rows; sampled inputs; STATE.json; the scene; messages about failures; the
- * linear model.
- */
+/* One model made ready to compute with, and the parts that several commands share: sampled inputs;
+ * STATE.json; the scene; messages about failures. */
 #ifndef REFDYN_TOOL_SCENE_H
 #define REFDYN_TOOL_SCENE_H
 
@@ -12,37 +8,13 @@
 #include "gen/gen.h"
 #include "refdyn.h"
 #include "refdyn_batch.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
 
-/*
- * A basis of the changes that linear rows leave free.
- *
- * For rows R v + B x = 0 (count x n each), v = basis w + drift x, where w are the independent entries of v,
- * by elimination with full pivoting. Coordinates that occur in no row stay separate. So do the digits of
- * soft coordinates next to stiff ones, which an orthonormal basis would mix.
- */
-
-struct freedom {
-    int n, rank, count;
-    int *row;      /* (count) rows: the first `rank` are used, the others redundant */
-    int *column;   /* (n) the first `rank` are dependent, in the order of elimination; then the independent
-                      ones, ascending */
-    double *basis; /* (n x (n - rank)) */
-    double *drift; /* (n x n) */
-};
-
-/* B may be NULL. */
-void scene_find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n);
-
-/*
- * Sampled inputs of a motion from a CSV file: columns `t` and names of inputs. Other columns are skipped.
- *
- * Each value holds from its sample to the next one (zero-order hold); the first one also before, the last
- * one also after. The steps of the motion end at the samples.
- */
+/* Sampled inputs of a motion from a CSV file: columns `t` and names of inputs. Each value holds from its
+ * sample to the next one (zero-order hold); the first one also before, the last one also after. */
 
 struct inputs {
     const char *path;
@@ -60,12 +32,8 @@ bool scene_inputs_read(struct inputs *inputs, const char *path, const struct ref
 /* Sets x to the values at t, and inputs->next. */
 void scene_inputs_set(struct inputs *inputs, double t, double *x);
 
-/*
- * STATE.json: {"t": 0, "q": [...], "qd": [...], "inputs": {"NAME": value}, "parameters": {"NAME": value}}.
- *
- * Reading returns all values that the file gives. The results of `statics` and `modes` are states, too:
- * their other keys are ignored, but `coordinates` must match the model.
- */
+/* STATE.json: {"t": 0, "q": [...], "qd": [...], "inputs": {"NAME": value}, "parameters": {"NAME": value}}.
+ * Reading returns all values that the file gives. */
 
 struct named_value {
     const char *name;
@@ -89,14 +57,9 @@ struct state {
 /* Returns false and reports errors with FILE:LINE if the file is not a state of this model. */
 bool scene_state_read(struct state *state, const char *path, const struct generation *generation);
 
-/*
- * One model made ready to compute with: read, emitted, compiled, its parameters and inputs set.
- *
- * Values of parameters do not change the emitted C, except with --fold. Parameters of --set and of a
- * STATE.json are set at run time, so that another value compiles nothing.
- */
+/* One model made ready to compute with: read, emitted, compiled, its parameters and inputs set. */
 
-extern const char table_input_lead[]; /* precedes the name of an input's column if that name is taken */
+extern const char scene_input_lead[]; /* precedes the name of an input's column if that name is taken */
 
 struct scene {
     struct generation generation;
@@ -184,34 +147,5 @@ bool scene_print_condition(struct refdyn_workspace *work, double t, const double
 void scene_print_rows_left_out(const struct refdyn_model *model, const int *rows, int count);
 /* The same for all rows of a workspace after its accelerations were solved. */
 void scene_print_redundant_rows(const struct refdyn_workspace *work);
-
-/*
- * The equations of small motions about a state at rest.
- *
- * For x, the change of the coordinates that are not held:
- *     M x'' + D x' + K x - u^T mu = 0,   position rows: u x = 0,   velocity rows: u x' + psi_q x = 0
- * K and D are the derivatives of M qdd - h - Q - u^T lambda at qd = 0 and qdd = 0. There h, quadratic in
- * qd, does not contribute to K, nor does M. phi and psi themselves are linearised; gains of stabilisation
- * do not enter.
- */
-
-struct linear {
-    int n, m;
-    int *place;      /* (n) of the coordinates not held, in q */
-    double *M, *D;   /* (n x n) */
-    double *K;       /* (n x n) */
-    double *u;       /* (m x n) */
-    double *psi_q;   /* (m x n) 0 in position rows */
-    int *is_level_q; /* (m) non-zero: a position row */
-    double *force;   /* (n) Q + u^T lambda, the unbalanced force */
-    double residual; /* the largest of these */
-};
-
-/* lambda minimises |Q + u^T lambda|; of several minima, it is the smallest. Returns a status of the runtime.
- */
-int scene_linearise(struct linear *linear, struct scene *scene, const int *held);
-/* The first coordinate that is out of balance by more than 1e-6 rad or m, and by an acceleration of more than
- * 1e-9 rad/s^2 or m/s^2; -1 if the state is an equilibrium. */
-int scene_linear_out_of_balance(const struct linear *linear);
 
 #endif

@@ -1,4 +1,6 @@
-/* STATE.json: reads a state with the lines of its entries for messages, and writes states and points. */
+/* STATE.json: reads a state with the lines of its entries for messages, and writes states and points. The
+ * results of `statics` and `modes` are states, too: their other keys are ignored, but `coordinates` must
+ * match the model. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -79,7 +81,7 @@ static void complain_at(struct reading *reading, int line, const char *format, .
 static void complain_at(struct reading *reading, int line, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    complain_line(reading->path, line, text_vformat(format, list));
+    format_complain_line(reading->path, line, format_vtext(format, list));
     va_end(list);
     reading->complaints++;
 }
@@ -115,7 +117,7 @@ static double *read_vector(struct reading *reading, const char *key, const json_
                     json_array_size(array) > (size_t)tree->count ? "; numbers are written with a point" : "");
         return NULL;
     }
-    double *values = allocate((size_t)tree->count, sizeof *values);
+    double *values = format_allocate((size_t)tree->count, sizeof *values);
     for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {
         const json_t *value = json_array_get(array, (size_t)i);
         values[i] = json_number_value(value);
@@ -130,7 +132,7 @@ static double *read_vector(struct reading *reading, const char *key, const json_
 static struct named_value *read_values(struct reading *reading, const char *key, const char *what,
                                        json_t *object, const char *const *known, int known_count,
                                        int *count) {
-    struct named_value *values = allocate(json_object_size(object), sizeof *values);
+    struct named_value *values = format_allocate(json_object_size(object), sizeof *values);
     const char *name;
     json_t *value;
     *count = 0;
@@ -146,14 +148,14 @@ static struct named_value *read_values(struct reading *reading, const char *key,
         else if (!json_is_number(value))
             complain_at(reading, line, "%s: %s; must be a number", name, kind_of(value));
         else
-            values[(*count)++] = (struct named_value){text_format("%s", name), json_number_value(value)};
+            values[(*count)++] = (struct named_value){format_text("%s", name), json_number_value(value)};
     }
     return values;
 }
 
 static void read_inputs(struct reading *reading, struct state *state, json_t *object) {
     const struct model *model = &reading->generation->model;
-    const char **names = allocate((size_t)model->input_count, sizeof *names);
+    const char **names = format_allocate((size_t)model->input_count, sizeof *names);
     for (int i = 0; i < model->input_count; i++)
         names[i] = model->inputs[i].name;
     state->inputs =
@@ -162,7 +164,7 @@ static void read_inputs(struct reading *reading, struct state *state, json_t *ob
 
 static void read_parameters(struct reading *reading, struct state *state, json_t *object) {
     const struct model *model = &reading->generation->model;
-    const char **names = allocate((size_t)model->parameter_count, sizeof *names);
+    const char **names = format_allocate((size_t)model->parameter_count, sizeof *names);
     for (int i = 0; i < model->parameter_count; i++)
         names[i] = model->parameters[i].name;
     state->parameters = read_values(reading, "parameters", "parameter", object, names, model->parameter_count,
@@ -233,8 +235,7 @@ static void read_member(struct reading *reading, struct state *state, const char
 /* Shows the token that jansson names, and a character beyond ASCII in it. */
 static void complain_of_syntax(struct reading *reading, const json_error_t *error) {
     const char *token = strstr(error->text, "near '"), *instead;
-    const char *strange =
-        token ? message_beyond_ascii(&program_memory, token, strlen(token), &instead) : NULL;
+    const char *strange = token ? message_beyond_ascii(&format_memory, token, strlen(token), &instead) : NULL;
     complain_at(reading, error->line > 0 ? error->line : 1,
                 "state: %s; must be one JSON object of finite numbers%s%s%s%s", error->text,
                 strange ? "; it has " : "", strange ? strange : "", strange ? "; " : "",
@@ -244,7 +245,7 @@ static void complain_of_syntax(struct reading *reading, const json_error_t *erro
 bool scene_state_read(struct state *state, const char *path, const struct generation *generation) {
     *state = (struct state){.t = 0};
     static const char mark[] = "\xEF\xBB\xBF"; /* byte order mark of UTF-8, which some editors write first */
-    const char *text = read_text(path, "state");
+    const char *text = format_read_file(path, "state");
     if (!text)
         return false;
     text += strncmp(text, mark, strlen(mark)) == 0 ? strlen(mark) : 0;
@@ -269,22 +270,22 @@ bool scene_state_read(struct state *state, const char *path, const struct genera
 
 void scene_put_coordinates(struct document *document, const char *key, const struct refdyn_model *model,
                            const int *which) {
-    put_open(document, key, '[');
+    format_put_open(document, key, '[');
     for (int i = 0; i < model->n; i++)
         if (!which || which[i])
-            put_text(document, NULL, model->coordinates[i].name);
-    put_close(document, ']');
+            format_put_text(document, NULL, model->coordinates[i].name);
+    format_put_close(document, ']');
 }
 
 void scene_put_positions(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
-    double *r = allocate_matrix(model->point_count, 3);
+    double *r = format_allocate_matrix(model->point_count, 3);
     if (model->point_count)
         model->r(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, r);
-    put_open(document, "points", '{');
+    format_put_open(document, "points", '{');
     for (int i = 0; i < model->point_count; i++)
-        put_array(document, model->points[i], r + 3 * i, 3);
-    put_close(document, '}');
+        format_put_array(document, model->points[i], r + 3 * i, 3);
+    format_put_close(document, '}');
 }
 
 /* Of several values of one name, the last one counts. */
@@ -294,7 +295,7 @@ static void put_values(struct document *document, const struct named_value *list
         for (int k = i + 1; k < count; k++)
             is_last = is_last && strcmp(list[k].name, list[i].name) != 0;
         if (is_last)
-            put_number(document, list[i].name, list[i].value);
+            format_put_number(document, list[i].name, list[i].value);
     }
 }
 
@@ -303,22 +304,22 @@ static void put_inputs(struct document *document, const struct scene *scene) {
     const struct values *values = &scene->values;
     const struct state *state = &scene->state;
     const size_t count = (size_t)(values->input_count + state->input_count);
-    struct named_value *list = allocate(count, sizeof *list);
+    struct named_value *list = format_allocate(count, sizeof *list);
     for (int i = 0; i < values->input_count; i++)
         list[i] = values->inputs[i];
     for (int i = 0; i < state->input_count; i++)
         list[values->input_count + i] = state->inputs[i];
-    put_open(document, "inputs", '{');
+    format_put_open(document, "inputs", '{');
     put_values(document, list, (int)count);
-    put_close(document, '}');
+    format_put_close(document, '}');
 }
 
 void scene_put_state(struct document *document, const struct scene *scene) {
-    put_array(document, "q", scene->q, scene->model->n);
-    put_array(document, "qd", scene->qd, scene->model->n);
-    put_number(document, "t", scene->state.t);
+    format_put_array(document, "q", scene->q, scene->model->n);
+    format_put_array(document, "qd", scene->qd, scene->model->n);
+    format_put_number(document, "t", scene->state.t);
     put_inputs(document, scene);
-    put_open(document, "parameters", '{');
+    format_put_open(document, "parameters", '{');
     put_values(document, scene->values.list, scene->values.count);
-    put_close(document, '}');
+    format_put_close(document, '}');
 }

@@ -1,11 +1,111 @@
 /* `refdyn batch`: computes many motions of one model and writes them into one file of runs, HDF5 or CSV. */
-#include "runtime/tool/batches/runs/runs.h"
-#include "runtime/tool/support/command_line/command_line.h"
-#include "runtime/tool/motions/equilibria/equilibria.h"
-#include "runtime/tool/support/system/system.h"
-
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
+
+#include "runtime/tool/batches/runs/runs.h"
+#include "runtime/tool/batches/sweeps/sweeps.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/support/options/options.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/system/system.h"
+
+/* ---- CSV ---- */
+
+/* One row a case: its number, what varied (a start value under NAME_start), its status, and what is kept of
+ * its end, extremes and norms. A last column has reasons, but only if at least one case has a reason. Other
+ * files therefore have only numbers, except for varied texts. */
+
+static const char *const extremes_suffixes[] = {"_min", "_min_t", "_max", "_max_t"};
+
+static bool has_extremes(const struct kept_item *item) {
+    return strcmp(item->group, "extremes") == 0;
+}
+
+/* The first item that does not fit into one row, NULL if all fit. */
+static const char *csv_unfit(const struct runs_layout *layout) {
+    for (int i = 0; i < layout->item_count; i++)
+        if (layout->items[i].axis && !has_extremes(&layout->items[i]))
+            return layout->items[i].name;
+    return NULL;
+}
+
+/* A varied coordinate or rate is a start value; the column with its own name has the value at the end. */
+static const char *start_suffix(const struct varied *column) {
+    return column->kind == VARIED_COORDINATE || column->kind == VARIED_RATE ? "_start" : "";
+}
+
+static void csv_header(const struct runs_layout *layout, bool has_reasons, FILE *out) {
+    fputs("case", out);
+    for (int i = 0; i < layout->cases.width; i++)
+        fprintf(out, ",%s%s", layout->cases.columns[i].name, start_suffix(&layout->cases.columns[i]));
+    fputs(",status", out);
+    for (int i = 0; i < layout->item_count; i++) {
+        const struct kept_item *item = &layout->items[i];
+        const bool is_norm = strcmp(item->group, "norms") == 0;
+        for (int k = 0; k < item->size; k++)
+            fprintf(out, ",%s%s", item->name,
+                    has_extremes(item) ? extremes_suffixes[k]
+                    : is_norm          ? "_rms"
+                                       : "");
+    }
+    fputs(has_reasons ? ",reason\n" : "\n", out);
+}
+
+/* The first name that two columns would share, NULL if all names differ. */
+static const char *csv_twice(const struct runs_layout *layout) {
+    struct text_set names = {.memory = &format_memory};
+    char *header;
+    size_t size;
+    const char *twice = NULL;
+    FILE *out = format_stream(&header, &size);
+    csv_header(layout, true, out);
+    fclose(out);
+    for (char *rest = header, *name; !twice && (name = strsep(&rest, ",\n"));) {
+        const int before = names.count, number = sweeps_text_set_add(&names, name);
+        twice = number < before ? names.texts[number] : NULL;
+    }
+    free(header);
+    return twice;
+}
+
+/* The field of an unknown value is empty. */
+static void print_field(double value, FILE *out) {
+    fputc(',', out);
+    if (!isnan(value))
+        format_number(out, value);
+}
+
+/* Prints quotes around a text with a comma, quotes or a line break, and doubles its quotes. */
+static void print_text(const char *text, FILE *out) {
+    const char *quote = strpbrk(text, ",\"\r\n") ? "\"" : "";
+    fprintf(out, ",%s", quote);
+    for (; *text; text++)
+        fputs(*text == '"' ? "\"\"" : (const char[]){*text, '\0'}, out);
+    fputs(quote, out);
+}
+
+static void csv_row(const struct runs_layout *layout, bool has_reasons, const struct case_record *record,
+                    FILE *out) {
+    fprintf(out, "%ld", record->number);
+    for (int i = 0; i < layout->cases.width; i++) {
+        const struct varied *column = &layout->cases.columns[i];
+        const double value = column->values[record->number];
+        if (column->texts)
+            print_text(column->texts[(int)value], out);
+        else
+            print_field(value, out);
+    }
+    fprintf(out, ",%d", record->status);
+    for (int k = 0; k < layout->width; k++)
+        print_field(record->values[k], out);
+    if (has_reasons)
+        print_text(record->reason, out);
+    fputc('\n', out);
+}
+
+/* ---- The command ---- */
 
 /* What a call writes. */
 struct results {
@@ -18,15 +118,15 @@ struct results {
 /* ---- Opening ---- */
 
 static enum status check_csv(const struct batch_setup *setup) {
-    const char *path = options_text(&setup->options, "output"), *unfit = runs_csv_unfit(&setup->layout);
+    const char *path = options_text(&setup->options, "output"), *unfit = csv_unfit(&setup->layout);
     if (unfit)
-        return usage_error(setup->options.command,
-                           "-o %s: a CSV has one row a case and cannot keep the times of %s; "
-                           "write a file RUNS.h5",
-                           path, unfit);
-    const char *twice = runs_csv_twice(&setup->layout);
+        return options_usage_error(setup->options.command,
+                                   "-o %s: a CSV has one row a case and cannot keep the times of %s; "
+                                   "write a file RUNS.h5",
+                                   path, unfit);
+    const char *twice = csv_twice(&setup->layout);
     if (twice)
-        return usage_error(
+        return options_usage_error(
             setup->options.command,
             "-o %s: two columns would have the name %s; write a file RUNS.h5, which has groups", path, twice);
     return STATUS_DONE;
@@ -37,14 +137,14 @@ static enum status check_output(const struct batch_setup *setup) {
     const char *path = options_text(&setup->options, "output");
     if (path && text_ends_with(path, ".csv"))
         return check_csv(setup);
-    if (path && !text_names_hdf5(path))
-        return usage_error(setup->options.command,
-                           "-o %s: unknown kind of file; the name must end in .h5 or .csv", path);
-    return kept_fits_hdf5(&setup->sweep.keep, &setup->layout) ? STATUS_DONE : STATUS_FAULT;
+    if (path && !format_names_hdf5(path))
+        return options_usage_error(setup->options.command,
+                                   "-o %s: unknown kind of file; the name must end in .h5 or .csv", path);
+    return runs_kept_fits_hdf5(&setup->sweep.keep, &setup->layout) ? STATUS_DONE : STATUS_FAULT;
 }
 
 static bool spare(void *context, const char *path) {
-    targets_spare(context, path);
+    system_targets_spare(context, path);
     return true;
 }
 
@@ -53,14 +153,14 @@ static void spare_inputs(struct targets *targets, const struct batch_setup *setu
     const struct options *options = &setup->options;
     const char *table = options_text(options, "table");
     scene_spare_sources(&setup->base, targets);
-    targets_spare(targets, table ? table : options->operands[1]);
-    batch_for_each_file(setup, spare, targets);
+    system_targets_spare(targets, table ? table : options->operands[1]);
+    runs_for_each_file(setup, spare, targets);
 }
 
 /* Returns whether the summary would overwrite the journal. */
 static bool is_journal(const struct options *options) {
     const char *summary = options_text(options, "summary");
-    return summary && strcmp(summary, text_format("%s.journal", options_text(options, "output"))) == 0;
+    return summary && strcmp(summary, format_text("%s.journal", options_text(options, "output"))) == 0;
 }
 
 static enum status open_results(struct results *results, struct batch_setup *setup) {
@@ -68,18 +168,18 @@ static enum status open_results(struct results *results, struct batch_setup *set
     const char *summary = options_text(options, "summary"), *output = options_text(options, "output");
     results->is_csv = text_ends_with(output, ".csv");
     if (is_journal(options))
-        return usage_error(options->command, "--summary %s: this is the journal of %s; use another name",
-                           summary, output);
+        return options_usage_error(
+            options->command, "--summary %s: this is the journal of %s; use another name", summary, output);
     spare_inputs(&results->targets, setup);
-    targets_spare(&results->targets, text_format("%s.journal", output));
-    results->runs = target_open(&results->targets, output);
+    system_targets_spare(&results->targets, format_text("%s.journal", output));
+    results->runs = system_target_open(&results->targets, output);
     if (results->runs && summary)
-        results->summary = target_open(&results->targets, summary);
+        results->summary = system_target_open(&results->targets, summary);
     if (!results->runs || (summary && !results->summary))
         return STATUS_FAULT;
-    const bool is_open = journal_open(&results->journal, output, &setup->key, setup->sweep.cases.count,
-                                      setup->layout.width, options_has(options, "resume")) &&
-                         journal_is_within(&results->journal, setup->first, setup->end);
+    const bool is_open = runs_journal_open(&results->journal, output, &setup->key, setup->sweep.cases.count,
+                                           setup->layout.width, options_has(options, "resume")) &&
+                         runs_journal_is_within(&results->journal, setup->first, setup->end);
     return is_open ? STATUS_DONE : STATUS_FAULT;
 }
 
@@ -130,7 +230,7 @@ static enum status run_dry(struct batch_setup *setup) {
     const struct batch_sink sink = {&cases, is_left_out, forget};
     struct batch_count count;
     print_cases(setup);
-    const enum status status = batch_run(setup, &sink, &count);
+    const enum status status = runs_compute(setup, &sink, &count);
     if (status != STATUS_DONE || count.cases == 0)
         return status;
     const double width = setup->layout.width + setup->sweep.cases.width + 4;
@@ -150,26 +250,26 @@ static bool journal_has(void *context, long number) {
 }
 
 static bool journal_take(void *context, const struct case_record *record) {
-    return journal_put(context, record);
+    return runs_journal_put(context, record);
 }
 
 static bool write_csv(struct results *results, const struct batch_setup *setup, struct batch_count *count) {
     FILE *out = results->runs->file;
     struct case_record record;
     const bool has_reasons = results->journal.has_reasons;
-    runs_csv_header(&setup->layout, has_reasons, out);
+    csv_header(&setup->layout, has_reasons, out);
     for (long number = setup->first; number < setup->end; number++) {
-        if (!journal_get(&results->journal, number, &record))
+        if (!runs_journal_get(&results->journal, number, &record))
             return false;
-        runs_csv_row(&setup->layout, has_reasons, &record, out);
+        csv_row(&setup->layout, has_reasons, &record, out);
     }
-    batch_time_passed(count);
+    runs_time_passed(count);
     return true;
 }
 
 /* Scales the times of the cases so that they add up to the processor time of this call. */
 static bool share_time(struct runs_writer *writer, struct batch_count *count) {
-    batch_time_passed(count);
+    runs_time_passed(count);
     return hdf5_runs_share_time(writer, count->cpu_s - count->cases_cpu_s);
 }
 
@@ -179,7 +279,7 @@ static bool write_hdf5(struct results *results, const struct batch_setup *setup,
         hdf5_runs_create(results->runs->part, &setup->layout, setup->end - setup->first);
     bool is_good = writer != NULL;
     for (long number = setup->first; number < setup->end && is_good; number++)
-        is_good = journal_get(&results->journal, number, &record) && hdf5_runs_put(writer, &record);
+        is_good = runs_journal_get(&results->journal, number, &record) && hdf5_runs_put(writer, &record);
     is_good = is_good && share_time(writer, count);
     if (is_good)
         return hdf5_runs_finish(writer);
@@ -191,23 +291,23 @@ static bool write_hdf5(struct results *results, const struct batch_setup *setup,
 static bool write_summary(const struct batch_setup *setup, const struct batch_count *count,
                           struct target *target) {
     struct document document;
-    document_open(&document);
-    put_open(&document, NULL, '{');
-    put_whole(&document, "cases", count->cases);
-    put_whole(&document, "failed", count->failed);
+    format_document_open(&document);
+    format_put_open(&document, NULL, '{');
+    format_put_whole(&document, "cases", count->cases);
+    format_put_whole(&document, "failed", count->failed);
     if (setup->structures.count > 0 && setup->structures.list[0].needs & NEEDS_STATICS) {
-        put_whole(&document, "unstable", count->unstable.count);
-        put_whole(&document, "beyond_limit_point", count->beyond.count);
+        format_put_whole(&document, "unstable", count->unstable.count);
+        format_put_whole(&document, "beyond_limit_point", count->beyond.count);
     }
     if (count->far.count)
-        put_whole(&document, "far_starts", count->far.count);
-    put_number(&document, "wall_s", count->wall_s);
-    put_number(&document, "cpu_s", count->cpu_s);
-    put_number(&document, "cases_per_s", count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);
-    put_whole(&document, "lanes", setup->lanes);
-    put_whole(&document, "threads", setup->threads);
-    put_close(&document, '}');
-    return document_close(&document, target->file) && target_finish(target);
+        format_put_whole(&document, "far_starts", count->far.count);
+    format_put_number(&document, "wall_s", count->wall_s);
+    format_put_number(&document, "cpu_s", count->cpu_s);
+    format_put_number(&document, "cases_per_s", count->wall_s > 0 ? (double)count->cases / count->wall_s : 0);
+    format_put_whole(&document, "lanes", setup->lanes);
+    format_put_whole(&document, "threads", setup->threads);
+    format_put_close(&document, '}');
+    return format_document_close(&document, target->file) && system_target_finish(target);
 }
 
 static void warn_of_starts(const struct noted_cases *noted, const char *equilibrium) {
@@ -241,12 +341,12 @@ static enum status finish(struct results *results, const struct batch_setup *set
                           struct batch_count *count) {
     const bool is_written =
         results->is_csv ? write_csv(results, setup, count) : write_hdf5(results, setup, count);
-    if (!is_written || !target_finish(results->runs)) {
+    if (!is_written || !system_target_finish(results->runs)) {
         fprintf(stderr, "refdyn: the cases are in %s; --resume writes the file from it\n",
                 results->journal.path);
         return STATUS_FAULT;
     }
-    journal_remove(&results->journal);
+    runs_journal_remove(&results->journal);
     print_count(setup, count);
     return !results->summary || write_summary(setup, count, results->summary) ? STATUS_DONE : STATUS_FAULT;
 }
@@ -254,12 +354,12 @@ static enum status finish(struct results *results, const struct batch_setup *set
 static enum status compute(struct results *results, struct batch_setup *setup) {
     const struct batch_sink sink = {&results->journal, journal_has, journal_take};
     struct batch_count count;
-    interrupt_defer(true);
-    const enum status status = batch_run(setup, &sink, &count);
+    system_interrupt_defer(true);
+    const enum status status = runs_compute(setup, &sink, &count);
     if (status == STATUS_DONE)
         return finish(results, setup, &count);
     fprintf(stderr, "refdyn: %s%ld of %ld cases are in %s; --resume computes the others\n",
-            interrupted ? "interrupted: " : "", results->journal.count, setup->end - setup->first,
+            system_interrupted ? "interrupted: " : "", results->journal.count, setup->end - setup->first,
             results->journal.path);
     return status;
 }
@@ -270,7 +370,7 @@ static enum runs_present_result find_present(const struct batch_setup *setup) {
     const char *path = options_text(&setup->options, "output");
     if (!options_has(&setup->options, "resume") || text_ends_with(path, ".csv"))
         return PRESENT_NONE;
-    const bool has_journal = access(text_format("%s.journal", path), F_OK) == 0;
+    const bool has_journal = access(format_text("%s.journal", path), F_OK) == 0;
     return has_journal ? PRESENT_NONE : runs_present_result(setup, path, setup->first, setup->end);
 }
 
@@ -290,24 +390,24 @@ static enum status compute_missing(struct results *results, struct batch_setup *
     return status == STATUS_DONE ? compute(results, setup) : status;
 }
 
-enum status run_batch(const struct options *options) {
+enum status runs_batch(const struct options *options) {
     const bool has_dry_run = options_has(options, "dry-run");
     struct batch_setup setup;
     struct results results = {.journal = {.file = -1}};
     if (!options_text(options, "output") && !has_dry_run)
-        return usage_error(options->command, "-o is missing");
-    enum status status = batch_setup_open(&setup, options);
+        return options_usage_error(options->command, "-o is missing");
+    enum status status = runs_setup_open(&setup, options);
     if (status == STATUS_DONE)
         status = check_output(&setup);
     if (status == STATUS_DONE)
         status = has_dry_run ? run_dry(&setup) : compute_missing(&results, &setup);
-    journal_close(&results.journal);
-    targets_release(&results.targets);
-    batch_setup_close(&setup);
+    runs_journal_close(&results.journal);
+    system_targets_release(&results.targets);
+    runs_setup_close(&setup);
     return status;
 }
 
-const struct option_rule batch_rules[] = {
+const struct option_rule runs_batch_rules[] = {
     {"table", "CASES.csv", OPTION_TEXT,
      "replaces SWEEP.lua: a row for each case, a column for each name that varies", NULL, NULL},
     {"threads", "N", OPTION_COUNT, "threads that compute cases (default: one for each processor)", NULL,

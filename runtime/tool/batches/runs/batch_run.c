@@ -3,13 +3,161 @@
  *
  * Each thread has its own recorder. A lock is held once a case, to write its record.
  */
-#include "runtime/tool/batches/runs/runs.h"
-#include "runtime/tool/support/system/system.h"
-
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "runtime/tool/batches/runs/runs.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/system/system.h"
+
+/* ---- Numbers of a case ---- */
+
+/* Fills the numbers that a batch keeps of one case from the states of its motion. A recorder belongs to one
+ * thread and one structure, and records one case after another. */
+struct recorder {
+    const struct kept *kept;
+    const struct runs_layout *layout;
+    struct table table;
+    int *places;    /* (item_count) columns of the table, -1 if this structure has none */
+    double *values; /* (layout->width) of the case */
+    double *before; /* (item_count) squares at the previous output, for norms */
+    double t_before;
+    bool keeps_ends_alone;
+};
+
+/* Looks up the items' columns in the table, and selects the blocks that it must compute. */
+static void find_places(struct recorder *recorder) {
+    const struct kept *kept = recorder->kept;
+    struct table *table = &recorder->table;
+    bool *wanted = format_allocate((size_t)table->count, sizeof *wanted);
+    for (int i = 0; i < recorder->layout->item_count; i++) {
+        recorder->places[i] = text_index(kept->columns[i], table->names, table->count);
+        if (recorder->places[i] >= 0)
+            wanted[recorder->places[i]] = true;
+    }
+    simulate_table_want(table, wanted);
+}
+
+static void recorder_start(struct recorder *recorder, const struct kept *kept,
+                           const struct runs_layout *layout, struct refdyn_integrator *integrator) {
+    *recorder = (struct recorder){.kept = kept, .layout = layout};
+    simulate_table_start(&recorder->table, integrator, NULL);
+    recorder->places = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->places);
+    recorder->before = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->before);
+    recorder->values = format_allocate((size_t)layout->width + 1, sizeof *recorder->values);
+    find_places(recorder);
+    recorder->keeps_ends_alone = true;
+    for (int i = 0; i < layout->item_count; i++)
+        recorder->keeps_ends_alone &= kept->kinds[i] == KEPT_FINAL;
+}
+
+/* Begins a case: all its values are unknown (NaN). */
+static void recorder_clear(struct recorder *recorder) {
+    for (int i = 0; i < recorder->layout->width; i++)
+        recorder->values[i] = NAN;
+}
+
+/* extremes: smallest value, its time, largest value, its time. A NaN stays. */
+static void widen(double *extremes, double value, double t, bool is_first) {
+    if (is_first || !(value >= extremes[0])) {
+        extremes[0] = value;
+        extremes[1] = t;
+    }
+    if (is_first || !(value <= extremes[2])) {
+        extremes[2] = value;
+        extremes[3] = t;
+    }
+}
+
+/* Root mean square: integrates x^2 by the trapezoidal rule, and at the end divides by the time and takes the
+ * root. */
+static void add_square(struct recorder *recorder, int item, double value, double t, bool is_first,
+                       bool is_last) {
+    double *sum = recorder->values + recorder->layout->items[item].offset;
+    const double square = value * value;
+    *sum = is_first ? 0 : *sum + (t - recorder->t_before) * (square + recorder->before[item]) / 2;
+    recorder->before[item] = square;
+    if (is_last && t > recorder->kept->times.t[0])
+        *sum = sqrt(*sum / (t - recorder->kept->times.t[0]));
+}
+
+static void record(struct recorder *recorder, int item, double value, int number) {
+    const struct seen_times *times = &recorder->kept->times;
+    double *to = recorder->values + recorder->layout->items[item].offset;
+    const int output = times->output[number], at = times->at[number];
+    switch (recorder->kept->kinds[item]) {
+    case KEPT_FINAL:
+        *to = value;
+        break;
+    case KEPT_AT:
+        if (at >= 0)
+            to[at] = value;
+        break;
+    case KEPT_EXTREMES:
+        if (output >= 0)
+            widen(to, value, times->t[number], number == 0);
+        break;
+    case KEPT_NORM:
+        if (output >= 0)
+            add_square(recorder, item, value, times->t[number], number == 0, number == times->count - 1);
+        break;
+    case KEPT_HISTORY:
+        if (output >= 0)
+            to[output] = value;
+        break;
+    }
+}
+
+/* Records the integrator's state at the time `number` of seen_times. */
+static void recorder_see(struct recorder *recorder, int number) {
+    const struct seen_times *times = &recorder->kept->times;
+    if (recorder->keeps_ends_alone && number < times->count - 1)
+        return;
+    simulate_table_fill(&recorder->table);
+    for (int i = 0; i < recorder->layout->item_count; i++)
+        if (recorder->places[i] >= 0)
+            record(recorder, i, recorder->table.values[recorder->places[i]], number);
+    if (times->output[number] >= 0)
+        recorder->t_before = times->t[number];
+}
+
+/* Records the state at which an event has ended the case, between two recorded times. */
+static void record_end(struct recorder *recorder, int item, double value, double t) {
+    double *to = recorder->values + recorder->layout->items[item].offset;
+    const enum kept_kind kind = recorder->kept->kinds[item];
+    if (kind == KEPT_FINAL)
+        *to = value;
+    else if (kind == KEPT_EXTREMES)
+        widen(to, value, t, false);
+    else if (kind == KEPT_NORM)
+        add_square(recorder, item, value, t, false, true);
+}
+
+/* Records the end of a case that an event has ended at t, and completes extremes and norms. */
+static void recorder_end(struct recorder *recorder, double t) {
+    simulate_table_fill(&recorder->table);
+    for (int i = 0; i < recorder->layout->item_count; i++)
+        if (recorder->places[i] >= 0)
+            record_end(recorder, i, recorder->table.values[recorder->places[i]], t);
+}
+
+/* Marks as unknown what a case that failed at t has of its end and of its whole motion. */
+static void recorder_fail(struct recorder *recorder, double t) {
+    for (int i = 0; i < recorder->layout->item_count; i++) {
+        const struct kept_item *item = &recorder->layout->items[i];
+        const enum kept_kind kind = recorder->kept->kinds[i];
+        if (kind == KEPT_AT || kind == KEPT_HISTORY)
+            continue;
+        for (int k = 0; k < item->size; k++)
+            recorder->values[item->offset + k] = NAN;
+        if (kind == KEPT_FINAL && strcmp(item->name, "t") == 0)
+            recorder->values[item->offset] = t;
+    }
+}
+
+/* ---- Computation ---- */
 
 /* What all threads share while one structure is computed. */
 struct running {
@@ -49,7 +197,7 @@ static int see(void *context, const struct refdyn_batch_case *one, int number) {
 
 static int is_interrupted(void *context) {
     (void)context;
-    return interrupted != 0;
+    return system_interrupted != 0;
 }
 
 enum { REASON_LENGTH = 512 };
@@ -98,12 +246,12 @@ static void describe_end(const struct refdyn_batch_case *one, const struct refdy
 
 static void show_progress(struct running *running) {
     const struct batch_count *count = running->count;
-    if (!progress_is_due(&running->progress))
+    if (!system_progress_is_due(&running->progress))
         return;
-    const double elapsed = wall_seconds() - running->progress.started;
+    const double elapsed = system_wall_seconds() - running->progress.started;
     snprintf(running->what, sizeof running->what, "%ld of %ld cases, %.0f/s, %ld failed", count->cases,
              running->total, (double)count->cases / (elapsed > 0 ? elapsed : 1), count->failed);
-    progress_show(&running->progress, (double)count->cases / (double)running->total);
+    system_progress_show(&running->progress, (double)count->cases / (double)running->total);
 }
 
 static void note(struct noted_cases *noted, long number) {
@@ -177,7 +325,7 @@ static long list_open_cases(const struct running *running, const struct structur
     return count;
 }
 
-struct refdyn_batch batch_of_structure(const struct batch_setup *setup, const struct structure *structure) {
+struct refdyn_batch runs_describe(const struct batch_setup *setup, const struct structure *structure) {
     const struct scene *scene = &structure->scene;
     const struct seen_times *times = &setup->kept.times;
     return (struct refdyn_batch){.model = scene->model,
@@ -202,7 +350,7 @@ struct refdyn_batch batch_of_structure(const struct batch_setup *setup, const st
 }
 
 static int run_cases(struct running *running, struct structure *structure, long *numbers) {
-    struct refdyn_batch batch = batch_of_structure(running->setup, structure);
+    struct refdyn_batch batch = runs_describe(running->setup, structure);
     batch.count = list_open_cases(running, structure, numbers);
     batch.numbers = numbers;
     batch.threads = running->setup->threads;
@@ -215,10 +363,10 @@ static int run_cases(struct running *running, struct structure *structure, long 
 
 static enum status run_structure(struct running *running, struct structure *structure) {
     const int threads = running->setup->threads;
-    long *numbers = allocate_large((size_t)structure->count, sizeof *numbers);
+    long *numbers = format_allocate_large((size_t)structure->count, sizeof *numbers);
     running->structure = structure;
     running->recorders =
-        allocate_large((size_t)(threads * running->setup->lanes), sizeof *running->recorders);
+        format_allocate_large((size_t)(threads * running->setup->lanes), sizeof *running->recorders);
     const int result = run_cases(running, structure, numbers);
     free(running->recorders);
     free(numbers);
@@ -227,22 +375,24 @@ static enum status run_structure(struct running *running, struct structure *stru
     return result || running->is_broken ? STATUS_FAULT : STATUS_DONE;
 }
 
-void batch_time_passed(struct batch_count *count) {
-    count->cpu_s = process_cpu_seconds() - count->cpu_started;
-    count->wall_s = wall_seconds() - count->wall_started;
+void runs_time_passed(struct batch_count *count) {
+    count->cpu_s = system_process_cpu_seconds() - count->cpu_started;
+    count->wall_s = system_wall_seconds() - count->wall_started;
 }
 
-enum status batch_run(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count) {
+enum status runs_compute(struct batch_setup *setup, const struct batch_sink *sink,
+                         struct batch_count *count) {
     struct running running = {
         .setup = setup, .sink = sink, .count = count, .lock = PTHREAD_MUTEX_INITIALIZER};
     enum status status = STATUS_DONE;
-    *count = (struct batch_count){.cpu_started = process_cpu_seconds(), .wall_started = wall_seconds()};
+    *count = (struct batch_count){.cpu_started = system_process_cpu_seconds(),
+                                  .wall_started = system_wall_seconds()};
     for (long number = setup->first; number < setup->end; number++)
         running.total += !sink->has(sink->context, number);
-    progress_start(&running.progress, running.what);
-    for (int i = 0; i < setup->structures.count && status == STATUS_DONE && !interrupted; i++)
+    system_progress_start(&running.progress, running.what);
+    for (int i = 0; i < setup->structures.count && status == STATUS_DONE && !system_interrupted; i++)
         status = run_structure(&running, &setup->structures.list[i]);
-    progress_end(&running.progress);
-    batch_time_passed(count);
-    return status == STATUS_DONE && interrupted ? STATUS_NUMBERS : status;
+    system_progress_end(&running.progress);
+    runs_time_passed(count);
+    return status == STATUS_DONE && system_interrupted ? STATUS_NUMBERS : status;
 }

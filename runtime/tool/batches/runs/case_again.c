@@ -5,7 +5,7 @@
  * the batch, at the times at which it recorded states, with all columns of a motion.
  */
 #include "runtime/tool/batches/runs/runs.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/system/system.h"
@@ -47,7 +47,7 @@ static enum status write_model(struct again *again, const char **path) {
     const char *name;
     json_t *text;
     *path = NULL;
-    again->has_folder = scratch_open(&again->folder, scratch_parent(), "refdyn-case-");
+    again->has_folder = system_scratch_open(&again->folder, system_scratch_parent(), "refdyn-case-");
     if (!again->has_folder)
         return STATUS_FAULT;
     json_object_foreach(again->model, name, text) {
@@ -64,7 +64,7 @@ static enum status write_model(struct again *again, const char **path) {
 static void read_options(struct again *again, const struct options *given, const char **path) {
     struct options *options = &again->setup.options;
     *options = (struct options){.command = given->command, .operands = path, .operand_count = 1};
-    batch_read_options(again->options, options);
+    runs_read_options(again->options, options);
 }
 
 /* Drops the texts of other cases, whose files may no longer exist. */
@@ -165,7 +165,7 @@ static const char *find_file(const struct case_files *files, struct memory *memo
         char hash[JOURNAL_HASH];
         if (access(places[i], F_OK) != 0)
             continue;
-        if (!batch_hash_file(places[i], hash))
+        if (!runs_hash_file(places[i], hash))
             return NULL;
         if (!known || strcmp(hash, known) == 0)
             return places[i];
@@ -207,17 +207,17 @@ static int write_row(void *context, const struct refdyn_batch_case *one, int num
     struct again *again = context;
     if (number == 0) {
         again->has_rows = true;
-        table_start(&again->table, one->integrator, NULL);
-        table_header(&again->table, again->rows->file);
+        simulate_table_start(&again->table, one->integrator, NULL);
+        simulate_table_header(&again->table, again->rows->file);
     }
-    table_fill(&again->table);
-    table_row(&again->table, again->rows->file);
+    simulate_table_fill(&again->table);
+    simulate_table_row(&again->table, again->rows->file);
     return 0;
 }
 
 static int is_interrupted(void *context) {
     (void)context;
-    return interrupted != 0;
+    return system_interrupted != 0;
 }
 
 /* Removes the temporary folder of the model from the text, since it no longer exists when the user reads the
@@ -233,7 +233,7 @@ static int print_refused_values(const struct again *again, const struct refdyn_b
     char text[REFUSED_LENGTH];
     const char *fact = without_folder(again, scene_refused_fact(scene, one->integrator->work, text));
     if (result->stage == REFDYN_AT_STEPS)
-        events_print_refused(one->integrator, fact);
+        simulate_events_print_refused(one->integrator, fact);
     else
         fprintf(stderr, "%s\n", fact);
     return 0;
@@ -245,8 +245,8 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     const struct refdyn_integrator *integrator = one->integrator;
     struct scene *scene = &again->setup.structures.list[0].scene;
     if (result->status == REFDYN_EVENT_ENDS) {
-        table_fill(&again->table);
-        table_row(&again->table, again->rows->file);
+        simulate_table_fill(&again->table);
+        simulate_table_row(&again->table, again->rows->file);
         return 0;
     }
     again->status = result->status;
@@ -262,33 +262,33 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
 /* After a signal, the rows written so far stay readable. */
 static enum status leave_part(struct again *again) {
     fputs("refdyn: interrupted\n", stderr);
-    if (again->has_rows && target_close_part(again->rows) && again->rows->part)
+    if (again->has_rows && system_target_close_part(again->rows) && again->rows->part)
         fprintf(stderr, "refdyn: what was computed until then is in %s\n", again->rows->part);
     return STATUS_NUMBERS;
 }
 
 static enum status move(struct again *again) {
     struct structure *structure = &again->setup.structures.list[0];
-    struct refdyn_batch batch = batch_of_structure(&again->setup, structure);
+    struct refdyn_batch batch = runs_describe(&again->setup, structure);
     batch.count = batch.threads = 1;
     batch.context = again;
     batch.output = write_row;
     batch.end = note_end;
     batch.stop = is_interrupted;
-    interrupt_defer(true);
+    system_interrupt_defer(true);
     const int result = refdyn_batch_run(&batch, NULL);
-    if (interrupted)
+    if (system_interrupted)
         return leave_part(again);
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));
     if (!again->has_rows)
         return again->status == REFDYN_REFUSED ? STATUS_FAULT : STATUS_NUMBERS;
-    const enum status status = target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
+    const enum status status = system_target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
     return again->status ? STATUS_NUMBERS : status;
 }
 
 static bool spare(void *context, const char *path) {
-    targets_spare(context, path);
+    system_targets_spare(context, path);
     return true;
 }
 
@@ -301,7 +301,7 @@ static enum status open_case(struct again *again, const struct options *given, c
         return complain(
             of,
             "has no attributes for its model and options; it must be a file that refdyn batch has written");
-    if (!batch_check_texts(again->runs, of))
+    if (!runs_check_texts(again->runs, of))
         return STATUS_FAULT;
     enum status status = write_model(again, path);
     read_options(again, given, path);
@@ -313,29 +313,30 @@ static enum status open_case(struct again *again, const struct options *given, c
         status = STATUS_FAULT;
     read_keep(again, &of);
     if (status == STATUS_DONE)
-        status = batch_setup_complete(&again->setup);
-    targets_spare(&again->targets, of);
-    batch_for_each_file(&again->setup, spare, &again->targets);
-    if (status == STATUS_DONE && !(again->rows = target_open(&again->targets, options_text(given, "output"))))
+        status = runs_setup_complete(&again->setup);
+    system_targets_spare(&again->targets, of);
+    runs_for_each_file(&again->setup, spare, &again->targets);
+    if (status == STATUS_DONE &&
+        !(again->rows = system_target_open(&again->targets, options_text(given, "output"))))
         status = STATUS_FAULT;
     return status;
 }
 
-enum status run_case_again(const struct options *options) {
+enum status runs_case_again(const struct options *options) {
     const char *output = options_text(options, "output");
-    if (output && text_names_hdf5(output))
-        return usage_error(options->command, "-o %s: a case of --of is written as CSV only; use another name",
-                           output);
-    struct again again = {.setup = {.memory = arena_start()},
+    if (output && format_names_hdf5(output))
+        return options_usage_error(options->command,
+                                   "-o %s: a case of --of is written as CSV only; use another name", output);
+    struct again again = {.setup = {.memory = format_arena_start()},
                           .runs = hdf5_runs_open(options_text(options, "of"))};
     const char *path;
     enum status status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
     if (status == STATUS_DONE)
         status = move(&again);
-    targets_release(&again.targets);
-    batch_setup_close(&again.setup);
+    system_targets_release(&again.targets);
+    runs_setup_close(&again.setup);
     if (again.has_folder)
-        scratch_close(&again.folder);
+        system_scratch_close(&again.folder);
     if (again.runs)
         hdf5_runs_close(again.runs);
     json_decref(again.model);

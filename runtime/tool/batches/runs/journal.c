@@ -1,4 +1,9 @@
-/* The journal of a batch: writes a record for each case, and reads those that an interrupted batch has left.
+/*
+ * The journal of a batch: writes a record for each case, and reads those that an interrupted batch has left.
+ *
+ * After the head follows a record for each case, in the order in which the cases ended. A kill therefore
+ * loses only the cases in progress. Each record has a checksum: bytes after the last good record were being
+ * written when the program was killed, and are overwritten.
  */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/runs/runs.h"
@@ -12,8 +17,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-const char *const journal_parts[JOURNAL_PARTS] = {"model files", "cases", "options",
-                                                  "files of inputs or of the state"};
+const char *const runs_journal_parts[JOURNAL_PARTS] = {"model files", "cases", "options",
+                                                       "files of inputs or of the state"};
 
 enum { LEAD_LENGTH = 16, REASON_MOST = 4096 };
 
@@ -102,7 +107,7 @@ static uint64_t record_check(const char *record, size_t length) {
 static char *room_for(struct journal *journal, size_t length) {
     if (length > journal->room_size) {
         free(journal->room);
-        journal->room = allocate_large(1, length);
+        journal->room = format_allocate_large(1, length);
         journal->room_size = length;
     }
     return journal->room;
@@ -142,7 +147,7 @@ static int64_t find_in_piece(struct journal *journal, const char *piece, int64_t
 static int64_t find_record(struct journal *journal, int64_t offset, int64_t size) {
     enum { PIECE = 1 << 16 };
     const int64_t step = PIECE - (int64_t)sizeof(struct mark) + 1;
-    char *piece = allocate_large(1, PIECE);
+    char *piece = format_allocate_large(1, PIECE);
     int64_t found = -1;
     for (; found < 0 && offset < size; offset += step) {
         const int64_t length = size - offset < PIECE ? size - offset : PIECE;
@@ -183,7 +188,7 @@ static bool read_records(struct journal *journal, int64_t size) {
     return ftruncate(journal->file, (off_t)journal->end) == 0 || complain(journal, strerror(errno));
 }
 
-bool journal_put(struct journal *journal, const struct case_record *record) {
+bool runs_journal_put(struct journal *journal, const struct case_record *record) {
     const size_t reason_length = strlen(record->reason);
     struct mark mark = {.number = record->number,
                         .steps = record->steps,
@@ -207,7 +212,7 @@ bool journal_put(struct journal *journal, const struct case_record *record) {
     return true;
 }
 
-bool journal_get(struct journal *journal, long number, struct case_record *record) {
+bool runs_journal_get(struct journal *journal, long number, struct case_record *record) {
     static char reason[REASON_MOST + 1];
     size_t length;
     const int64_t offset = journal->offsets[number];
@@ -251,7 +256,7 @@ static bool is_of_same_batch(const struct journal *journal, const struct head *f
                     "refdyn: %s: the %s of this batch differ from the journal's; --resume continues only the "
                     "same batch, and "
                     "without the journal the batch starts again\n",
-                    journal->path, journal_parts[part]);
+                    journal->path, runs_journal_parts[part]);
             return false;
         }
     return true;
@@ -291,15 +296,15 @@ static bool open_locked(struct journal *journal) {
     return complain(journal, errno == EWOULDBLOCK ? "another refdyn is writing it" : strerror(errno));
 }
 
-bool journal_open(struct journal *journal, const char *result, const struct journal_key *key, long case_count,
-                  int width, bool resume) {
+bool runs_journal_open(struct journal *journal, const char *result, const struct journal_key *key,
+                       long case_count, int width, bool resume) {
     struct stat status;
     *journal = (struct journal){.file = -1, .width = width, .case_count = case_count};
-    journal->path = text_format("%s.journal", result);
+    journal->path = format_text("%s.journal", result);
     if (!open_locked(journal))
         return false;
-    journal->offsets = allocate_large((size_t)case_count + 1, sizeof *journal->offsets);
-    journal->values = allocate_large((size_t)width + 1, sizeof *journal->values);
+    journal->offsets = format_allocate_large((size_t)case_count + 1, sizeof *journal->offsets);
+    journal->values = format_allocate_large((size_t)width + 1, sizeof *journal->values);
     journal->end = sizeof(struct head);
     if (fstat(journal->file, &status) != 0 || !S_ISREG(status.st_mode))
         return complain(journal, "not a regular file");
@@ -312,20 +317,20 @@ bool journal_open(struct journal *journal, const char *result, const struct jour
     return write_at(journal, &head, sizeof head, 0); /* no case has ended in it */
 }
 
-bool journal_is_within(const struct journal *journal, long first, long end) {
+bool runs_journal_is_within(const struct journal *journal, long first, long end) {
     for (long number = 0; number < journal->case_count; number++)
         if (journal->offsets[number] != 0 && (number < first || number >= end))
-            return complain(journal, text_format("case %ld is done here, but --cases excludes it; --resume "
+            return complain(journal, format_text("case %ld is done here, but --cases excludes it; --resume "
                                                  "needs the same range or a wider one",
                                                  number));
     return true;
 }
 
-void journal_remove(struct journal *journal) {
+void runs_journal_remove(struct journal *journal) {
     unlink(journal->path);
 }
 
-void journal_close(struct journal *journal) {
+void runs_journal_close(struct journal *journal) {
     if (journal->file >= 0)
         close(journal->file);
     free(journal->offsets);

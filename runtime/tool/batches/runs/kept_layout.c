@@ -16,11 +16,11 @@ static bool needs_outputs(const struct keep *keep) {
     return keep->extremes.count > 0 || keep->norms.count > 0 || keep->history.count > 0;
 }
 
-struct seen_times seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
-                                  double every) {
+struct seen_times runs_seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
+                                       double every) {
     const bool is_seen = needs_outputs(keep) || every > 0;
-    const double distance = motion_distance(until - t, every);
-    const long outputs = is_seen ? motion_count_outputs(until - t, distance) - 1 : 1;
+    const double distance = simulate_distance(until - t, every);
+    const long outputs = is_seen ? simulate_count_outputs(until - t, distance) - 1 : 1;
     const size_t most = (size_t)outputs + (size_t)keep->at_count + 2;
     double *times = memory_get(memory, most * sizeof *times);
     int *output = memory_get(memory, most * sizeof *output), *at = memory_get(memory, most * sizeof *at);
@@ -104,7 +104,7 @@ static void add_model(struct listing *listing, const struct keep *keep, const st
     struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
     struct refdyn_integrator integrator = {.work = &work};
     struct table table;
-    table_start(&table, &integrator, NULL);
+    simulate_table_start(&table, &integrator, NULL);
     if (keep->final)
         add_state(listing, KEPT_FINAL, &table, model);
     if (keep->at_count > 0)
@@ -155,7 +155,7 @@ static bool are_known(const struct name_list *list, const struct listing *listin
         struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
         struct refdyn_integrator integrator = {.work = &work};
         struct table table;
-        table_start(&table, &integrator, NULL);
+        simulate_table_start(&table, &integrator, NULL);
         const char *near = message_nearest_name(list->names[i], table.names, table.count);
         fprintf(stderr, "%s: keep.%s: a motion has no column '%s'%s%s\n", list->places[i], field,
                 list->names[i], near ? "; the nearest is " : "", near ? near : "");
@@ -167,11 +167,11 @@ static bool are_known(const struct name_list *list, const struct listing *listin
 /* ---- Names that HDF5 does not allow ---- */
 
 static const char *find_unfit(const char *group, const char *name, const struct runs_layout *layout) {
-    const char *path = text_format("%s/%s", group, name);
+    const char *path = format_text("%s/%s", group, name);
     for (int i = 0; i < layout->axis_count; i++)
         if (strcmp(layout->axes[i].path, path) == 0)
-            return text_format("an HDF5 file has its axis /%s under this name", path);
-    return text_unfit_for_hdf5(name);
+            return format_text("an HDF5 file has its axis /%s under this name", path);
+    return format_unfit_for_hdf5(name);
 }
 
 static bool check_fit(const struct name_list *list, const char *group, const struct runs_layout *layout) {
@@ -186,15 +186,16 @@ static bool check_fit(const struct name_list *list, const char *group, const str
     return true;
 }
 
-bool kept_fits_hdf5(const struct keep *keep, const struct runs_layout *layout) {
+bool runs_kept_fits_hdf5(const struct keep *keep, const struct runs_layout *layout) {
     return check_fit(&keep->extremes, "extremes", layout) && check_fit(&keep->norms, "norms", layout) &&
            check_fit(&keep->history, "history", layout);
 }
 
 /* ---- The whole ---- */
 
-bool kept_lay_out(struct memory *memory, const struct keep *keep, const struct refdyn_model *const *models,
-                  int model_count, struct kept *kept, struct runs_layout *layout) {
+bool runs_kept_lay_out(struct memory *memory, const struct keep *keep,
+                       const struct refdyn_model *const *models, int model_count, struct kept *kept,
+                       struct runs_layout *layout) {
     struct listing listing = {.memory = memory, .kept = kept, .layout = layout};
     for (int i = 0; i < model_count; i++)
         add_model(&listing, keep, models[i]);

@@ -1,6 +1,6 @@
 /* `refdyn merge`: joins files of runs of the same batch into one, in the order of the cases. */
 #include "runtime/tool/support/hdf5/hdf5_files.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -28,7 +28,7 @@ struct merge {
 };
 
 static bool refuse(const char *path, const char *fact) {
-    complain_line(path, 0, fact);
+    format_complain_line(path, 0, fact);
     return false;
 }
 
@@ -102,13 +102,13 @@ static bool check_same(const struct merge *merge, int file) {
     if (name)
         return refuse(
             merge->paths[file],
-            text_format("belongs to another batch than %s: attribute '%s' differs", merge->paths[0], name));
+            format_text("belongs to another batch than %s: attribute '%s' differs", merge->paths[0], name));
     if (hdf5_runs_batch_count(a) != hdf5_runs_batch_count(b))
         return refuse(merge->paths[file],
-                      text_format("belongs to another batch than %s: it has %ld cases, not %ld",
+                      format_text("belongs to another batch than %s: it has %ld cases, not %ld",
                                   merge->paths[0], hdf5_runs_batch_count(b), hdf5_runs_batch_count(a)));
     const char *part = other_part(hdf5_runs_layout(a), hdf5_runs_layout(b));
-    return !part || refuse(merge->paths[file], text_format("belongs to another batch than %s: %s differs",
+    return !part || refuse(merge->paths[file], format_text("belongs to another batch than %s: %s differs",
                                                            merge->paths[0], part));
 }
 
@@ -125,7 +125,7 @@ struct ranges {
 
 static void ranges_start(struct ranges *ranges) {
     *ranges = (struct ranges){.first = -1};
-    ranges->out = text_stream(&ranges->text, &ranges->size);
+    ranges->out = format_stream(&ranges->text, &ranges->size);
 }
 
 static void write_range(struct ranges *ranges) {
@@ -170,7 +170,7 @@ static bool check_apart(const struct merge *merge, int a, int b) {
     }
     ranges_end(&ranges);
     if (ranges.count > 0)
-        refuse(merge->paths[b], text_format("shares cases with %s: %s; merge parts without common cases",
+        refuse(merge->paths[b], format_text("shares cases with %s: %s; merge parts without common cases",
                                             merge->paths[a], ranges.text));
     free(ranges.text);
     return ranges.count == 0;
@@ -269,7 +269,7 @@ static bool check_total(const struct merge *merge, long total) {
     enum { MOST = 100000000 };
     return total <= MOST ||
            refuse(merge->paths[0],
-                  text_format("belongs to a batch of %ld cases; at most %d can be merged", total, (int)MOST));
+                  format_text("belongs to a batch of %ld cases; at most %d can be merged", total, (int)MOST));
 }
 
 static void join_layout(struct merge *merge, long total, const char *missing) {
@@ -299,7 +299,7 @@ static bool write_all(struct merge *merge, struct target *target) {
     if (!writer)
         return false;
     if (copy_cases(merge, writer))
-        return hdf5_runs_finish(writer) && target_finish(target);
+        return hdf5_runs_finish(writer) && system_target_finish(target);
     hdf5_runs_drop(writer);
     return false;
 }
@@ -317,13 +317,13 @@ static bool open_files(struct merge *merge) {
 
 static bool merge_into(struct merge *merge, const char *path) {
     for (int i = 0; i < merge->file_count; i++)
-        targets_spare(&merge->targets, merge->paths[i]);
-    struct target *target = target_open(&merge->targets, path);
+        system_targets_spare(&merge->targets, merge->paths[i]);
+    struct target *target = system_target_open(&merge->targets, path);
     if (!target)
         return false;
     if (!target->part)
         return refuse(target->name, "output: not a regular file; HDF5 needs one");
-    if (!text_names_hdf5(path))
+    if (!format_names_hdf5(path))
         return refuse(path, "output: an HDF5 file is written; its name must end in .h5");
     if (!open_files(merge) || !check_all(merge))
         return false;
@@ -341,14 +341,14 @@ static enum status run_merge(const struct options *options) {
     const size_t count = (size_t)options->operand_count;
     struct merge merge = {.file_count = options->operand_count,
                           .paths = options->operands,
-                          .readers = allocate(count, sizeof *merge.readers),
-                          .rows = allocate(count, sizeof *merge.rows),
-                          .memory = arena_start()};
+                          .readers = format_allocate(count, sizeof *merge.readers),
+                          .rows = format_allocate(count, sizeof *merge.rows),
+                          .memory = format_arena_start()};
     const bool is_good = merge_into(&merge, options_text(options, "output"));
     for (int i = 0; i < merge.file_count; i++)
         if (merge.readers[i])
             hdf5_runs_close(merge.readers[i]);
-    targets_release(&merge.targets);
+    system_targets_release(&merge.targets);
     memory_release(&merge.memory);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }

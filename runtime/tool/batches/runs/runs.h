@@ -1,14 +1,5 @@
-/*
- * Runs: computes the cases of a batch and writes their file of runs.
- *
- *   journal         what each case returned, on disk as soon as it ends
- *   kept numbers    the layout of the numbers of a case, and the recorder that fills them
- *   setup           all that a batch needs before its first case
- *   identity        texts and hashes that distinguish one batch from another
- *   computation     the cases on their threads
- *   present result  a file that already has the name of the result
- *   CSV             the runs as one row a case
- */
+/* Runs: computes the cases of a batch and writes their file of runs. Parts: journal; numbers that are kept;
+ * setup and identity; computation; a file that already has the name of the result; commands. */
 #ifndef REFDYN_TOOL_RUNS_H
 #define REFDYN_TOOL_RUNS_H
 
@@ -20,18 +11,12 @@
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 
-/*
- * Journal.
- *
- * NAME.journal next to the result NAME, locked while a batch writes to it. A head identifies the batch; then
- * follows a record for each case, in the order in which the cases ended. A kill therefore loses only the
- * cases in progress. Each record has a checksum: bytes after the last good record were being written when the
- * program was killed, and are overwritten.
- */
+/* Journal: NAME.journal next to the result NAME has what each case returned, on disk as soon as the case
+ * ends. It is locked while a batch writes to it. A head identifies the batch. */
 
 /* A batch can be resumed while the hashes of these parts are equal. The names are words for messages. */
 enum { JOURNAL_PARTS = 4, JOURNAL_HASH = 65 };
-extern const char *const journal_parts[JOURNAL_PARTS];
+extern const char *const runs_journal_parts[JOURNAL_PARTS];
 
 struct journal_key {
     char hash[JOURNAL_PARTS][JOURNAL_HASH];
@@ -48,37 +33,30 @@ struct journal {
     int64_t end;      /* position after the last record */
     char *room;       /* scratch for one record */
     size_t room_size;
-    double *values; /* (width) that journal_get returns */
+    double *values; /* (width) that runs_journal_get returns */
 };
 
-/*
- * Opens the journal of the result `result` for a batch of `case_count` cases that keep `width` numbers each.
+/* Opens the journal of the result `result` for a batch of `case_count` cases that keep `width` numbers each.
  * An existing journal is resumed if `resume` is set and its key is equal, and refused otherwise. One without
  * a record is overwritten unless `resume` is set. Returns false and reports the error on stderr; call
- * journal_close in any case.
- */
-bool journal_open(struct journal *journal, const char *result, const struct journal_key *key, long case_count,
-                  int width, bool resume);
+ * runs_journal_close in any case. */
+bool runs_journal_open(struct journal *journal, const char *result, const struct journal_key *key,
+                       long case_count, int width, bool resume);
 /* Returns whether all its cases are within [first, end); otherwise reports the error, as the result would
  * lack a case. */
-bool journal_is_within(const struct journal *journal, long first, long end);
+bool runs_journal_is_within(const struct journal *journal, long first, long end);
 /* Adds a record; only one thread at a time may call it. Returns false and reports the error if it cannot
  * write. */
-bool journal_put(struct journal *journal, const struct case_record *record);
+bool runs_journal_put(struct journal *journal, const struct case_record *record);
 /* Reads the record of a case, valid until the next call. Returns false if there is none, or reports the error
  * if it is damaged. */
-bool journal_get(struct journal *journal, long number, struct case_record *record);
+bool runs_journal_get(struct journal *journal, long number, struct case_record *record);
 /* Removes the journal of a complete result. */
-void journal_remove(struct journal *journal);
-void journal_close(struct journal *journal);
+void runs_journal_remove(struct journal *journal);
+void runs_journal_close(struct journal *journal);
 
-/*
- * Kept numbers.
- *
- * The layout follows from what the sweep keeps and from the models of all structures: the items of a file of
- * runs, and the times at which states are recorded. A recorder belongs to one thread and one structure and
- * records the states of one case after another.
- */
+/* Numbers that are kept: their layout follows from what the sweep keeps and from the models of all
+ * structures. It has the items of a file of runs, and the times at which states are recorded. */
 
 /* Times at which states are recorded, from the start to the end. */
 struct seen_times {
@@ -100,39 +78,18 @@ struct kept {
 
 /* The outputs at multiples of `every` from t to `until`, and the times of keep->at. Without `every`, outputs
  * that something is kept of are a 200th of the motion apart. */
-struct seen_times seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
-                                  double every);
+struct seen_times runs_seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
+                                       double every);
 
 /* Adds items and axes for these models to the layout. Returns false and reports the error if a name of `keep`
  * is a column of no model. */
-bool kept_lay_out(struct memory *memory, const struct keep *keep, const struct refdyn_model *const *models,
-                  int model_count, struct kept *kept, struct runs_layout *layout);
+bool runs_kept_lay_out(struct memory *memory, const struct keep *keep,
+                       const struct refdyn_model *const *models, int model_count, struct kept *kept,
+                       struct runs_layout *layout);
 
 /* Returns whether HDF5 allows all names of `keep` in that layout; reports the first one that it does not
  * allow. */
-bool kept_fits_hdf5(const struct keep *keep, const struct runs_layout *layout);
-
-struct recorder {
-    const struct kept *kept;
-    const struct runs_layout *layout;
-    struct table table;
-    int *places;    /* (item_count) columns of the table, -1 if this structure has none */
-    double *values; /* (layout->width) of the case */
-    double *before; /* (item_count) squares at the previous output, for norms */
-    double t_before;
-    bool keeps_ends_alone;
-};
-
-void recorder_start(struct recorder *recorder, const struct kept *kept, const struct runs_layout *layout,
-                    struct refdyn_integrator *integrator);
-/* Begins a case: all its values are unknown (NaN). */
-void recorder_clear(struct recorder *recorder);
-/* Records the integrator's state at the time `number` of seen_times. */
-void recorder_see(struct recorder *recorder, int number);
-/* Records the end of a case that an event has ended at t, and completes extremes and norms. */
-void recorder_end(struct recorder *recorder, double t);
-/* Marks as unknown what a case that failed at t has of its end and of its whole motion. */
-void recorder_fail(struct recorder *recorder, double t);
+bool runs_kept_fits_hdf5(const struct keep *keep, const struct runs_layout *layout);
 
 /* Setup: cases, compiled structures, the layout of what is kept, and the identity of the batch. */
 
@@ -150,30 +107,25 @@ struct batch_setup {
     struct journal_key key;
 };
 
-/* Reads, checks and compiles. Reports errors on stderr; call batch_setup_close in any case. */
-enum status batch_setup_open(struct batch_setup *setup, const struct options *options);
+/* Reads, checks and compiles. Reports errors on stderr; call runs_setup_close in any case. */
+enum status runs_setup_open(struct batch_setup *setup, const struct options *options);
 /* The same for a setup that already has its options and cases. */
-enum status batch_setup_complete(struct batch_setup *setup);
-void batch_setup_close(struct batch_setup *setup);
+enum status runs_setup_complete(struct batch_setup *setup);
+void runs_setup_close(struct batch_setup *setup);
 
-/* Identity. Calls `call` for each file that the motions read: the state and the samples of inputs. Stops and
- * returns false when a call returns false. */
-bool batch_for_each_file(const struct batch_setup *setup, bool call(void *context, const char *path),
-                         void *context);
+/* Calls `call` for each file that the motions read: the state and the samples of inputs. Stops and returns
+ * false when a call returns false. */
+bool runs_for_each_file(const struct batch_setup *setup, bool call(void *context, const char *path),
+                        void *context);
 
-/* Computes the key of the journal and the attributes of the file of runs: texts and hashes of model, sweep
- * and options, and hashes of the files that the motions read. */
-void batch_identify(struct batch_setup *setup);
 /* Reads settings and options of the motions from the attribute `options` of a file of runs; their texts live
  * as long as `from`. */
-void batch_read_options(const json_t *from, struct options *options);
+void runs_read_options(const json_t *from, struct options *options);
 /* Returns whether the attributes model, sweep, options and files of a file of runs match their hashes;
  * reports the first one that does not. */
-bool batch_check_texts(const struct runs_reader *runs, const char *path);
+bool runs_check_texts(const struct runs_reader *runs, const char *path);
 /* The hash of a file's content. Returns false and reports the error if the file cannot be read. */
-bool batch_hash_file(const char *path, char hash[static JOURNAL_HASH]);
-
-/* Computation. */
+bool runs_hash_file(const char *path, char hash[static JOURNAL_HASH]);
 
 /* Cases that a warning concerns: how many, and the lowest number. */
 struct noted_cases {
@@ -187,8 +139,8 @@ struct batch_count {
     struct noted_cases far;           /* whose start the projection has moved far */
     double cases_cpu_s;               /* sum of the shares of these cases */
     double cpu_started, wall_started; /* clocks when the first case began */
-    double cpu_s, wall_s;    /* since then, for threads, journal and file; set by batch_time_passed */
-    long steps, steps_alone; /* all steps; those taken one motion at a time, outside lanes */
+    double cpu_s, wall_s;             /* since then, for threads, journal and file; set by runs_time_passed */
+    long steps, steps_alone;          /* all steps; those taken one motion at a time, outside lanes */
 };
 
 /* Receives records, and knows which cases already have one. */
@@ -201,17 +153,15 @@ struct batch_sink {
 
 /* Computes all cases of the setup that the sink does not have, passes their records to it, and shows
  * progress. Returns STATUS_FAULT if a record cannot be stored, STATUS_NUMBERS after a signal. */
-enum status batch_run(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count);
+enum status runs_compute(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count);
 
 /* Sets the times in `count` to those passed until now. */
-void batch_time_passed(struct batch_count *count);
+void runs_time_passed(struct batch_count *count);
 
 /* The runtime's description of a batch of one structure, without cases, threads and callbacks. */
-struct refdyn_batch batch_of_structure(const struct batch_setup *setup, const struct structure *structure);
+struct refdyn_batch runs_describe(const struct batch_setup *setup, const struct structure *structure);
 
-/* Present result: a resumed batch does not compute again what is complete, and does not replace another
- * batch's file. */
-
+/* A resumed batch does not compute again what is complete, and does not replace another batch's file. */
 enum runs_present_result {
     PRESENT_NONE,     /* no file, or a file of this batch without some of the cases */
     PRESENT_COMPLETE, /* all cases [first, end) of this batch, possibly more */
@@ -222,31 +172,11 @@ enum runs_present_result {
 enum runs_present_result runs_present_result(const struct batch_setup *setup, const char *path, long first,
                                              long end);
 
-/*
- * CSV.
- *
- * One row a case: its number, what varied (a start value under NAME_start), its status, and what is kept of
- * its end, extremes and norms. A last column has reasons, but only if at least one case has a reason. Other
- * files therefore have only numbers, except for varied texts.
- */
-
-/* The first item that does not fit into one row, NULL if all fit. */
-const char *runs_csv_unfit(const struct runs_layout *layout);
-/* The first name that two columns would share, NULL if all names differ. */
-const char *runs_csv_twice(const struct runs_layout *layout);
-void runs_csv_header(const struct runs_layout *layout, bool has_reasons, FILE *out);
-void runs_csv_row(const struct runs_layout *layout, bool has_reasons, const struct case_record *record,
-                  FILE *out);
-
-/*
- * Commands, and their options.
- */
-
 extern const struct command sim_command, merge_command;
 /* The options of batches. */
-extern const struct option_rule batch_rules[];
-enum status run_batch(const struct options *options);
-/* `sim` of a case of a batch. */
-enum status run_case_again(const struct options *options);
+extern const struct option_rule runs_batch_rules[];
+/* `refdyn batch` without Slurm, and `sim` of a case of a batch. */
+enum status runs_batch(const struct options *options);
+enum status runs_case_again(const struct options *options);
 
 #endif

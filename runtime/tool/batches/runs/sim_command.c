@@ -10,19 +10,21 @@
 static enum status check_case(const struct options *options) {
     static const char *const free_options[] = {"output", "of", "case"};
     if (options->operand_count > 0 || !options_has(options, "of") || !options_has(options, "case"))
-        return usage_error(options->command, "--case K --of RUNS.h5 stand together, and for MODEL.lua");
+        return options_usage_error(options->command,
+                                   "--case K --of RUNS.h5 stand together, and for MODEL.lua");
     const char *other = options->setting_count > 0 ? "set" : NULL;
     for (int i = 0; i < options->value_count && !other; i++)
         if (text_index(options->values[i].name, free_options, 3) < 0)
             other = options->values[i].name;
-    return other ? usage_error(options->command, "--%s: the case of --of has its own", other) : STATUS_DONE;
+    return other ? options_usage_error(options->command, "--%s: the case of --of has its own", other)
+                 : STATUS_DONE;
 }
 
 static enum status run_motion(const struct options *options) {
     if (!options_has(options, "of") && !options_has(options, "case"))
-        return run_sim(options);
+        return simulate_run(options);
     const enum status status = check_case(options);
-    return status == STATUS_DONE ? run_case_again(options) : status;
+    return status == STATUS_DONE ? runs_case_again(options) : status;
 }
 
 static const struct option_rule case_rules[] = {
@@ -36,7 +38,7 @@ const struct command sim_command = {
     .operands = "MODEL.lua",
     .options = "output until! method step tol step-max accuracy verify inputs stop every from stabilise "
                "singular start hold release way summary of case set fold",
-    .tables = {case_rules, sim_rules, motion_rules, statics_rules, scene_rules},
+    .tables = {case_rules, simulate_sim_rules, simulate_rules, equilibria_rules, scene_rules},
     .has_gsl = true,
     .replaces_operands = "of case",
     .output = "RUN.csv",

@@ -1,25 +1,11 @@
-/*
- * Batches on a cluster that Slurm manages.
- *
- *   folder    what was submitted, and the files of its jobs
- *   scripts   what the jobs run
- *
- * submit.c checks, prepares and submits them.
- */
+/* Batches on a cluster that Slurm manages: the folder of what was submitted; the scripts of its jobs. */
 #ifndef REFDYN_TOOL_SLURM_H
 #define REFDYN_TOOL_SLURM_H
 
 #include "runtime/tool/batches/runs/runs.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 
-/*
- * Folder: RUNS.h5.slurm has the scripts, the results of each chunk, and a record of what was submitted.
- *
- *   submitted.txt                 the identity of the batch, its chunks and jobs; locked while a program
- * reads it chunk.sh merge.sh             what the jobs run part_K.h5 part_K.h5.journal   the cases of chunk K
- *   chunk_K.txt merge.txt         output of the jobs
- *   merged                        exists once RUNS.h5 is complete
- */
+/* The folder RUNS.h5.slurm has the scripts, the results of each chunk, and a record of what was submitted. */
 
 /* The cases [first, end) in `count` chunks, whose lengths differ by at most one case. */
 struct chunks {
@@ -50,13 +36,7 @@ void slurm_folder_close(struct slurm_folder *folder);
 /* The absolute path; the file need not exist. */
 char *slurm_path_from_root(const char *path);
 
-/*
- * Scripts, for people to read and to edit.
- *
- * Each task of the array runs chunk.sh: `refdyn batch --cases A:B --resume` into the chunk's part. A task
- * that fails puts itself back into the queue a few times. When all tasks have ended, merge.sh joins the
- * parts, or reports which are missing.
- */
+/* The scripts chunk.sh and merge.sh. */
 
 /* Writes both into the folder, with the options of the command line. Returns false and reports errors on
  * stderr. */

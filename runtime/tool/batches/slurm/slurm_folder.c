@@ -1,4 +1,11 @@
-/* Opens, reads and writes the folder of a batch that Slurm computes. */
+/*
+ * Opens, reads and writes the folder of a batch that Slurm computes:
+ *
+ *   submitted.txt                 the identity of the batch, its chunks and jobs; locked while a program
+ * reads it chunk.sh merge.sh             what the jobs run part_K.h5 part_K.h5.journal   the cases of chunk K
+ *   chunk_K.txt merge.txt         output of the jobs
+ *   merged                        exists once RUNS.h5 is complete
+ */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/format/format.h"
@@ -20,7 +27,7 @@ long slurm_chunks_start(const struct chunks *chunks, long chunk) {
 
 char *slurm_path_from_root(const char *path) {
     char *here = *path == '/' ? NULL : realpath(".", NULL);
-    char *whole = here ? text_format("%s/%s", here, path) : text_format("%s", path);
+    char *whole = here ? format_text("%s/%s", here, path) : format_text("%s", path);
     free(here);
     return whole;
 }
@@ -28,9 +35,9 @@ char *slurm_path_from_root(const char *path) {
 char *slurm_folder_name(const struct slurm_folder *folder, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    char *name = text_vformat(format, list);
+    char *name = format_vtext(format, list);
     va_end(list);
-    return text_format("%s/%s", folder->path, name);
+    return format_text("%s/%s", folder->path, name);
 }
 
 static bool complain(const struct slurm_folder *folder, const char *fact) {
@@ -74,7 +81,7 @@ static bool read_submitted(struct slurm_folder *folder) {
 bool slurm_folder_write(struct slurm_folder *folder) {
     const struct chunks *chunks = &folder->chunks;
     char(*hash)[JOURNAL_HASH] = folder->key.hash;
-    char *text = text_format(
+    char *text = format_text(
         "model %s\nsweep %s\noptions %s\nfiles %s\ncases %ld:%ld\nchunks %ld\narray %ld\nmerge %ld\n",
         hash[0], hash[1], hash[2], hash[3], chunks->first, chunks->end, chunks->count, folder->array,
         folder->merge);
@@ -88,7 +95,7 @@ bool slurm_folder_write(struct slurm_folder *folder) {
 
 bool slurm_folder_open(struct slurm_folder *folder, const char *result) {
     *folder =
-        (struct slurm_folder){.path = text_format("%s.slurm", slurm_path_from_root(result)), .file = -1};
+        (struct slurm_folder){.path = format_text("%s.slurm", slurm_path_from_root(result)), .file = -1};
     if (mkdir(folder->path, 0777) != 0 && errno != EEXIST)
         return complain(folder, strerror(errno));
     return open_locked(folder) && read_submitted(folder);

@@ -1,4 +1,10 @@
-/* Writes the shell scripts of a batch that Slurm computes: chunk.sh and merge.sh. */
+/*
+ * Writes the shell scripts of a batch that Slurm computes, for people to read and to edit.
+ *
+ * Each task of the array runs chunk.sh: `refdyn batch --cases A:B --resume` into the chunk's part. A task
+ * that fails puts itself back into the queue a few times. When all tasks have ended, merge.sh joins the
+ * parts, or reports which are missing.
+ */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/format/format.h"
@@ -38,7 +44,7 @@ static void put_numbers(const struct script *script) {
 /* Sets the shell variable NAME to this path. */
 static void put_path(const struct script *script, const char *name, const char *path) {
     fprintf(script->out, "%s=", name);
-    put_shell_text(script->out, path);
+    format_shell_text(script->out, path);
     fputc('\n', script->out);
 }
 
@@ -65,7 +71,7 @@ static void put_option(void *context, const char *name, const char *value) {
     fprintf(script->out, " --%s", name);
     if (value) {
         fputc('=', script->out);
-        put_shell_text(script->out, value);
+        format_shell_text(script->out, value);
     }
 }
 
@@ -77,7 +83,7 @@ static void put_command(struct script *script) {
     fputs(" --", script->out);
     for (int i = 0; i < script->options->operand_count; i++) {
         fputc(' ', script->out);
-        put_shell_text(script->out, script->options->operands[i]);
+        format_shell_text(script->out, script->options->operands[i]);
     }
     fputc('\n', script->out);
 }

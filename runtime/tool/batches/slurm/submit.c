@@ -7,7 +7,7 @@
 #define _GNU_SOURCE
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
@@ -32,21 +32,21 @@ struct submission {
 static bool refuse_program(const char *program, char *said) {
     said[strcspn(said, "\n")] = '\0'; /* the first line has the cause */
     fprintf(stderr, "refdyn: %s failed%s", program, *said ? ": " : "");
-    put_plain_text(stderr, said);
+    format_plain_text(stderr, said);
     fputc('\n', stderr);
     return false;
 }
 
 static bool run_into(const char *const *argv, const char *output, const char *errors) {
     struct process process;
-    const int error = process_start(&process, NULL, argv, NULL, output, errors);
+    const int error = system_process_start(&process, NULL, argv, NULL, output, errors);
     if (error) {
         fprintf(stderr, "refdyn: %s cannot be started: %s\n", argv[0], strerror(error));
         return false;
     }
-    if (process_wait(&process, 1) == 0 && process.result == 0)
+    if (system_process_wait(&process, 1) == 0 && process.result == 0)
         return true;
-    char *said = read_text(errors, argv[0]);
+    char *said = format_read_file(errors, argv[0]);
     if (said)
         refuse_program(argv[0], said);
     return false;
@@ -56,7 +56,7 @@ static bool run_into(const char *const *argv, const char *output, const char *er
 static char *run_program(const struct slurm_folder *folder, const char *const *argv) {
     char *output = slurm_folder_name(folder, ".%s.out", argv[0]);
     char *errors = slurm_folder_name(folder, ".%s.err", argv[0]);
-    char *said = run_into(argv, output, errors) ? read_text(output, argv[0]) : NULL;
+    char *said = run_into(argv, output, errors) ? format_read_file(output, argv[0]) : NULL;
     unlink(output);
     unlink(errors);
     return said;
@@ -76,9 +76,9 @@ static long job_number(char *said) {
 
 static long submit_script(const struct slurm_folder *folder, const char *words, const char *option,
                           const char *script) {
-    char *copy = text_format("%s", words ? words : ""), *rest;
-    char *chdir = text_format("--chdir=%s", folder->path), *path = slurm_folder_name(folder, "%s", script);
-    const char **argv = allocate(strlen(copy) / 2 + 8, sizeof *argv);
+    char *copy = format_text("%s", words ? words : ""), *rest;
+    char *chdir = format_text("--chdir=%s", folder->path), *path = slurm_folder_name(folder, "%s", script);
+    const char **argv = format_allocate(strlen(copy) / 2 + 8, sizeof *argv);
     int count = 0;
     argv[count++] = "sbatch";
     for (char *word = strtok_r(copy, " \t\n", &rest); word; word = strtok_r(NULL, " \t\n", &rest))
@@ -95,7 +95,7 @@ static long submit_script(const struct slurm_folder *folder, const char *words, 
 /* Sets *is_running if a job of the folder is still in the queue; returns false if the queue did not answer.
  * It reads all jobs of the user, since squeue fails for the number of a job that Slurm has forgotten. */
 static bool ask_queue(const struct slurm_folder *folder, bool *is_running) {
-    char *user = text_format("--user=%ld", (long)getuid());
+    char *user = format_text("--user=%ld", (long)getuid());
     const char *const argv[] = {"squeue", "--noheader", "--format=%F", user, NULL};
     char *said = run_program(folder, argv), *at = said, *end;
     *is_running = false;
@@ -105,7 +105,7 @@ static bool ask_queue(const struct slurm_folder *folder, bool *is_running) {
 }
 
 static void cancel_job(const struct slurm_folder *folder, long job) {
-    char *number = text_format("%ld", job);
+    char *number = format_text("%ld", job);
     const char *const argv[] = {"scancel", number, NULL};
     run_program(folder, argv);
 }
@@ -130,21 +130,23 @@ static enum status check_options(const struct options *options) {
     const char *output = options_text(options, "output");
     const double chunks = options_number(options, "chunks");
     const char *unfit = find_unfit_word(options_text(options, "slurm-options"));
-    if (!text_names_hdf5(output))
-        return usage_error(options->command, "-o %s: with --slurm the name must end in .h5", output);
+    if (!format_names_hdf5(output))
+        return options_usage_error(options->command, "-o %s: with --slurm the name must end in .h5", output);
     if (!has_fit_name(options))
-        return usage_error(
+        return options_usage_error(
             options->command,
             "-o %s: the names of the file and its folders must not have %%, a backslash or a line break, "
             "which Slurm replaces",
             output);
     if (options_text(options, "summary"))
-        return usage_error(options->command, "--summary: jobs of Slurm write no summary; omit it");
+        return options_usage_error(options->command, "--summary: jobs of Slurm write no summary; omit it");
     if (unfit)
-        return usage_error(options->command, "--slurm-options: refdyn sets %s itself; omit it", unfit);
+        return options_usage_error(options->command, "--slurm-options: refdyn sets %s itself; omit it",
+                                   unfit);
     if (chunks > CHUNKS_MOST)
-        return usage_error(options->command, "--chunks %.0f: must be at most %d", chunks, CHUNKS_MOST);
-    if (process_find("sbatch"))
+        return options_usage_error(options->command, "--chunks %.0f: must be at most %d", chunks,
+                                   CHUNKS_MOST);
+    if (system_process_find("sbatch"))
         return STATUS_DONE;
     fprintf(stderr, "refdyn: --slurm: the program sbatch of Slurm is not in PATH; with another scheduler, "
                     "--cases A:B computes a part and refdyn merge joins parts\n");
@@ -163,7 +165,7 @@ static bool check_result(const struct submission *submission, enum status *statu
     const struct batch_setup *setup = &submission->setup;
     const char *result = options_text(submission->options, "output");
     const enum runs_present_result present = runs_present_result(setup, result, setup->first, setup->end);
-    const bool has_journal = access(text_format("%s.journal", result), F_OK) == 0;
+    const bool has_journal = access(format_text("%s.journal", result), F_OK) == 0;
     *status = present == PRESENT_COMPLETE ? STATUS_DONE : STATUS_FAULT;
     if (present == PRESENT_COMPLETE)
         fprintf(stderr, "refdyn: %s already has all %ld cases\n", result, setup->end - setup->first);
@@ -202,7 +204,7 @@ static bool check_same(const struct submission *submission) {
             fprintf(stderr,
                     "refdyn: %s: the %s of this batch differ from those of the folder; remove the folder to "
                     "start again\n",
-                    submission->folder.path, journal_parts[part]);
+                    submission->folder.path, runs_journal_parts[part]);
             return false;
         }
     if (chunks->first != setup->first || chunks->end != setup->end)
@@ -252,14 +254,14 @@ static bool begin_journal(const struct submission *submission, const char *part)
     const struct batch_setup *setup = &submission->setup;
     struct journal journal;
     const bool is_good =
-        journal_open(&journal, part, &setup->key, setup->sweep.cases.count, setup->layout.width, true);
-    journal_close(&journal);
+        runs_journal_open(&journal, part, &setup->key, setup->sweep.cases.count, setup->layout.width, true);
+    runs_journal_close(&journal);
     return is_good;
 }
 
 static bool find_missing(struct submission *submission) {
     const struct chunks *chunks = &submission->folder.chunks;
-    submission->is_missing = allocate((size_t)chunks->count, sizeof *submission->is_missing);
+    submission->is_missing = format_allocate((size_t)chunks->count, sizeof *submission->is_missing);
     for (long chunk = 0; chunk < chunks->count; chunk++) {
         char *part = slurm_folder_name(&submission->folder, "part_%ld.h5", chunk);
         const enum runs_present_result present =
@@ -280,7 +282,7 @@ static char *array_option(const struct submission *submission) {
     const long count = submission->folder.chunks.count;
     char *text, separator = '=';
     size_t size;
-    FILE *out = text_stream(&text, &size);
+    FILE *out = format_stream(&text, &size);
     fputs("--array", out);
     for (long first = 0, last; first < count; first = last + 1) {
         last = first;
@@ -309,7 +311,7 @@ static bool submit_array(struct submission *submission) {
 /* This job runs after the tasks even if they fail, since it reports which are missing. */
 static bool submit_merge(struct submission *submission) {
     struct slurm_folder *folder = &submission->folder;
-    const char *option = folder->array ? text_format("--dependency=afterany:%ld", folder->array) : NULL;
+    const char *option = folder->array ? format_text("--dependency=afterany:%ld", folder->array) : NULL;
     folder->merge =
         submit_script(folder, options_text(submission->options, "slurm-options"), option, "merge.sh");
     if (folder->merge == 0 && folder->array) {
@@ -356,13 +358,13 @@ static enum status run_slurm(const struct options *options) {
     enum status status = check_options(options);
     if (status != STATUS_DONE)
         return status;
-    status = batch_setup_open(&submission.setup, options);
-    if (status == STATUS_DONE && !kept_fits_hdf5(&submission.setup.sweep.keep, &submission.setup.layout))
+    status = runs_setup_open(&submission.setup, options);
+    if (status == STATUS_DONE && !runs_kept_fits_hdf5(&submission.setup.sweep.keep, &submission.setup.layout))
         status = STATUS_FAULT;
     if (status == STATUS_DONE)
         status = submit(&submission);
     slurm_folder_close(&submission.folder);
-    batch_setup_close(&submission.setup);
+    runs_setup_close(&submission.setup);
     return status;
 }
 
@@ -371,8 +373,8 @@ static enum status run_batch_anywhere(const struct options *options) {
     if (has_slurm && !options_has(options, "dry-run"))
         return run_slurm(options);
     if (!has_slurm && (options_number(options, "chunks") > 0 || options_text(options, "slurm-options")))
-        return usage_error(options->command, "--chunks and --slurm-options need --slurm");
-    return run_batch(options);
+        return options_usage_error(options->command, "--chunks and --slurm-options need --slurm");
+    return runs_batch(options);
 }
 
 static const struct option_rule slurm_rules[] = {
@@ -391,7 +393,7 @@ const struct command batch_command = {
     .operands = "MODEL.lua [SWEEP.lua]",
     .options = "output until method step tol step-max every from stabilise singular start hold release way "
                "summary table threads lanes cases resume dry-run slurm chunks slurm-options set",
-    .tables = {slurm_rules, batch_rules, motion_rules, statics_rules, scene_rules},
+    .tables = {slurm_rules, runs_batch_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "RUNS.h5",
     .purpose = "many motions of a model, into one file",
     .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, and for each "

@@ -1,6 +1,10 @@
 /*
  * Resolves varied names: from columns of names and values to columns of cases, which say what part of the
  * model each name is and have values of its type.
+ *
+ * A varied name is a parameter, an input, an option, a start value or files of samples. Where options vary, a
+ * name that the model lacks may exist in another structure of it. Each structure that the cases need is
+ * therefore read, which also checks whether the model can have it.
  */
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "runtime/tool/support/format/format.h"
@@ -14,7 +18,7 @@
 
 /* The place of the text, or the free place where it belongs. */
 static int *place_of_text(const struct text_set *set, const char *text) {
-    int place = (int)(random_stream(text) % (uint64_t)set->place_count);
+    int place = (int)(sweeps_random_stream(text) % (uint64_t)set->place_count);
     while (set->places[place] && strcmp(set->texts[set->places[place] - 1], text) != 0)
         place = (place + 1) % set->place_count;
     return &set->places[place];
@@ -28,7 +32,7 @@ static void grow_set(struct text_set *set) {
         *place_of_text(set, set->texts[i]) = i + 1;
 }
 
-int text_set_add(struct text_set *set, const char *text) {
+int sweeps_text_set_add(struct text_set *set, const char *text) {
     if (2 * set->count >= set->place_count)
         grow_set(set);
     int *place = place_of_text(set, text);
@@ -159,12 +163,12 @@ static bool is_set(const struct case_names *names, const char *name) {
     return false;
 }
 
-bool case_names_is_option(const struct case_names *names, const char *name) {
+bool sweeps_names_is_option(const struct case_names *names, const char *name) {
     return meanings_of(names->memory, names->generation, name).targets[VARIED_OPTION] != NULL;
 }
 
-bool case_names_find(const struct case_names *names, const char *path, const struct case_column *column,
-                     bool options_vary, struct varied *varied) {
+bool sweeps_names_find(const struct case_names *names, const char *path, const struct case_column *column,
+                       bool options_vary, struct varied *varied) {
     const struct meanings meanings = meanings_of(names->memory, names->generation, column->name);
     *varied = (struct varied){.name = column->name, .unit = ""};
     if (!take_meaning(names, path, column->place, &meanings, varied))
@@ -191,10 +195,10 @@ static const char *value_text(const struct case_column *column, long i, char num
 /* Adds a path relative to the folder, or the text alone if it is an absolute path or there is no folder. */
 static int add_text(struct text_set *set, const char *folder, const char *text) {
     if (!*folder || *text == '/')
-        return text_set_add(set, text);
-    char *path = allocate_large(strlen(folder) + strlen(text) + 1, 1);
+        return sweeps_text_set_add(set, text);
+    char *path = format_allocate_large(strlen(folder) + strlen(text) + 1, 1);
     strcat(strcpy(path, folder), text);
-    const int number = text_set_add(set, path);
+    const int number = sweeps_text_set_add(set, path);
     free(path);
     return number;
 }
@@ -217,8 +221,8 @@ static void convert_to_texts(const struct case_names *names, const struct case_c
     varied->text_count = set.count;
 }
 
-bool case_names_convert(const struct case_names *names, const char *path, const struct case_column *column,
-                        long count, struct varied *varied) {
+bool sweeps_names_convert(const struct case_names *names, const char *path, const struct case_column *column,
+                          long count, struct varied *varied) {
     const bool are_texts = column->kind == CASES_TEXTS;
     if (varied->target && varied->kind == VARIED_OPTION) {
         convert_to_texts(names, column, count, "", varied);
@@ -244,7 +248,7 @@ bool case_names_convert(const struct case_names *names, const char *path, const 
 static void check_files(const struct case_names *names, struct place place, const struct varied *varied) {
     for (int i = 0; i < varied->text_count; i++) {
         const char *fault;
-        FILE *file = input_open(varied->texts[i], &fault);
+        FILE *file = format_open_input(varied->texts[i], &fault);
         if (!file)
             message_error(names->messages, place, "inputs: %s: %s; name a readable file", varied->texts[i],
                           fault);
@@ -347,12 +351,12 @@ static void read_structures(const struct case_names *names, const struct case_ta
             continue;
         const int count = settings_of(names, cases, i, settings), before = seen.count;
         const char *text = settings_text(names, settings, count);
-        if (count > names->options->setting_count && text_set_add(&seen, text) == before)
+        if (count > names->options->setting_count && sweeps_text_set_add(&seen, text) == before)
             read_structure(names, table, settings, count, text, cases);
     }
 }
 
-bool case_names_check(const struct case_names *names, const struct case_table *table, struct cases *cases) {
+bool sweeps_names_check(const struct case_names *names, const struct case_table *table, struct cases *cases) {
     const int errors = names->messages->errors;
     read_structures(names, table, cases);
     for (int c = 0; c < cases->width; c++) {

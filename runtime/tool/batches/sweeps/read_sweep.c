@@ -1,6 +1,9 @@
 /*
  * Reads a sweep file: from the values of rd.sweep to plain data. Each field has a line in `sweep_fields`,
  * with the function that reads it and the member that it sets.
+ *
+ * The file runs in the sandbox of model files. Errors are collected in `messages`, to which the caller may
+ * add.
  */
 #include "gen/read/read.h"
 #include "runtime/tool/batches/sweeps/sweeps.h"
@@ -232,7 +235,7 @@ static const struct {
              {"normal", VARY_NORMAL}};
 enum { FORM_COUNT = sizeof forms / sizeof *forms };
 
-bool vary_is_random(const struct vary *vary) {
+bool sweeps_is_random(const struct vary *vary) {
     return vary->form == VARY_UNIFORM || vary->form == VARY_LOG_UNIFORM || vary->form == VARY_NORMAL;
 }
 
@@ -249,7 +252,7 @@ static const char *fault_of_range(struct memory *memory, const struct vary *vary
         return NULL;
     if (is_logarithmic && !(a > 0))
         return memory_format(memory, "from %.15g; bounds must be positive", a);
-    if (!vary_is_random(vary) && !(vary->count >= 1 && vary->count == floor(vary->count)))
+    if (!sweeps_is_random(vary) && !(vary->count >= 1 && vary->count == floor(vary->count)))
         return memory_format(memory, "%.15g points; must be a positive whole number", vary->count);
     if (!(a < b) && !(a == b && vary->count == 1))
         return memory_format(memory, "from %.15g to %.15g; the range must ascend", a, b);
@@ -431,7 +434,7 @@ static void check_draws(const struct reading *reading, const struct value *sweep
     const struct vary *first = NULL;
     int count = 0;
     for (int i = 0; i < file->vary_count; i++) {
-        count += vary_is_random(&file->varies[i]);
+        count += sweeps_is_random(&file->varies[i]);
         first = !first && count ? &file->varies[i] : first;
     }
     for (int i = 0; i < 3 && !first; i++)
@@ -450,10 +453,10 @@ static void check_draws(const struct reading *reading, const struct value *sweep
                       file->sequence == SEQUENCE_SOBOL ? "sobol" : "halton", most);
 }
 
-double sweep_file_case_count(const struct sweep_file *file) {
+double sweeps_file_case_count(const struct sweep_file *file) {
     double count = file->draws;
     for (int i = 0; i < file->vary_count; i++)
-        count *= vary_is_random(&file->varies[i]) ? 1 : file->varies[i].count;
+        count *= sweeps_is_random(&file->varies[i]) ? 1 : file->varies[i].count;
     return count;
 }
 
@@ -471,7 +474,7 @@ static void check_case_memory(const struct reading *reading, const struct value 
 static void check_case_count(const struct reading *reading, const struct value *sweep) {
     const struct sweep_file *file = reading->file;
     struct memory *memory = reading->check.memory;
-    const double count = sweep_file_case_count(file);
+    const double count = sweeps_file_case_count(file);
     const char *factors = "";
     if (count <= file->cases_max) {
         check_case_memory(reading, sweep, count);
@@ -521,7 +524,7 @@ static bool no_memory(struct sweep_file *file, const char *path) {
     return false;
 }
 
-bool sweep_file_read(struct sweep_file *file, const char *path) {
+bool sweeps_file_read(struct sweep_file *file, const char *path) {
     memset(file, 0, sizeof *file);
     file->memory =
         (struct memory){.allowance = -1, .bound = bound_of_reading, .fail = out_of_memory, .context = file};
@@ -545,8 +548,8 @@ bool sweep_file_read(struct sweep_file *file, const char *path) {
     return file->messages.errors == 0;
 }
 
-bool sweep_file_derive(struct sweep_file *file, const struct case_table *given, struct memory *memory,
-                       struct case_table *derived) {
+bool sweeps_file_derive(struct sweep_file *file, const struct case_table *given, struct memory *memory,
+                        struct case_table *derived) {
     *derived = (struct case_table){.count = given->count};
     if (!file->derive)
         return true;
@@ -555,12 +558,12 @@ bool sweep_file_derive(struct sweep_file *file, const struct case_table *given, 
     return script_derive(file->script, file->derive, given, memory, derived);
 }
 
-struct place sweep_file_place(const struct sweep_file *file, const char *field) {
+struct place sweeps_file_place(const struct sweep_file *file, const char *field) {
     const struct value *value = value_find_field(script_result(file->script), field);
     return value ? value->place : file->place;
 }
 
-const char *sweep_file_text(const struct sweep_file *file, struct memory *memory) {
+const char *sweeps_file_text(const struct sweep_file *file, struct memory *memory) {
     const struct sources *sources = script_sources(file->script);
     char *text = memory_get(memory, sources->length + (size_t)sources->count + 1), *at = text;
     for (int i = 0; i < sources->count; i++) {
@@ -570,6 +573,6 @@ const char *sweep_file_text(const struct sweep_file *file, struct memory *memory
     return text;
 }
 
-void sweep_file_release(struct sweep_file *file) {
+void sweeps_file_release(struct sweep_file *file) {
     memory_release(&file->memory);
 }

@@ -3,7 +3,7 @@
  * what varies in it.
  */
 #include "runtime/tool/batches/sweeps/sweeps.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/motions/simulate/simulate.h"
@@ -89,8 +89,9 @@ static bool find_structures(struct structures *structures, struct memory *memory
     return true;
 }
 
-enum status structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
-                            long first, long end, const struct options *options) {
+enum status sweeps_structures_sort(struct structures *structures, struct memory *memory,
+                                   const struct cases *cases, long first, long end,
+                                   const struct options *options) {
     int *structure_of = memory_get(memory, ((size_t)cases->count + 1) * sizeof *structure_of);
     *structures = (struct structures){.count = 0};
     if (!find_structures(structures, memory, cases, options, structure_of)) {
@@ -118,7 +119,7 @@ enum status structures_sort(struct structures *structures, struct memory *memory
 
 static unsigned needs_of(const struct options *options, const struct cases *cases,
                          const struct refdyn_options *integration) {
-    unsigned needs = motion_needs(options) | NEEDS_POINT_RATES | NEEDS_NO_WARNINGS;
+    unsigned needs = simulate_needs(options) | NEEDS_POINT_RATES | NEEDS_NO_WARNINGS;
     for (int i = 0; i < cases->width; i++)
         if (cases->columns[i].kind == VARIED_PARAMETER)
             needs |= NEEDS_EACH_START;
@@ -317,7 +318,7 @@ static enum status open_structure(struct structure *structure, struct memory *me
                                   const struct cases *cases, const struct refdyn_options *integration) {
     enum status status = open_scene(structure);
     if (status == STATUS_DONE)
-        status = motion_fit(&structure->scene, &structure->options, integration);
+        status = simulate_fit(&structure->scene, &structure->options, integration);
     if (status == STATUS_DONE)
         status = find_columns(structure, memory, cases);
     if (status == STATUS_DONE)
@@ -329,8 +330,9 @@ static enum status open_structure(struct structure *structure, struct memory *me
     return status;
 }
 
-enum status structures_open(struct structures *structures, struct memory *memory, const struct cases *cases,
-                            const struct refdyn_options *integration, int threads) {
+enum status sweeps_structures_open(struct structures *structures, struct memory *memory,
+                                   const struct cases *cases, const struct refdyn_options *integration,
+                                   int threads) {
     enum status status = STATUS_DONE;
     for (int i = 0; i < structures->count; i++)
         structures->list[i].needs = needs_of(&structures->list[i].options, cases, integration);
@@ -340,7 +342,7 @@ enum status structures_open(struct structures *structures, struct memory *memory
     return status;
 }
 
-void structures_close(struct structures *structures) {
+void sweeps_structures_close(struct structures *structures) {
     for (int i = 0; i < structures->count; i++)
         if (structures->list[i].is_open)
             scene_close(&structures->list[i].scene);

@@ -25,7 +25,8 @@ struct sweep_reading {
 static void print_messages(struct messages *messages) {
     message_sort(messages);
     for (int i = 0; i < messages->count; i++)
-        complain_line(messages->list[i].place.file, messages->list[i].place.line, messages->list[i].text);
+        format_complain_line(messages->list[i].place.file, messages->list[i].place.line,
+                             messages->list[i].text);
 }
 
 static const char *folder_of(struct memory *memory, const char *path) {
@@ -37,7 +38,7 @@ static const char *folder_of(struct memory *memory, const char *path) {
 
 static bool has_options(const struct sweep_reading *reading) {
     for (int i = 0; i < reading->file.vary_count; i++)
-        if (case_names_is_option(&reading->names, reading->file.varies[i].name))
+        if (sweeps_names_is_option(&reading->names, reading->file.varies[i].name))
             return true;
     return false;
 }
@@ -58,12 +59,12 @@ static void find_varied(struct sweep_reading *reading) {
         const struct case_column column = {.name = vary->name, .place = vary->place};
         const char *path = memory_format(reading->names.memory, "vary.%s", vary->name);
         struct varied varied;
-        if (case_names_find(&reading->names, path, &column, may_wait, &varied) && varied.target &&
-            vary_is_random(vary) && (varied.kind == VARIED_OPTION || varied.kind == VARIED_SAMPLES))
+        if (sweeps_names_find(&reading->names, path, &column, may_wait, &varied) && varied.target &&
+            sweeps_is_random(vary) && (varied.kind == VARIED_OPTION || varied.kind == VARIED_SAMPLES))
             message_error(&reading->messages, vary->place, "%s: random numbers; write a list of values",
                           path);
     }
-    if (file->sequence != SEQUENCE_RANDOM && !quasi_random_is_there())
+    if (file->sequence != SEQUENCE_RANDOM && !HAS_METHODS_OF_GSL)
         message_error(&reading->messages, file->place, "sequence: %s needs GSL; build refdyn with it",
                       file->sequence == SEQUENCE_SOBOL ? "sobol" : "halton");
 }
@@ -75,7 +76,7 @@ static bool make_table(struct sweep_reading *reading) {
     struct memory *memory = reading->names.memory;
     struct case_table given, derived;
     sweeps_expand_cases(&reading->file, memory, &given);
-    if (!sweep_file_derive(&reading->file, &given, memory, &derived))
+    if (!sweeps_file_derive(&reading->file, &given, memory, &derived))
         return false;
     reading->table = (struct case_table){.count = given.count, .width = given.width + derived.width};
     reading->table.columns = memory_get(memory, (size_t)reading->table.width * sizeof *given.columns);
@@ -93,14 +94,14 @@ static void make_cases(struct sweep_reading *reading) {
     *cases = (struct cases){.count = table->count, .width = table->width};
     cases->columns = memory_get(reading->names.memory, (size_t)table->width * sizeof *cases->columns);
     for (int i = 0; i < table->width; i++)
-        options_vary = options_vary || case_names_is_option(&reading->names, table->columns[i].name);
+        options_vary = options_vary || sweeps_names_is_option(&reading->names, table->columns[i].name);
     for (int i = 0; i < table->width; i++)
-        if (case_names_find(&reading->names, path_of(reading, i), &table->columns[i], options_vary,
-                            &cases->columns[i]))
-            case_names_convert(&reading->names, path_of(reading, i), &table->columns[i], table->count,
-                               &cases->columns[i]);
+        if (sweeps_names_find(&reading->names, path_of(reading, i), &table->columns[i], options_vary,
+                              &cases->columns[i]))
+            sweeps_names_convert(&reading->names, path_of(reading, i), &table->columns[i], table->count,
+                                 &cases->columns[i]);
     if (!reading->messages.errors)
-        case_names_check(&reading->names, table, cases);
+        sweeps_names_check(&reading->names, table, cases);
 }
 
 /* ---- What is kept, and how motions run ---- */
@@ -146,7 +147,7 @@ static void tell(struct sweep_reading *reading, struct options *options, const c
     const size_t size = sizeof *options->origins, count = (size_t)options->origin_count;
     struct option_origin *origins = memory_grow(memory, options->origins, count * size, (count + 1) * size);
     origins[options->origin_count++] =
-        (struct option_origin){option, field, place_text(memory, sweep_file_place(&reading->file, field))};
+        (struct option_origin){option, field, place_text(memory, sweeps_file_place(&reading->file, field))};
     options->origins = origins;
 }
 
@@ -199,7 +200,7 @@ static void set_options(struct sweep_reading *reading, struct options *options) 
 
 static bool read_sweep(struct sweep_reading *reading, const char *path, struct options *options) {
     const double until = options_number(options, "until");
-    if (!sweep_file_read(&reading->file, path))
+    if (!sweeps_file_read(&reading->file, path))
         return false;
     find_varied(reading);
     const double t_end = until > 0 ? until : reading->file.run.t_end;
@@ -210,12 +211,12 @@ static bool read_sweep(struct sweep_reading *reading, const char *path, struct o
     if (reading->messages.errors)
         return false;
     set_options(reading, options);
-    reading->sweep->text = sweep_file_text(&reading->file, reading->names.memory);
+    reading->sweep->text = sweeps_file_text(&reading->file, reading->names.memory);
     return true;
 }
 
-enum status sweep_read(struct sweep *sweep, struct memory *memory, const char *path,
-                       const struct generation *generation, struct options *options) {
+enum status sweeps_read(struct sweep *sweep, struct memory *memory, const char *path,
+                        const struct generation *generation, struct options *options) {
     struct sweep_reading reading = {.sweep = sweep, .messages = {.memory = memory}};
     *sweep = (struct sweep){.text = ""};
     reading.names = (struct case_names){.memory = memory,
@@ -228,7 +229,7 @@ enum status sweep_read(struct sweep *sweep, struct memory *memory, const char *p
     print_messages(&reading.messages);
     if (!is_read && reading.file.messages.errors + reading.messages.errors == 0)
         fprintf(stderr, "refdyn: %s: out of memory\n", path);
-    sweep_file_release(&reading.file);
+    sweeps_file_release(&reading.file);
     return is_read ? STATUS_DONE : STATUS_FAULT;
 }
 
@@ -256,12 +257,12 @@ static bool read_columns(struct table_reading *reading, struct cases *cases) {
     cases->width = width;
     cases->columns = memory_get(memory, (size_t)width * sizeof *cases->columns);
     for (int i = 0; i < width; i++)
-        options_vary = options_vary || case_names_is_option(&reading->names, reading->csv.names[i]);
+        options_vary = options_vary || sweeps_names_is_option(&reading->names, reading->csv.names[i]);
     for (int i = 0; i < width; i++) {
         struct case_column *column = &reading->table.columns[i];
         *column = (struct case_column){.name = memory_text(memory, reading->csv.names[i]), .place = header};
         const bool is_known =
-            case_names_find(&reading->names, column->name, column, options_vary, &cases->columns[i]);
+            sweeps_names_find(&reading->names, column->name, column, options_vary, &cases->columns[i]);
         const enum varied_kind kind = cases->columns[i].kind;
         const bool has_texts = cases->columns[i].target && (kind == VARIED_OPTION || kind == VARIED_SAMPLES);
         column->kind = is_known && has_texts ? CASES_TEXTS : CASES_NUMBERS;
@@ -291,12 +292,12 @@ static bool read_row(struct table_reading *reading) {
         struct case_column *column = &reading->table.columns[i];
         const char *field = reading->csv.fields[i];
         if (column->kind == CASES_NUMBERS) {
-            if (!csv_number(&reading->csv, i, &column->values[row]))
+            if (!format_csv_number(&reading->csv, i, &column->values[row]))
                 return false;
         } else if (!*field) {
-            return csv_complain(&reading->csv, "%s: the field is empty; write a value", column->name);
+            return format_csv_complain(&reading->csv, "%s: the field is empty; write a value", column->name);
         } else {
-            column->values[row] = text_set_add(&reading->sets[i], field);
+            column->values[row] = sweeps_text_set_add(&reading->sets[i], field);
         }
     }
     return true;
@@ -304,11 +305,11 @@ static bool read_row(struct table_reading *reading) {
 
 static bool read_rows(struct table_reading *reading) {
     int answer;
-    while ((answer = csv_next(&reading->csv)) > 0)
+    while ((answer = format_csv_next(&reading->csv)) > 0)
         if (reading->table.count >= INT_MAX / 4 || !read_row(reading))
             return false;
     if (answer == 0 && reading->table.count == 0)
-        return csv_complain(&reading->csv, "no row below the names; write at least one case");
+        return format_csv_complain(&reading->csv, "no row below the names; write at least one case");
     for (int i = 0; i < reading->table.width; i++) {
         reading->table.columns[i].texts = reading->sets[i].texts;
         reading->table.columns[i].text_count = reading->sets[i].count;
@@ -318,20 +319,21 @@ static bool read_rows(struct table_reading *reading) {
 
 static bool read_table(struct table_reading *reading, struct sweep *sweep, const char *path) {
     struct cases *cases = &sweep->cases;
-    if (!csv_open(&reading->csv, path, "cases") || !read_columns(reading, cases) || !read_rows(reading))
+    if (!format_csv_open(&reading->csv, path, "cases") || !read_columns(reading, cases) ||
+        !read_rows(reading))
         return false;
     cases->count = reading->table.count;
     for (int i = 0; i < cases->width; i++)
-        case_names_convert(&reading->names, reading->table.columns[i].name, &reading->table.columns[i],
-                           cases->count, &cases->columns[i]);
-    if (reading->messages.errors || !case_names_check(&reading->names, &reading->table, cases))
+        sweeps_names_convert(&reading->names, reading->table.columns[i].name, &reading->table.columns[i],
+                             cases->count, &cases->columns[i]);
+    if (reading->messages.errors || !sweeps_names_check(&reading->names, &reading->table, cases))
         return false;
-    sweep->text = read_text(path, "cases");
+    sweep->text = format_read_file(path, "cases");
     return sweep->text;
 }
 
-enum status sweep_read_table(struct sweep *sweep, struct memory *memory, const char *path,
-                             const struct generation *generation, const struct options *options) {
+enum status sweeps_read_table(struct sweep *sweep, struct memory *memory, const char *path,
+                              const struct generation *generation, const struct options *options) {
     struct table_reading reading = {.messages = {.memory = memory}};
     *sweep = (struct sweep){.keep = {.final = true}, .text = ""};
     reading.names = (struct case_names){.memory = memory,
@@ -341,6 +343,6 @@ enum status sweep_read_table(struct sweep *sweep, struct memory *memory, const c
                                         .folder = folder_of(memory, path)};
     const bool is_read = read_table(&reading, sweep, path);
     print_messages(&reading.messages);
-    csv_close(&reading.csv);
+    format_csv_close(&reading.csv);
     return is_read ? STATUS_DONE : STATUS_FAULT;
 }

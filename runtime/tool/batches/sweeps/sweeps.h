@@ -1,14 +1,5 @@
-/*
- * Sweeps: from a sweep file or a table of cases to the cases of a batch and the models that compute them.
- *
- *   names          which part of the model each varied name is
- *   cases          the points of grids and lists, and the draws of each
- *   kept values    what the sweep keeps of a motion
- *   random numbers independent of the machine and of the order of work; quasi-random sequences
- *   structures     cases grouped by the model options that they set, each group with its compiled model
- *   sweeps         a sweep file or a CSV table, read for one model
- *   text sets      different texts with numbers
- */
+/* Sweeps: from a sweep file or a table of cases to the cases of a batch and the models that compute them.
+ * Parts: sweep files; names; cases; structures; sweeps, read for one model; sets of texts. */
 #ifndef REFDYN_TOOL_SWEEPS_H
 #define REFDYN_TOOL_SWEEPS_H
 
@@ -21,16 +12,12 @@
 #include "gen/read/read.h"
 #include "refdyn_batch.h"
 #include "runtime/tool/scene/scene.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 
-/*
- * A sweep file as plain data: what varies and how, what is derived, how the motions run, and what is kept.
- *
- * The file runs in the sandbox of model files. It is read without the model, so that it may contain any name.
- * Errors are collected in `messages`, to which the caller may add. The caller makes the columns of the cases
- * and has the derived ones computed.
- */
+/* A sweep file as plain data: what varies and how, what is derived, how the motions run, and what is kept. It
+ * is read without the model, so that it may contain any name. The caller makes the columns of the cases and
+ * has the derived ones computed. */
 
 /* How a column varies: its list, or a range of points or of random numbers. */
 enum vary_form { VARY_LIST, VARY_GRID, VARY_LOG_GRID, VARY_UNIFORM, VARY_LOG_UNIFORM, VARY_NORMAL };
@@ -44,7 +31,7 @@ struct vary {
     struct case_column list; /* of VARY_LIST: its values */
 };
 
-bool vary_is_random(const struct vary *vary);
+bool sweeps_is_random(const struct vary *vary);
 
 enum sequence { SEQUENCE_RANDOM, SEQUENCE_SOBOL, SEQUENCE_HALTON };
 
@@ -89,30 +76,24 @@ struct sweep_file {
 };
 
 /* The number of cases, at most `cases_max` once the file is read. */
-double sweep_file_case_count(const struct sweep_file *file);
+double sweeps_file_case_count(const struct sweep_file *file);
 
 /* The place of a field of rd.sweep, or of the sweep if it does not have the field. */
-struct place sweep_file_place(const struct sweep_file *file, const char *field);
+struct place sweeps_file_place(const struct sweep_file *file, const char *field);
 
 /* Returns false after an error, which is in messages; without a message, memory is exhausted. Call
- * sweep_file_release in any case. */
-bool sweep_file_read(struct sweep_file *file, const char *path);
+ * sweeps_file_release in any case. */
+bool sweeps_file_read(struct sweep_file *file, const char *path);
 /* Computes what the file derives from the columns of `given`: new columns in the order of their names, in
  * `memory`. Returns false as above. */
-bool sweep_file_derive(struct sweep_file *file, const struct case_table *given, struct memory *memory,
-                       struct case_table *derived);
+bool sweeps_file_derive(struct sweep_file *file, const struct case_table *given, struct memory *memory,
+                        struct case_table *derived);
 /* The text of all files that it was read from, in `memory`. */
-const char *sweep_file_text(const struct sweep_file *file, struct memory *memory);
-void sweep_file_release(struct sweep_file *file);
+const char *sweeps_file_text(const struct sweep_file *file, struct memory *memory);
+void sweeps_file_release(struct sweep_file *file);
 
-/*
- * Names.
- *
- * A varied name is a parameter, an input, an option, a start value or files of samples. Values come in under
- * the names that a sweep or a table uses; columns of cases go out, or errors in `messages`. Where options
- * vary, a name that the model lacks may exist in another structure of it. Each structure that the cases need
- * is therefore read, which also checks whether the model can have it.
- */
+/* Names: which part of the model each varied name is. Values come in under the names that a sweep or a table
+ * uses; columns of cases go out, or errors in `messages`. */
 
 struct case_names {
     struct memory *memory;
@@ -126,28 +107,30 @@ struct case_names {
 /* Sets *varied to what the name is; a column of texts or numbers may have other values than it needs. Returns
  * false and reports an error at `path` if the name has two kinds, or none while no options vary.
  * varied->target stays NULL while the name is not known yet. */
-bool case_names_find(const struct case_names *names, const char *path, const struct case_column *column,
-                     bool options_vary, struct varied *varied);
+bool sweeps_names_find(const struct case_names *names, const char *path, const struct case_column *column,
+                       bool options_vary, struct varied *varied);
 /* Returns whether the model has an option of this name. */
-bool case_names_is_option(const struct case_names *names, const char *name);
+bool sweeps_names_is_option(const struct case_names *names, const char *name);
 /* Converts the values of the column to those that its kind needs; returns false and reports the error if it
  * cannot. */
-bool case_names_convert(const struct case_names *names, const char *path, const struct case_column *column,
-                        long count, struct varied *varied);
+bool sweeps_names_convert(const struct case_names *names, const char *path, const struct case_column *column,
+                          long count, struct varied *varied);
 /* Reads each structure of the cases, resolves the names that are not known yet, and checks that the files of
  * samples can be read. */
-bool case_names_check(const struct case_names *names, const struct case_table *table, struct cases *cases);
+bool sweeps_names_check(const struct case_names *names, const struct case_table *table, struct cases *cases);
 
-/*
- * Cases: each point of the grids and lists, and the draws of each.
- *
- * The first name varies slowest, then the others in the order of their names, then the draws. A random number
- * depends on the seed, the column's name and the number of the case. A quasi-random sequence is the same at
- * each point of the grids. Its dimensions are the random columns in the order of their names, and a seed
- * shifts it (modulo 1, Cranley and Patterson).
- */
-
+/* The cases: each point of the grids and lists, and the draws of each. */
 void sweeps_expand_cases(const struct sweep_file *file, struct memory *memory, struct case_table *cases);
+
+/* A hash of a name. */
+uint64_t sweeps_random_stream(const char *name);
+/* Parts of random numbers, for tests. Philox 4x32-10 of a counter and a key. */
+void sweeps_random_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t result[4]);
+/* The value below which a standard normal variable lies with probability u, 0 < u < 1. */
+double sweeps_random_normal_quantile(double u);
+/* Natural logarithm and exponential, to a few units in the last place; x > 0 and finite, result finite. */
+double sweeps_random_log(double x);
+double sweeps_random_exp(double x);
 
 /* Kept values: names of columns as in the CSV of `sim`. */
 
@@ -166,39 +149,7 @@ struct keep {
     int at_count;
 };
 
-/* Quasi-random sequences of GSL (gsl_qrng), which fill a cube more evenly than random points. */
-
-/* Returns whether the program is built with GSL. */
-bool quasi_random_is_there(void);
-/* The first `count` points of a sequence in `width` dimensions. Coordinate i of point k is points[k * width +
- * i], in [0, 1). The sequence must have that many dimensions. */
-void quasi_random_points(enum sequence sequence, int width, long count, double *points);
-
-/*
- * Random numbers.
- *
- * Each is a function of the seed, the column's name and the case's number alone: neither the order of work
- * nor another column changes it. It is also the same to the bit on each machine, since it needs only
- * additions, multiplications, divisions and square roots of IEEE numbers and no functions of libm.
- */
-
-/* Philox 4x32-10 of a counter and a key. */
-void random_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t result[4]);
-/* Uniform in the open interval (0, 1). `stream` is random_stream of a name. */
-double random_uniform(uint64_t seed, uint64_t stream, uint64_t number);
-uint64_t random_stream(const char *name);
-/* The value below which a standard normal variable lies with probability u, 0 < u < 1. */
-double random_normal_quantile(double u);
-/* Natural logarithm and exponential, to a few units in the last place; x > 0 and finite, result finite. */
-double random_log(double x);
-double random_exp(double x);
-
-/*
- * Structures.
- *
- * Cases with equal options share one structure of the model, which is compiled once. A structure has the
- * numbers of its cases, and which parts of the compiled model vary.
- */
+/* Structures: cases with equal options share one structure of the model, which is compiled once. */
 
 struct structure {
     struct options options; /* of the command, and the values of the options that vary */
@@ -226,13 +177,15 @@ struct structures {
 
 /* Groups all cases, of which [first, end) are computed. All of them count, so that the layout of the results
  * is the same for every range. Reports an error if there are too many structures. */
-enum status structures_sort(struct structures *structures, struct memory *memory, const struct cases *cases,
-                            long first, long end, const struct options *options);
+enum status sweeps_structures_sort(struct structures *structures, struct memory *memory,
+                                   const struct cases *cases, long first, long end,
+                                   const struct options *options);
 /* Generates, compiles and loads all structures, several at the same time; then looks up in each model what
- * varies. Reports what a structure lacks. Call structures_close in any case. */
-enum status structures_open(struct structures *structures, struct memory *memory, const struct cases *cases,
-                            const struct refdyn_options *integration, int threads);
-void structures_close(struct structures *structures);
+ * varies. Reports what a structure lacks. Call sweeps_structures_close in any case. */
+enum status sweeps_structures_open(struct structures *structures, struct memory *memory,
+                                   const struct cases *cases, const struct refdyn_options *integration,
+                                   int threads);
+void sweeps_structures_close(struct structures *structures);
 
 /* Sweeps: a sweep file in Lua or a table of cases as CSV, read for one model. Errors go to stderr as
  * FILE:LINE. */
@@ -245,11 +198,11 @@ struct sweep {
 
 /* The sweep lives in `memory`. Options of the motions that the file sets (t_end tol method from every ...) go
  * into *options, unless the command line sets them. */
-enum status sweep_read(struct sweep *sweep, struct memory *memory, const char *path,
-                       const struct generation *generation, struct options *options);
+enum status sweeps_read(struct sweep *sweep, struct memory *memory, const char *path,
+                        const struct generation *generation, struct options *options);
 /* A table has one row a case and a column for each varied name. Its batch keeps final states. */
-enum status sweep_read_table(struct sweep *sweep, struct memory *memory, const char *path,
-                             const struct generation *generation, const struct options *options);
+enum status sweeps_read_table(struct sweep *sweep, struct memory *memory, const char *path,
+                              const struct generation *generation, const struct options *options);
 
 /* Text sets: different texts, numbered in the order in which they were added. */
 struct text_set {
@@ -261,6 +214,6 @@ struct text_set {
 };
 
 /* Returns the number of the text; the set keeps a copy of a new one. */
-int text_set_add(struct text_set *set, const char *text);
+int sweeps_text_set_add(struct text_set *set, const char *text);
 
 #endif

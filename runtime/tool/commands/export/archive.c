@@ -44,7 +44,7 @@ static bool copy_archive(zip_source_t *source, FILE *out) {
         return false;
     while ((count = zip_source_read(source, block, sizeof block)) > 0)
         if (fwrite(block, 1, (size_t)count, out) != (size_t)count)
-            break; /* the disk is full, which target_finish reports */
+            break; /* the disk is full, which system_target_finish reports */
     zip_source_close(source);
     return count >= 0;
 }

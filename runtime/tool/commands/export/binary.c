@@ -25,7 +25,7 @@ static const struct platform platforms[] = {
 };
 enum { PLATFORMS = sizeof platforms / sizeof *platforms };
 
-/* The flags of compile_flags in build_job.c, for the same reasons. */
+/* The flags of compile_flags in compile.c, for the same reasons. */
 static const char *const common_flags[] = {"-std=c11", "-O2", "-ffp-contract=off", "-fno-math-errno", NULL};
 
 const struct platform *export_platform_find(const char *name) {
@@ -36,7 +36,7 @@ const struct platform *export_platform_find(const char *name) {
 }
 
 const char *export_platform_names(void) {
-    struct text text = {.memory = &program_memory};
+    struct text text = {.memory = &format_memory};
     for (int i = 0; i < PLATFORMS; i++)
         text_add(&text, "%s%s", i ? ", " : "", platforms[i].name);
     return text.data;
@@ -56,9 +56,9 @@ static bool find_compiler(struct fmu_build *build) {
     const char *compiler = build->platform->compiler;
     if (!compiler)
         return compile_toolchain_find(&build->chain);
-    const char **words = allocate(2, sizeof *words);
+    const char **words = format_allocate(2, sizeof *words);
     words[0] = compiler;
-    build->chain = (struct toolchain){.program = process_find(compiler), .words = words};
+    build->chain = (struct toolchain){.program = system_process_find(compiler), .words = words};
     if (!build->chain.program)
         fprintf(stderr, "refdyn: --platform %s: no %s is installed (Debian: apt install %s)\n",
                 build->platform->name, compiler, build->platform->package);
@@ -70,17 +70,18 @@ static bool check_machine(const struct fmu_build *build) {
     const struct platform *platform = build->platform;
     if (!platform->machine)
         return true;
-    const char *question = text_format("#if !(%s)\n#error of another machine\n#endif\n", platform->machine);
-    const char *source = scratch_file(&build->scratch, "machine.c");
+    const char *question = format_text("#if !(%s)\n#error of another machine\n#endif\n", platform->machine);
+    const char *source = system_scratch_file(&build->scratch, "machine.c");
     struct job job = {.object = NULL};
     struct process process;
     compile_job_add_words(&job, build->chain.words);
     compile_job_add_words(&job, (const char *[]){"-fsyntax-only", source, NULL});
-    if (!scratch_write(&build->scratch, "machine.c", question, strlen(question)))
+    if (!system_scratch_write(&build->scratch, "machine.c", question, strlen(question)))
         return false;
-    const bool is_good = process_start(&process, &build->scratch, job.argv, NULL,
-                                       scratch_file(&build->scratch, "machine.log"), NULL) == 0 &&
-                         process_wait(&process, 1) == 0 && process.result == 0;
+    const bool is_good =
+        system_process_start(&process, &build->scratch, job.argv, NULL,
+                             system_scratch_file(&build->scratch, "machine.log"), NULL) == 0 &&
+        system_process_wait(&process, 1) == 0 && process.result == 0;
     if (!is_good)
         fprintf(stderr, "refdyn: --platform %s: $CC does not build for %s\n", platform->name,
                 platform->folder_3);
@@ -94,8 +95,8 @@ static bool make_folders(const struct scratch *scratch, const char *path) {
     const char *slash = strrchr(path, '/');
     if (!slash)
         return true;
-    const char *folder = scratch_file(scratch, text_format("%.*s", (int)(slash - path), path));
-    if (folder_make(folder, 0700, NULL))
+    const char *folder = system_scratch_file(scratch, format_text("%.*s", (int)(slash - path), path));
+    if (system_make_folder(folder, 0700, NULL))
         return true;
     fprintf(stderr, "refdyn: %s: cannot be made\n", folder);
     return false;
@@ -104,12 +105,12 @@ static bool make_folders(const struct scratch *scratch, const char *path) {
 static bool write_sources(const struct fmu_build *build, const struct fmu *fmu) {
     for (int i = 0; i < carried_file_count; i++)
         if (!make_folders(&build->scratch, carried_files[i].path) ||
-            !scratch_write(&build->scratch, carried_files[i].path, carried_files[i].text,
-                           carried_files[i].size))
+            !system_scratch_write(&build->scratch, carried_files[i].path, carried_files[i].text,
+                                  carried_files[i].size))
             return false;
     for (int i = 0; i < fmu->sources.count; i++)
-        if (!scratch_write(&build->scratch, fmu->sources.list[i].path, fmu->sources.list[i].text,
-                           fmu->sources.list[i].size))
+        if (!system_scratch_write(&build->scratch, fmu->sources.list[i].path, fmu->sources.list[i].text,
+                                  fmu->sources.list[i].size))
             return false;
     return true;
 }
@@ -117,21 +118,21 @@ static bool write_sources(const struct fmu_build *build, const struct fmu *fmu) 
 /* ---- Jobs ---- */
 
 static void begin_job(struct job *job, const struct fmu_build *build, const char *output) {
-    *job = (struct job){.object = scratch_file(&build->scratch, output)};
-    job->log = text_format("%s.log", job->object);
+    *job = (struct job){.object = system_scratch_file(&build->scratch, output)};
+    job->log = format_text("%s.log", job->object);
     compile_job_add_words(job, build->chain.words);
 }
 
 /* Emitted files are compiled without the passes of gcc that find nothing in them. */
 static void object_job(struct job *job, const struct fmu_build *build, const char *path, bool is_emitted) {
-    begin_job(job, build, text_format("%.*s.o", (int)strlen(path) - 2, path));
+    begin_job(job, build, format_text("%.*s.o", (int)strlen(path) - 2, path));
     compile_job_add_words(job, common_flags);
     compile_job_add_words(job, build->platform->compile_flags);
     if (is_emitted && build->is_gcc)
-        compile_job_add_words(job, gcc_flags);
-    compile_job_add_words(job,
-                          (const char *[]){"-I", build->scratch.path, "-c",
-                                           scratch_file(&build->scratch, path), "-o", job->object, NULL});
+        compile_job_add_words(job, compile_gcc_flags);
+    compile_job_add_words(job, (const char *[]){"-I", build->scratch.path, "-c",
+                                                system_scratch_file(&build->scratch, path), "-o", job->object,
+                                                NULL});
 }
 
 /* Returns whether the file is the same in all FMUs of both versions. */
@@ -155,7 +156,7 @@ static void hash_words(SHA2_CTX *sha, const char *const *words) {
 
 /* Hashes the compiler, the flags, and the source files and headers. */
 static const char *make_key(const struct fmu_build *build) {
-    char *key = allocate(SHA256_DIGEST_STRING_LENGTH, 1);
+    char *key = format_allocate(SHA256_DIGEST_STRING_LENGTH, 1);
     SHA2_CTX sha;
     struct stat status = {.st_size = 0};
     stat(build->chain.program, &status);
@@ -177,7 +178,7 @@ static const char *make_key(const struct fmu_build *build) {
 
 /* Compiles all of them into one object. */
 static bool compile_common(struct fmu_build *build, const char *key) {
-    struct job *jobs = allocate((size_t)carried_file_count, sizeof *jobs), link;
+    struct job *jobs = format_allocate((size_t)carried_file_count, sizeof *jobs), link;
     int count = 0;
     for (int i = 0; i < carried_file_count; i++)
         if (export_is_source(carried_files[i].path) && is_common(carried_files[i].path))
@@ -215,7 +216,7 @@ static bool link_library(struct fmu_build *build, const char *common, const stru
 
 static bool compile_library(struct fmu_build *build, const struct fmu *fmu, const char *name) {
     const char *common = common_object(build);
-    struct job *jobs = allocate((size_t)fmu->sources.count, sizeof *jobs);
+    struct job *jobs = format_allocate((size_t)fmu->sources.count, sizeof *jobs);
     int count = 0;
     for (int i = 0; i < fmu->sources.count; i++) {
         const char *path = fmu->sources.list[i].path;
@@ -230,25 +231,25 @@ static bool add_library(struct fmu *fmu, const struct fmu_build *build, const ch
     char *text;
     size_t size;
     const struct platform *platform = build->platform;
-    FILE *out = text_stream(&text, &size);
-    const bool is_good = file_copy(scratch_file(&build->scratch, name), out);
+    FILE *out = format_stream(&text, &size);
+    const bool is_good = system_copy_file(system_scratch_file(&build->scratch, name), out);
     fclose(out);
     const char *folder = fmu->version == FMI_2 ? platform->name : platform->folder_3;
     if (is_good)
-        export_files_add(&fmu->files, text_format("binaries/%s/%s", folder, name), text, size);
+        export_files_add(&fmu->files, format_text("binaries/%s/%s", folder, name), text, size);
     return is_good;
 }
 
 bool export_binary_make(struct fmu *fmu, const struct platform *platform) {
     struct fmu_build build = {.platform = platform};
-    const char *name = text_format("%s%s", fmu->name, platform->ending);
+    const char *name = format_text("%s%s", fmu->name, platform->ending);
     bool is_good = compile_cache_open(&build.cache) && find_compiler(&build);
-    const bool is_open = is_good && scratch_open(&build.scratch, build.cache.path, "build-");
+    const bool is_open = is_good && system_scratch_open(&build.scratch, build.cache.path, "build-");
     is_good = is_open && check_machine(&build) && write_sources(&build, fmu);
     build.is_gcc = is_good && compile_toolchain_is_gcc(&build.chain, &build.scratch);
     is_good = is_good && compile_library(&build, fmu, name) && add_library(fmu, &build, name);
     if (is_open)
-        scratch_close(&build.scratch);
+        system_scratch_close(&build.scratch);
     compile_cache_close(&build.cache);
     return is_good;
 }

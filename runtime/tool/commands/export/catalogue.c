@@ -75,7 +75,7 @@ static void find_columns(struct columns *columns, struct scene *scene) {
     static struct refdyn_integrator names_alone;
     const struct refdyn_model *model = scene->model;
     names_alone.work = &scene->work;
-    table_start(&columns->table, &names_alone, scene->compiled.spatial);
+    simulate_table_start(&columns->table, &names_alone, scene->compiled.spatial);
     columns->model = model;
     columns->points = 1 + 2 * model->n;
     columns->residuals = columns->points + 9 * model->point_count;
@@ -135,15 +135,15 @@ static const char *own_name(const struct refdyn_model *model, struct fmu_variabl
     case FMU_TIME:
         return "time";
     case FMU_COORDINATE_CHANGE:
-        return text_format("der(%s)", model->coordinates[i].name);
+        return format_text("der(%s)", model->coordinates[i].name);
     case FMU_ENERGY:
         return energy_names[i];
     case FMU_MULTIPLIER:
-        return text_format("lambda_%d", i + 1);
+        return format_text("lambda_%d", i + 1);
     case FMU_PARAMETER:
         return model->parameters[i].name;
     default:
-        return text_format("indicator_%d", i + 1);
+        return format_text("indicator_%d", i + 1);
     }
 }
 
@@ -188,9 +188,9 @@ static void set_role(struct catalogue_entry *entry, const struct scene *scene) {
     entry->initial = role->initial;
     entry->about = role->about;
     if (entry->variable.kind == FMU_MULTIPLIER)
-        entry->about = text_format("%s%s", role->about, model->rows[i].name);
+        entry->about = format_text("%s%s", role->about, model->rows[i].name);
     if (entry->variable.kind == FMU_CONTACT_FORCE || entry->variable.kind == FMU_CONTACT_SINCE)
-        entry->about = text_format("%s%s", role->about, contact_name(model, i));
+        entry->about = format_text("%s%s", role->about, contact_name(model, i));
     if (is_state && model->m > 0) /* the start projection may change it */
         entry->initial = INITIAL_APPROXIMATE;
     if (is_set_by_events(model, entry->variable)) {
@@ -201,7 +201,7 @@ static void set_role(struct catalogue_entry *entry, const struct scene *scene) {
     const int contact = entry->variable.kind == FMU_PARAMETER ? fmu_contact_of_parameter(model, i) : -1;
     if (contact >= 0) {
         entry->initial = INITIAL_CALCULATED;
-        entry->about = text_format("1 while contact %s rests", contact_name(model, contact));
+        entry->about = format_text("1 while contact %s rests", contact_name(model, contact));
     }
 }
 
@@ -248,13 +248,13 @@ static void add_entry(struct catalogue *catalogue, const struct scene *scene, co
     if (entry.unit && !*entry.unit)
         entry.unit = NULL;
     while (is_taken(catalogue, name))
-        name = text_format("%s%s", roles[variable.kind].lead, name);
+        name = format_text("%s%s", roles[variable.kind].lead, name);
     entry.name = name;
     if (variable.kind == FMU_COORDINATE_CHANGE || variable.kind == FMU_ACCELERATION)
         entry.state = catalogue->first[variable.kind - 2] + variable.index;
     set_role(&entry, scene);
     set_start(&entry, scene);
-    catalogue->entries = memory_room(&program_memory, catalogue->entries, catalogue->count + 1,
+    catalogue->entries = memory_room(&format_memory, catalogue->entries, catalogue->count + 1,
                                      &catalogue->room, sizeof *catalogue->entries);
     catalogue->entries[catalogue->count++] = entry;
 }
@@ -293,10 +293,10 @@ bool *export_catalogue_dependencies(const struct scene *scene) {
     enum { STATES = 3 };
     const struct refdyn_model *model = scene->model;
     const int n = model->n, parameters = model->parameter_count, count = 3 * model->point_count * n;
-    double *C = allocate_matrix(3 * model->point_count, n), *q = allocate_matrix(2, n);
-    double *p = allocate((size_t)(parameters + model->derived_count), sizeof *p);
-    double *x = allocate((size_t)model->input_count, sizeof *x);
-    bool *depends = allocate((size_t)count, sizeof *depends);
+    double *C = format_allocate_matrix(3 * model->point_count, n), *q = format_allocate_matrix(2, n);
+    double *p = format_allocate((size_t)(parameters + model->derived_count), sizeof *p);
+    double *x = format_allocate((size_t)model->input_count, sizeof *x);
+    bool *depends = format_allocate((size_t)count, sizeof *depends);
     unsigned seed = 20150;
     for (int k = 0; k < STATES && count > 0; k++) {
         scatter(q, scene->q, n, &seed);

@@ -4,7 +4,7 @@
  * From a scene and the options of motions, with which Co-Simulation steps, it writes a ZIP archive with
  * sources, libraries and their description.
  */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/commands/export/export.h"
@@ -23,9 +23,9 @@ static const char *quantities(const struct options *options, const struct model 
     const bool has_rows = model->row_count > 0;
     const bool has_inputs = model->input_count > 0;
     const char *derivatives = has_rows ? "d_qdd" : "d_qdd_free";
-    return text_format("energy,power,course,M,h,Q,implicit,%s,r,rd,C,d,J,Jd_qd,%s.q,%s.qd%s%s%s%s%s",
+    return format_text("energy,power,course,M,h,Q,implicit,%s,r,rd,C,d,J,Jd_qd,%s.q,%s.qd%s%s%s%s%s",
                        has_rows ? "constrained,qdd_free" : "qdd_free", derivatives, derivatives,
-                       has_inputs ? text_format(",%s.x", derivatives) : "",
+                       has_inputs ? format_text(",%s.x", derivatives) : "",
                        has_rows ? ",d_force.q,d_force.qd" : "", has_rows && has_inputs ? ",d_force.x" : "",
                        options_is(options, "from", "statics") ? ",Q_q" : "", has_rows ? ",row_terms" : "");
 }
@@ -44,24 +44,25 @@ static enum status choose_version(const struct options *options, enum fmi_versio
 static enum status check_platforms(const struct options *options, const char *const *list) {
     for (; *list; list++)
         if (!export_platform_find(*list))
-            return option_error(options, "platform", ": '%s' is not one of %s", *list,
-                                export_platform_names());
+            return options_error(options, "platform", ": '%s' is not one of %s", *list,
+                                 export_platform_names());
     return STATUS_DONE;
 }
 
 /* FMUs contain the core only, which does not have the methods of GSL. */
 static enum status check_method(const struct options *options) {
     const char *method = options_text(options, "method");
-    return by_gsl_has(method) ? option_error(options, "method",
-                                             ": '%s' is a method of GSL, which FMUs do not contain", method)
-                              : STATUS_DONE;
+    return simulate_gsl_has(method)
+               ? options_error(options, "method", ": '%s' is a method of GSL, which FMUs do not contain",
+                               method)
+               : STATUS_DONE;
 }
 
 /* ---- The FMU ---- */
 
 /* If M is singular, derivatives of accelerations divide by zero. */
 static bool are_finite(const struct scene *scene, refdyn_function *function, int count) {
-    double *values = allocate((size_t)count, sizeof *values);
+    double *values = format_allocate((size_t)count, sizeof *values);
     function(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, values);
     for (int i = 0; i < count; i++)
         if (!isfinite(values[i]))
@@ -93,7 +94,7 @@ static const char *find_why_no_derivatives(const struct scene *scene) {
 static void add_text(struct fmu *fmu, const char *path, void (*put)(FILE *out, const struct fmu *fmu)) {
     char *text;
     size_t size;
-    FILE *out = text_stream(&text, &size);
+    FILE *out = format_stream(&text, &size);
     put(out, fmu);
     fclose(out);
     export_files_add(&fmu->files, path, text, size);
@@ -102,7 +103,7 @@ static void add_text(struct fmu *fmu, const char *path, void (*put)(FILE *out, c
 static void add_sources(struct fmu *fmu) {
     for (int i = 0; i < fmu->sources.count; i++) {
         const struct fmu_file *source = &fmu->sources.list[i];
-        export_files_add(&fmu->files, text_format("sources/%s", source->path), source->text, source->size);
+        export_files_add(&fmu->files, format_text("sources/%s", source->path), source->text, source->size);
     }
 }
 
@@ -120,7 +121,7 @@ static enum status write_fmu(struct fmu *fmu, const char *const *platforms) {
     if (fmu->version == FMI_3)
         add_text(fmu, "sources/buildDescription.xml", export_description_put_build);
     export_files_add(&fmu->files, "documentation/licenses/license.txt", fmu_licence, fmu_licence_size);
-    return export_archive_put(scene->result->file, &fmu->files) && target_finish(scene->result)
+    return export_archive_put(scene->result->file, &fmu->files) && system_target_finish(scene->result)
                ? STATUS_DONE
                : STATUS_FAULT;
 }
@@ -141,9 +142,9 @@ static enum status export_scene(struct scene *scene, const struct options *optio
                                 const char *const *platforms) {
     const char *from = options_text(options, "from");
     const double until = options_number(options, "until");
-    enum status status = motion_fit(scene, options, &fmu->options);
+    enum status status = simulate_fit(scene, options, &fmu->options);
     if (status == STATUS_DONE)
-        status = motion_place(scene, options);
+        status = simulate_place(scene, options);
     if (status != STATUS_DONE)
         return status;
     fmu->scene = scene;
@@ -152,7 +153,7 @@ static enum status export_scene(struct scene *scene, const struct options *optio
     fmu->until = until > 0 ? until : scene->state.t + default_span;
     struct options timed = *options;
     options_set_number(&timed, "until", fmu->until);
-    status = motion_check_times(scene, &timed);
+    status = simulate_check_times(scene, &timed);
     if (status == STATUS_DONE)
         status = write_fmu(fmu, platforms);
     if (status == STATUS_DONE)
@@ -190,7 +191,7 @@ static enum status run_export(const struct options *options) {
     if (status == STATUS_DONE)
         status = check_method(options);
     if (status == STATUS_DONE)
-        status = motion_options(options, &fmu.options);
+        status = simulate_options(options, &fmu.options);
     if (status != STATUS_DONE)
         return status;
     return export_archive_is_there() ? open_and_export(options, &fmu, platforms) : STATUS_FAULT;
@@ -213,7 +214,7 @@ const struct command export_command = {
     .operands = "MODEL.lua",
     .options = "output! until method step tol step-max from stabilise singular hold release way fmu! "
                "platform set fold",
-    .tables = {export_rules, motion_rules, statics_rules, scene_rules},
+    .tables = {export_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "FILE.fmu",
     .purpose = "a model as an FMU, for other simulators",
     .help = "Model Exchange and Co-Simulation in one file, with libraries and all sources. Variables have "

@@ -1,9 +1,5 @@
-/*
- * Exports a model as an FMU.
- *
- * Parts: the catalogue of variables; the FMU; its ZIP archive; its libraries; its sources;
- * modelDescription.xml.
- */
+/* Exports a model as an FMU: the catalogue of variables; the FMU; its ZIP archive; its libraries; its
+ * sources; modelDescription.xml. */
 #ifndef REFDYN_TOOL_EXPORT_H
 #define REFDYN_TOOL_EXPORT_H
 
@@ -13,12 +9,8 @@
 #include "runtime/bindings/fmi/variables.h"
 #include "runtime/tool/scene/scene.h"
 
-/*
- * The variables of an FMU as importers see them: names, units, roles, start values.
- *
- * Names are those of the columns of `refdyn sim`; der(NAME) is the derivative of a coordinate. A name that
- * is taken gets its kind in front, as in a CSV.
- */
+/* The variables of an FMU as importers see them. Names are those of the columns of `refdyn sim`; der(NAME) is
+ * the derivative of a coordinate. A name that is taken gets its kind in front, as in a CSV. */
 
 enum causality { AS_INDEPENDENT, AS_PARAMETER, AS_INPUT, AS_OUTPUT, AS_LOCAL };
 enum variability { IS_FIXED, IS_TUNABLE, IS_DISCRETE, IS_CONTINUOUS };
@@ -46,11 +38,9 @@ void export_catalogue_make(struct catalogue *catalogue, struct scene *scene, boo
 /* (3 points x n) Which coordinates the position of each point depends on. */
 bool *export_catalogue_dependencies(const struct scene *scene);
 
-/* The FMU that `export` writes. Its parts are made one after the other. */
+/* The FMU that `export` writes. */
 
 enum fmi_version { FMI_2, FMI_3 };
-extern const struct command export_command;
-
 struct fmu_file {
     const char *path; /* in the FMU, or under its sources/ */
     const char *text;
@@ -119,39 +109,18 @@ struct carried_file {
 extern const struct carried_file carried_files[];
 extern const int carried_file_count;
 
-/* modelDescription.xml of an FMU. model_description.c has the parts that both versions share. */
-
-/* Call these after fmu_make_sources. */
+/* modelDescription.xml of an FMU, and sources/buildDescription.xml of FMI 3.0. Call these after
+ * export_make_sources. */
 void export_description_put_2(FILE *out, const struct fmu *fmu);
 void export_description_put_3(FILE *out, const struct fmu *fmu);
-/* sources/buildDescription.xml of FMI 3.0. */
 void export_description_put_build(FILE *out, const struct fmu *fmu);
 
-/* ---- Parts of both versions ---- */
-
-/* Puts NAME="VALUE" after a blank. */
-void export_put_attribute(FILE *out, const char *name, const char *value);
-void export_put_number_attribute(FILE *out, const char *name, double value);
-extern const char *const causality_names[], *const variability_names[], *const initial_names[];
-/* Puts each unit in use, with its base units. */
-void export_description_put_units(FILE *out, const struct fmu *fmu);
-void export_description_put_experiment(FILE *out, const struct fmu *fmu);
-void export_description_put_categories(FILE *out);
-/* Puts the attributes that list what an unknown depends on; none if that is all states and inputs. `depends`
- * comes from catalogue_dependencies. */
-void export_description_put_dependencies(FILE *out, const struct fmu *fmu, const bool *depends,
-                                         const struct catalogue_entry *entry);
-bool export_catalogue_has_start(const struct catalogue_entry *entry);
-bool export_catalogue_is_output(const struct catalogue_entry *entry);
-bool export_catalogue_is_derivative(const struct catalogue_entry *entry);
-/* Returns whether initialisation computes it: an output, a derivative or a state. */
-bool export_catalogue_is_unknown_at_start(const struct catalogue_entry *entry);
-
-/* The sources of an FMU: those in every FMU, the emitted model, and the values that it is exported with. */
-
-/* Fills fmu->sources, and fmu->token, which is computed from all sources. */
+/* Fills fmu->sources: those in every FMU, the emitted model, and the values that it is exported with. Sets
+ * fmu->token, which is computed from all sources. */
 void export_make_sources(struct fmu *fmu);
 /* Returns whether the file is compiled; headers are not. */
 bool export_is_source(const char *path);
+
+extern const struct command export_command;
 
 #endif

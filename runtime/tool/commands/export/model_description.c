@@ -1,19 +1,20 @@
 /*
- * modelDescription.xml: the part that FMI 2.0 and FMI 3.0 have in common. The other parts are in
- * model_description_fmi2.c and model_description_fmi3.c.
+ * modelDescription.xml of FMI 2.0 (FMI 2.0.5, ch. 2.2) and of FMI 3.0 (FMI 3.0.2, ch. 2.4), and
+ * buildDescription.xml (ch. 2.5).
  *
  * From the catalogue of variables come the unit definitions, the default experiment, the log categories and
  * the dependencies of unknowns. A unit is a text such as "N s/m": symbols of the SI with their prefixes,
  * between them blanks, '*' or '.', with whole powers after '^' or directly; each '/' divides by what follows
  * it up to the next one.
  */
-#include "runtime/tool/commands/export/export.h"
-#include "runtime/tool/support/format/format.h"
-
 #include <ctype.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "refdyn.h"
+#include "runtime/tool/commands/export/export.h"
+#include "runtime/tool/support/format/format.h"
 
 /* ---- Units ---- */
 
@@ -140,19 +141,19 @@ static bool unit_in_base(const char *unit, struct base_unit *base) {
 
 enum { DEFAULT_STEPS = 200 };
 
-const char *const causality_names[] = {"independent", "parameter", "input", "output", "local"};
-const char *const variability_names[] = {"fixed", "tunable", "discrete", "continuous"};
-const char *const initial_names[] = {NULL, "exact", "approx", "calculated"};
+static const char *const causality_names[] = {"independent", "parameter", "input", "output", "local"};
+static const char *const variability_names[] = {"fixed", "tunable", "discrete", "continuous"};
+static const char *const initial_names[] = {NULL, "exact", "approx", "calculated"};
 
-void export_put_attribute(FILE *out, const char *name, const char *value) {
+static void put_attribute(FILE *out, const char *name, const char *value) {
     fprintf(out, " %s=\"", name);
-    put_xml_text(out, value);
+    format_xml_text(out, value);
     fputc('"', out);
 }
 
-void export_put_number_attribute(FILE *out, const char *name, double value) {
+static void put_number_attribute(FILE *out, const char *name, double value) {
     fprintf(out, " %s=\"", name);
-    print_number(out, value);
+    format_number(out, value);
     fputc('"', out);
 }
 
@@ -167,7 +168,7 @@ static void put_base_unit(FILE *out, const char *unit) {
         if (base.exponents[i])
             fprintf(out, " %s=\"%d\"", base_unit_names[i], base.exponents[i]);
     if (base.factor != 1)
-        export_put_number_attribute(out, "factor", base.factor);
+        put_number_attribute(out, "factor", base.factor);
     fputs("/></Unit>\n", out);
 }
 
@@ -180,7 +181,7 @@ static bool is_told(const struct catalogue *catalogue, int entry) {
     return false;
 }
 
-void export_description_put_units(FILE *out, const struct fmu *fmu) {
+static void put_units(FILE *out, const struct fmu *fmu) {
     const struct catalogue *catalogue = &fmu->catalogue;
     fputs("  <UnitDefinitions>\n", out);
     for (int i = 0; i < catalogue->count; i++) {
@@ -188,7 +189,7 @@ void export_description_put_units(FILE *out, const struct fmu *fmu) {
         if (!unit || is_told(catalogue, i))
             continue;
         fputs("    <Unit", out);
-        export_put_attribute(out, "name", unit);
+        put_attribute(out, "name", unit);
         put_base_unit(out, unit);
     }
     fputs("  </UnitDefinitions>\n", out);
@@ -196,18 +197,18 @@ void export_description_put_units(FILE *out, const struct fmu *fmu) {
 
 /* ---- Experiment, messages ---- */
 
-void export_description_put_experiment(FILE *out, const struct fmu *fmu) {
+static void put_experiment(FILE *out, const struct fmu *fmu) {
     const double from = fmu->scene->state.t;
     fputs("  <DefaultExperiment", out);
-    export_put_number_attribute(out, "startTime", from);
-    export_put_number_attribute(out, "stopTime", fmu->until);
+    put_number_attribute(out, "startTime", from);
+    put_number_attribute(out, "stopTime", fmu->until);
     if (fmu->options.tol > 0)
-        export_put_number_attribute(out, "tolerance", fmu->options.tol);
-    export_put_number_attribute(out, "stepSize", (fmu->until - from) / DEFAULT_STEPS);
+        put_number_attribute(out, "tolerance", fmu->options.tol);
+    put_number_attribute(out, "stepSize", (fmu->until - from) / DEFAULT_STEPS);
     fputs("/>\n", out);
 }
 
-void export_description_put_categories(FILE *out) {
+static void put_categories(FILE *out) {
     static const char *const names[] = {"logStatusWarning", "logStatusDiscard", "logStatusError",
                                         "logStatusFatal", "logAll"};
     fputs("  <LogCategories>\n", out);
@@ -218,19 +219,19 @@ void export_description_put_categories(FILE *out) {
 
 /* ---- Variables ---- */
 
-bool export_catalogue_has_start(const struct catalogue_entry *entry) {
+static bool has_start(const struct catalogue_entry *entry) {
     return entry->initial == INITIAL_EXACT || entry->initial == INITIAL_APPROXIMATE;
 }
 
-bool export_catalogue_is_output(const struct catalogue_entry *entry) {
+static bool is_output(const struct catalogue_entry *entry) {
     return entry->causality == AS_OUTPUT;
 }
 
-bool export_catalogue_is_derivative(const struct catalogue_entry *entry) {
+static bool is_derivative(const struct catalogue_entry *entry) {
     return entry->state >= 0;
 }
 
-bool export_catalogue_is_unknown_at_start(const struct catalogue_entry *entry) {
+static bool is_unknown_at_start(const struct catalogue_entry *entry) {
     const bool is_free = entry->initial == INITIAL_CALCULATED || entry->initial == INITIAL_APPROXIMATE;
     return is_free && (entry->causality == AS_OUTPUT || entry->state >= 0);
 }
@@ -246,8 +247,8 @@ struct dependencies {
 };
 
 static void dependencies_open(struct dependencies *list) {
-    list->out = text_stream(&list->places, &list->places_size);
-    list->kinds_out = text_stream(&list->kinds, &list->kinds_size);
+    list->out = format_stream(&list->places, &list->places_size);
+    list->kinds_out = format_stream(&list->kinds, &list->kinds_size);
 }
 
 /* FMI 2.0 refers to variables by their place, FMI 3.0 by their value reference. */
@@ -261,8 +262,8 @@ static void dependencies_add(struct dependencies *list, const struct fmu *fmu, i
 static void dependencies_put(struct dependencies *list, FILE *out) {
     fclose(list->out);
     fclose(list->kinds_out);
-    export_put_attribute(out, "dependencies", list->places);
-    export_put_attribute(out, "dependenciesKind", list->kinds);
+    put_attribute(out, "dependencies", list->places);
+    put_attribute(out, "dependenciesKind", list->kinds);
     free(list->places);
     free(list->kinds);
 }
@@ -276,8 +277,8 @@ static void add_position_dependencies(struct dependencies *list, const struct fm
                 dependencies_add(list, fmu, fmu->catalogue.first[kind] + j, "dependent");
 }
 
-void export_description_put_dependencies(FILE *out, const struct fmu *fmu, const bool *depends,
-                                         const struct catalogue_entry *entry) {
+static void put_dependencies(FILE *out, const struct fmu *fmu, const bool *depends,
+                             const struct catalogue_entry *entry) {
     struct dependencies list;
     const enum fmu_kind kind = entry->variable.kind;
     const bool is_state = kind == FMU_COORDINATE || kind == FMU_RATE;
@@ -291,4 +292,203 @@ void export_description_put_dependencies(FILE *out, const struct fmu *fmu, const
         dependencies_add(&list, fmu, fmu->catalogue.first[is_state ? kind : FMU_RATE] + entry->variable.index,
                          is_state ? "dependent" : "constant");
     dependencies_put(&list, out);
+}
+
+/* modelDescription.xml of FMI 2.0 (FMI 2.0.5, ch. 2.2). Other elements refer to variables by their place. */
+
+static void put_source_files(FILE *out, const struct fmu *fmu) {
+    fputs("    <SourceFiles>\n", out);
+    for (int i = 0; i < fmu->sources.count; i++) {
+        if (!export_is_source(fmu->sources.list[i].path))
+            continue;
+        fputs("      <File", out);
+        put_attribute(out, "name", fmu->sources.list[i].path);
+        fputs("/>\n", out);
+    }
+    fputs("    </SourceFiles>\n", out);
+}
+
+static void put_type_2(FILE *out, const struct fmu *fmu, const char *type, const char *abilities) {
+    fprintf(out, "  <%s", type);
+    put_attribute(out, "modelIdentifier", fmu->name);
+    fputs(abilities, out);
+    fputs(" canNotUseMemoryManagementFunctions=\"true\" canGetAndSetFMUstate=\"true\"", out);
+    if (!fmu->why_no_derivatives)
+        fputs(" providesDirectionalDerivative=\"true\"", out);
+    fputs(">\n", out);
+    put_source_files(out, fmu);
+    fprintf(out, "  </%s>\n", type);
+}
+
+/* ---- Variables ---- */
+
+/* Inputs have a start value, and no `initial`. */
+static void put_variable_2(FILE *out, const struct catalogue_entry *entry) {
+    fputs("    <ScalarVariable", out);
+    put_attribute(out, "name", entry->name);
+    fprintf(out, " valueReference=\"%u\"", entry->reference);
+    put_attribute(out, "description", entry->about);
+    put_attribute(out, "causality", causality_names[entry->causality]);
+    put_attribute(out, "variability", variability_names[entry->variability]);
+    if (entry->causality != AS_INPUT && initial_names[entry->initial])
+        put_attribute(out, "initial", initial_names[entry->initial]);
+    fputs(">\n      <Real", out);
+    if (entry->unit)
+        put_attribute(out, "unit", entry->unit);
+    if (has_start(entry))
+        put_number_attribute(out, "start", entry->start);
+    if (entry->state >= 0)
+        fprintf(out, " derivative=\"%d\"", entry->state + 1);
+    fputs("/>\n    </ScalarVariable>\n", out);
+}
+
+/* ---- Structure ---- */
+
+/* If `depends` is NULL, dependencies are left out. */
+static void put_unknowns_2(FILE *out, const struct fmu *fmu, const char *list,
+                           bool (*is_one)(const struct catalogue_entry *entry), const bool *depends) {
+    fprintf(out, "    <%s>\n", list);
+    for (int i = 0; i < fmu->catalogue.count; i++) {
+        const struct catalogue_entry *entry = &fmu->catalogue.entries[i];
+        if (!is_one(entry))
+            continue;
+        fprintf(out, "      <Unknown index=\"%d\"", i + 1);
+        if (depends)
+            put_dependencies(out, fmu, depends, entry);
+        fputs("/>\n", out);
+    }
+    fprintf(out, "    </%s>\n", list);
+}
+
+static void put_structure_2(FILE *out, const struct fmu *fmu) {
+    const bool *depends = export_catalogue_dependencies(fmu->scene);
+    fputs("  <ModelStructure>\n", out);
+    put_unknowns_2(out, fmu, "Outputs", is_output, depends);
+    put_unknowns_2(out, fmu, "Derivatives", is_derivative, depends);
+    put_unknowns_2(out, fmu, "InitialUnknowns", is_unknown_at_start, NULL);
+    fputs("  </ModelStructure>\n", out);
+}
+
+/* ---- The whole ---- */
+
+void export_description_put_2(FILE *out, const struct fmu *fmu) {
+    fputs("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"2.0\"", out);
+    put_attribute(out, "modelName", fmu->name);
+    put_attribute(out, "guid", fmu->token);
+    put_attribute(out, "generationTool", "refdyn " REFDYN_VERSION);
+    fprintf(out, " variableNamingConvention=\"flat\" numberOfEventIndicators=\"%d\">\n",
+            fmu_count_indicators(fmu->scene->model));
+    put_type_2(out, fmu, "ModelExchange",
+               fmu->scene->model->event_count > 0 ? "" : " completedIntegratorStepNotNeeded=\"true\"");
+    put_type_2(out, fmu, "CoSimulation", " canHandleVariableCommunicationStepSize=\"true\"");
+    put_units(out, fmu);
+    put_categories(out);
+    put_experiment(out, fmu);
+    fputs("  <ModelVariables>\n", out);
+    for (int i = 0; i < fmu->catalogue.count; i++)
+        put_variable_2(out, &fmu->catalogue.entries[i]);
+    fputs("  </ModelVariables>\n", out);
+    put_structure_2(out, fmu);
+    fputs("</fmiModelDescription>\n", out);
+}
+
+/*
+ * modelDescription.xml and buildDescription.xml of FMI 3.0 (FMI 3.0.2, ch. 2.4 and 2.5). Other elements refer
+ * to variables by their value references; event indicators are variables.
+ */
+
+static void put_type_3(FILE *out, const struct fmu *fmu, const char *type, const char *abilities) {
+    fprintf(out, "  <%s", type);
+    put_attribute(out, "modelIdentifier", fmu->name);
+    fputs(abilities, out);
+    fputs(" canGetAndSetFMUState=\"true\"", out);
+    if (!fmu->why_no_derivatives)
+        fputs(" providesDirectionalDerivatives=\"true\" providesAdjointDerivatives=\"true\"", out);
+    fputs("/>\n", out);
+}
+
+/* Inputs have a start value, and no `initial`. */
+static void put_variable_3(FILE *out, const struct fmu *fmu, const struct catalogue_entry *entry) {
+    fputs("    <Float64", out);
+    put_attribute(out, "name", entry->name);
+    fprintf(out, " valueReference=\"%u\"", entry->reference);
+    put_attribute(out, "description", entry->about);
+    put_attribute(out, "causality", causality_names[entry->causality]);
+    put_attribute(out, "variability", variability_names[entry->variability]);
+    if (entry->causality != AS_INPUT && initial_names[entry->initial])
+        put_attribute(out, "initial", initial_names[entry->initial]);
+    if (entry->unit)
+        put_attribute(out, "unit", entry->unit);
+    if (has_start(entry))
+        put_number_attribute(out, "start", entry->start);
+    if (entry->state >= 0)
+        fprintf(out, " derivative=\"%u\"", fmu->catalogue.entries[entry->state].reference);
+    fputs("/>\n", out);
+}
+
+static bool is_indicator(const struct catalogue_entry *entry) {
+    return entry->variable.kind == FMU_INDICATOR;
+}
+
+/* If `depends` is NULL, dependencies are left out. */
+static void put_unknowns_3(FILE *out, const struct fmu *fmu, const char *element,
+                           bool (*is_one)(const struct catalogue_entry *entry), const bool *depends) {
+    for (int i = 0; i < fmu->catalogue.count; i++) {
+        const struct catalogue_entry *entry = &fmu->catalogue.entries[i];
+        if (!is_one(entry))
+            continue;
+        fprintf(out, "    <%s valueReference=\"%u\"", element, entry->reference);
+        if (depends)
+            put_dependencies(out, fmu, depends, entry);
+        fputs("/>\n", out);
+    }
+}
+
+static void put_structure_3(FILE *out, const struct fmu *fmu) {
+    const bool *depends = export_catalogue_dependencies(fmu->scene);
+    fputs("  <ModelStructure>\n", out);
+    put_unknowns_3(out, fmu, "Output", is_output, depends);
+    put_unknowns_3(out, fmu, "ContinuousStateDerivative", is_derivative, depends);
+    put_unknowns_3(out, fmu, "InitialUnknown", is_unknown_at_start, NULL);
+    put_unknowns_3(out, fmu, "EventIndicator", is_indicator, NULL);
+    fputs("  </ModelStructure>\n", out);
+}
+
+void export_description_put_3(FILE *out, const struct fmu *fmu) {
+    fputs("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription fmiVersion=\"3.0\"", out);
+    put_attribute(out, "modelName", fmu->name);
+    put_attribute(out, "instantiationToken", fmu->token);
+    put_attribute(out, "generationTool", "refdyn " REFDYN_VERSION);
+    fputs(" variableNamingConvention=\"flat\">\n", out);
+    put_type_3(out, fmu, "ModelExchange",
+               fmu->scene->model->event_count > 0 ? " needsCompletedIntegratorStep=\"true\"" : "");
+    put_type_3(out, fmu, "CoSimulation", " canHandleVariableCommunicationStepSize=\"true\"");
+    put_units(out, fmu);
+    put_categories(out);
+    put_experiment(out, fmu);
+    fputs("  <ModelVariables>\n", out);
+    for (int i = 0; i < fmu->catalogue.count; i++)
+        put_variable_3(out, fmu, &fmu->catalogue.entries[i]);
+    fputs("  </ModelVariables>\n", out);
+    put_structure_3(out, fmu);
+    fputs("</fmiModelDescription>\n", out);
+}
+
+void export_description_put_build(FILE *out, const struct fmu *fmu) {
+    fputs("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiBuildDescription fmiVersion=\"3.0\">\n"
+          "  <BuildConfiguration",
+          out);
+    put_attribute(out, "modelIdentifier", fmu->name);
+    fputs(">\n    <SourceFileSet language=\"C11\">\n", out);
+    for (int i = 0; i < fmu->sources.count; i++) {
+        if (!export_is_source(fmu->sources.list[i].path))
+            continue;
+        fputs("      <SourceFile", out);
+        put_attribute(out, "name", fmu->sources.list[i].path);
+        fputs("/>\n", out);
+    }
+    fputs("      <IncludeDirectory name=\".\"/>\n    </SourceFileSet>\n"
+          "    <Library name=\"m\" external=\"true\" description=\"C mathematics, where it is a library\"/>\n"
+          "  </BuildConfiguration>\n</fmiBuildDescription>\n",
+          out);
 }

@@ -7,7 +7,7 @@
 
 void export_files_add(struct fmu_files *files, const char *path, const char *text, size_t size) {
     files->list =
-        memory_room(&program_memory, files->list, files->count + 1, &files->room, sizeof *files->list);
+        memory_room(&format_memory, files->list, files->count + 1, &files->room, sizeof *files->list);
     files->list[files->count++] = (struct fmu_file){path, text, size};
 }
 
@@ -26,7 +26,7 @@ static void put_doubles(FILE *out, const char *name, const double *values, int c
     fprintf(out, "static const double %s[] = {", name);
     for (int i = 0; i < count; i++) {
         fputs(i ? ", " : "", out);
-        print_number(out, values[i]);
+        format_number(out, values[i]);
     }
     fputs(count ? "};\n" : "0};\n", out);
 }
@@ -41,7 +41,7 @@ static void put_given(FILE *out, const struct scene *scene) {
 
 static void put_option(FILE *out, const char *name, double value) {
     fprintf(out, "                .%s = ", name);
-    print_number(out, value);
+    format_number(out, value);
     fputs(",\n", out);
 }
 
@@ -71,7 +71,7 @@ static void put_model(FILE *out, const struct fmu *fmu) {
     put_doubles(out, "inputs", scene->work.x, model->input_count);
     put_given(out, scene);
     if (fmu->has_start) {
-        double *start = allocate_matrix(2, model->n);
+        double *start = format_allocate_matrix(2, model->n);
         memcpy(start, scene->q, (size_t)model->n * sizeof *start);
         memcpy(start + model->n, scene->qd, (size_t)model->n * sizeof *start);
         put_doubles(out, "start", start, 2 * model->n);
@@ -86,7 +86,7 @@ static void put_model(FILE *out, const struct fmu *fmu) {
     if (fmu->has_start)
         fputs("    .start = start,\n", out);
     fputs("    .t_start = ", out);
-    print_number(out, scene->state.t);
+    format_number(out, scene->state.t);
     fputs(",\n", out);
     put_options(out, &fmu->options);
     fputs("};\n", out);
@@ -95,7 +95,7 @@ static void put_model(FILE *out, const struct fmu *fmu) {
 static void add_model(struct fmu *fmu) {
     char *text;
     size_t size;
-    FILE *out = text_stream(&text, &size);
+    FILE *out = format_stream(&text, &size);
     put_model(out, fmu);
     fclose(out);
     export_files_add(&fmu->sources, "refdyn_fmu.c", text, size);
@@ -118,7 +118,7 @@ static const char *make_token(const struct fmu *fmu) {
     for (int i = 0; i < fmu->sources.count; i++)
         hash_file(&sha, &fmu->sources.list[i]);
     SHA256End(&sha, digest);
-    return text_format("{%.8s-%.4s-%.4s-%.4s-%.12s}", digest, digest + 8, digest + 12, digest + 16,
+    return format_text("{%.8s-%.4s-%.4s-%.4s-%.12s}", digest, digest + 8, digest + 12, digest + 16,
                        digest + 20);
 }
 

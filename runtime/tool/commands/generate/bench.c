@@ -1,5 +1,5 @@
 /* `refdyn bench`: time and operations of each emitted quantity, and the cost of generating and compiling. */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
@@ -44,9 +44,9 @@ static void call(const struct subject *subject, long times) {
 }
 
 static double timed(const struct subject *subject, long times) {
-    double start = cpu_seconds();
+    double start = system_cpu_seconds();
     call(subject, times);
-    return cpu_seconds() - start;
+    return system_cpu_seconds() - start;
 }
 
 static int by_size(const void *a, const void *b) {
@@ -74,21 +74,21 @@ static bool print_quantity(FILE *out, const char *name, const struct subject *su
     struct document document;
     double ns[BATCHES];
     measure(subject, ns);
-    document_open(&document);
+    format_document_open(&document);
     document.one_line = true;
-    put_open(&document, NULL, '{');
-    put_text(&document, "quantity", name);
-    put_whole(&document, "n", subject->scene->model->n);
-    put_whole(&document, "adds", count->adds);
-    put_whole(&document, "muls", count->muls);
-    put_whole(&document, "divs", count->divs);
-    put_whole(&document, "funcs", count->functions);
-    put_whole(&document, "bytes", count->bytes);
-    put_number(&document, "ns", tenths(ns[BATCHES / 2]));
-    put_number(&document, "ns_low", tenths(ns[LOW_BATCH]));
-    put_number(&document, "ns_high", tenths(ns[HIGH_BATCH]));
-    put_close(&document, '}');
-    return document_close(&document, out);
+    format_put_open(&document, NULL, '{');
+    format_put_text(&document, "quantity", name);
+    format_put_whole(&document, "n", subject->scene->model->n);
+    format_put_whole(&document, "adds", count->adds);
+    format_put_whole(&document, "muls", count->muls);
+    format_put_whole(&document, "divs", count->divs);
+    format_put_whole(&document, "funcs", count->functions);
+    format_put_whole(&document, "bytes", count->bytes);
+    format_put_number(&document, "ns", tenths(ns[BATCHES / 2]));
+    format_put_number(&document, "ns_low", tenths(ns[LOW_BATCH]));
+    format_put_number(&document, "ns_high", tenths(ns[HIGH_BATCH]));
+    format_put_close(&document, '}');
+    return format_document_close(&document, out);
 }
 
 static refdyn_function *function_of(const struct refdyn_model *model, const struct quantity *quantity) {
@@ -128,7 +128,7 @@ static size_t result_size(const struct refdyn_model *model) {
 /* Rates, accelerations and multipliers of the state; missing ones are 0. */
 static double *find_rest(struct scene *scene) {
     const size_t n = (size_t)scene->model->n;
-    double *rest = allocate(3 * n + 1 + (size_t)scene->model->m, sizeof *rest);
+    double *rest = format_allocate(3 * n + 1 + (size_t)scene->model->m, sizeof *rest);
     memcpy(rest, scene->qd, n * sizeof *rest);
     if (!refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, rest + n))
         refdyn_multipliers(&scene->work, rest + n, rest + 2 * n + 1);
@@ -153,7 +153,7 @@ static bool is_finite(const struct subject *subject, const char *name) {
 
 static enum status print_quantities(struct scene *scene, FILE *out) {
     struct subject subject = {.scene = scene, .rest = find_rest(scene)};
-    subject.out = allocate(result_size(scene->model), sizeof *subject.out);
+    subject.out = format_allocate(result_size(scene->model), sizeof *subject.out);
     enum status status = STATUS_DONE;
     for (int i = 0; i < QUANTITY_COUNT && status == STATUS_DONE; i++) {
         subject.function = function_of(scene->model, &quantities[i]);
@@ -171,14 +171,14 @@ static enum status print_quantities(struct scene *scene, FILE *out) {
 static enum status print_build(const struct options *options, FILE *out) {
     struct scene scene;
     struct build_cost cost = {.seconds = 0};
-    double start = wall_seconds();
+    double start = system_wall_seconds();
     long source_bytes = 0;
     enum status status = scene_read(&scene, options, false);
     if (status == STATUS_DONE && gen_plan(&scene.generation, options_text(options, "emit")) != GEN_OK)
         status = STATUS_FAULT;
     const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;
     int count = files ? gen_file_count(&scene.generation) : 0;
-    double gen_seconds = wall_seconds() - start;
+    double gen_seconds = system_wall_seconds() - start;
     for (int i = 0; i < count; i++)
         source_bytes += (long)files[i].length;
     if (status == STATUS_DONE && !compile_measure(files, count, &cost))
@@ -187,17 +187,17 @@ static enum status print_build(const struct options *options, FILE *out) {
     if (status != STATUS_DONE)
         return status;
     struct document document;
-    document_open(&document);
+    format_document_open(&document);
     document.one_line = true;
-    put_open(&document, NULL, '{');
-    put_text(&document, "quantity", "build");
-    put_number(&document, "gen_s", gen_seconds);
-    put_number(&document, "cc_s", cost.seconds);
-    put_whole(&document, "source_bytes", source_bytes);
-    put_whole(&document, "object_bytes", cost.object_bytes);
-    put_whole(&document, "peak_kb", cost.peak_kb);
-    put_close(&document, '}');
-    return document_close(&document, out) ? STATUS_DONE : STATUS_NUMBERS;
+    format_put_open(&document, NULL, '{');
+    format_put_text(&document, "quantity", "build");
+    format_put_number(&document, "gen_s", gen_seconds);
+    format_put_number(&document, "cc_s", cost.seconds);
+    format_put_whole(&document, "source_bytes", source_bytes);
+    format_put_whole(&document, "object_bytes", cost.object_bytes);
+    format_put_whole(&document, "peak_kb", cost.peak_kb);
+    format_put_close(&document, '}');
+    return format_document_close(&document, out) ? STATUS_DONE : STATUS_NUMBERS;
 }
 
 static enum status bench(struct scene *scene, const struct options *options) {
@@ -205,7 +205,7 @@ static enum status bench(struct scene *scene, const struct options *options) {
     enum status status = print_quantities(scene, scene->result->file);
     if (status == STATUS_DONE)
         status = print_build(options, scene->result->file);
-    if (status == STATUS_DONE && !target_finish(scene->result))
+    if (status == STATUS_DONE && !system_target_finish(scene->result))
         status = STATUS_FAULT;
     return status;
 }

@@ -5,7 +5,7 @@
  * Leaves a library in the cache, and prints as JSON its path and the arguments and results of its
  * functions, so that a caller needs no header of the model.
  */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "gen/read/read.h"
 #include "refdyn_batch.h"
@@ -14,21 +14,21 @@
 #include <string.h>
 
 static void put_name(struct document *document, const struct refdyn_name *name) {
-    put_text(document, "name", name->name);
-    put_text(document, "unit", name->unit);
+    format_put_text(document, "name", name->name);
+    format_put_text(document, "unit", name->unit);
 }
 
 static void put_start(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
-    put_open(document, "coordinates", '[');
+    format_put_open(document, "coordinates", '[');
     for (int i = 0; i < model->n; i++) {
-        put_open(document, NULL, '{');
+        format_put_open(document, NULL, '{');
         put_name(document, &model->coordinates[i]);
-        put_close(document, '}');
+        format_put_close(document, '}');
     }
-    put_close(document, ']');
-    put_array(document, "q", scene->q, model->n);
-    put_array(document, "qd", scene->qd, model->n);
+    format_put_close(document, ']');
+    format_put_array(document, "q", scene->q, model->n);
+    format_put_array(document, "qd", scene->qd, model->n);
 }
 
 /* The place of a parameter among the anchored ones; -1 if it is not anchored. */
@@ -41,135 +41,135 @@ static int place_among_anchored(const struct refdyn_model *model, int parameter)
 
 static void put_parameters(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
-    put_open(document, "parameters", '[');
+    format_put_open(document, "parameters", '[');
     for (int i = 0; i < model->parameter_count; i++) {
         const int anchored = place_among_anchored(model, i);
-        put_open(document, NULL, '{');
+        format_put_open(document, NULL, '{');
         put_name(document, &model->parameters[i]);
-        put_number(document, "value", scene->work.p[i]);
-        put_truth(document, "anchored", anchored >= 0 && !scene->given[anchored]);
-        put_close(document, '}');
+        format_put_number(document, "value", scene->work.p[i]);
+        format_put_truth(document, "anchored", anchored >= 0 && !scene->given[anchored]);
+        format_put_close(document, '}');
     }
-    put_close(document, ']');
+    format_put_close(document, ']');
 }
 
 static void put_inputs(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
-    put_open(document, "inputs", '[');
+    format_put_open(document, "inputs", '[');
     for (int i = 0; i < model->input_count; i++) {
-        put_open(document, NULL, '{');
+        format_put_open(document, NULL, '{');
         put_name(document, &model->inputs[i]);
-        put_number(document, "value", scene->work.x[i]);
-        put_truth(document, "by_events", scene_inputs_are_set_by_event(model, i));
-        put_close(document, '}');
+        format_put_number(document, "value", scene->work.x[i]);
+        format_put_truth(document, "by_events", scene_inputs_are_set_by_event(model, i));
+        format_put_close(document, '}');
     }
-    put_close(document, ']');
+    format_put_close(document, ']');
 }
 
 static void put_texts(struct document *document, const char *key, const char *const *texts, int count) {
-    put_open(document, key, '[');
+    format_put_open(document, key, '[');
     for (int i = 0; i < count; i++)
-        put_text(document, NULL, texts[i]);
-    put_close(document, ']');
+        format_put_text(document, NULL, texts[i]);
+    format_put_close(document, ']');
 }
 
 /* Parameters of the model that no function reads; a caller may still give them. */
 static void put_unread(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     const struct model *read = &scene->generation.model;
-    put_open(document, "unread", '[');
+    format_put_open(document, "unread", '[');
     for (int i = 0; i < read->parameter_count; i++)
         if (refdyn_find_name(model->parameters, model->parameter_count, read->parameters[i].name) < 0)
-            put_text(document, NULL, read->parameters[i].name);
-    put_close(document, ']');
+            format_put_text(document, NULL, read->parameters[i].name);
+    format_put_close(document, ']');
 }
 
 /* Numbers and truth values become JSON values. */
 static void put_option(struct document *document, const struct model_option *option) {
     const bool is_true = strcmp(option->value, "true") == 0;
     if (option->is_text)
-        put_text(document, option->name, option->value);
+        format_put_text(document, option->name, option->value);
     else if (is_true || strcmp(option->value, "false") == 0)
-        put_truth(document, option->name, is_true);
+        format_put_truth(document, option->name, is_true);
     else
-        put_number(document, option->name, strtod(option->value, NULL));
+        format_put_number(document, option->name, strtod(option->value, NULL));
 }
 
 static void put_names(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     const struct model *read = &scene->generation.model;
-    put_open(document, "options", '{');
+    format_put_open(document, "options", '{');
     for (int i = 0; i < read->option_count; i++)
         put_option(document, &read->options[i]);
-    put_close(document, '}');
+    format_put_close(document, '}');
     put_start(document, scene);
     put_parameters(document, scene);
     put_unread(document, scene);
     put_inputs(document, scene);
-    put_open(document, "rows", '[');
+    format_put_open(document, "rows", '[');
     for (int i = 0; i < model->m; i++)
-        put_text(document, NULL, model->rows[i].name);
-    put_close(document, ']');
+        format_put_text(document, NULL, model->rows[i].name);
+    format_put_close(document, ']');
     put_texts(document, "points", model->points, model->point_count);
     put_texts(document, "courses", model->courses, model->course_count);
-    put_open(document, "held", '[');
+    format_put_open(document, "held", '[');
     for (int i = 0; i < model->held_count; i++)
-        put_text(document, NULL, model->coordinates[model->held[i]].name);
-    put_close(document, ']');
+        format_put_text(document, NULL, model->coordinates[model->held[i]].name);
+    format_put_close(document, ']');
 }
 
 static void put_part(struct document *document, const struct result_part *part) {
-    put_open(document, NULL, '{');
-    put_text(document, "name", part->name);
-    put_text(document, "about", part->about);
-    put_whole(document, "count", part->count);
-    put_whole(document, "columns", part->columns);
-    put_close(document, '}');
+    format_put_open(document, NULL, '{');
+    format_put_text(document, "name", part->name);
+    format_put_text(document, "about", part->about);
+    format_put_whole(document, "count", part->count);
+    format_put_whole(document, "columns", part->columns);
+    format_put_close(document, '}');
 }
 
 static void put_functions(struct document *document, const struct generation *generation) {
     struct emitted_function function;
-    put_open(document, "functions", '[');
+    format_put_open(document, "functions", '[');
     for (int i = 0; gen_function(generation, i, &function); i++) {
-        put_open(document, NULL, '{');
-        put_text(document, "quantity", function.quantity);
-        put_text(document, "about", function.about);
-        put_truth(document, "takes_motion", function.takes_motion);
-        put_truth(document, "is_struct", function.is_struct);
-        put_open(document, "parts", '[');
+        format_put_open(document, NULL, '{');
+        format_put_text(document, "quantity", function.quantity);
+        format_put_text(document, "about", function.about);
+        format_put_truth(document, "takes_motion", function.takes_motion);
+        format_put_truth(document, "is_struct", function.is_struct);
+        format_put_open(document, "parts", '[');
         for (int k = 0; k < function.part_count; k++) {
             const struct result_part part = gen_result_part(generation, i, k);
             put_part(document, &part);
         }
-        put_close(document, ']');
-        put_close(document, '}');
+        format_put_close(document, ']');
+        format_put_close(document, '}');
     }
-    put_close(document, ']');
-    put_open(document, "quantities", '[');
+    format_put_close(document, ']');
+    format_put_open(document, "quantities", '[');
     for (int i = 0; gen_quantity(i); i++)
-        put_text(document, NULL, gen_quantity(i));
-    put_close(document, ']');
+        format_put_text(document, NULL, gen_quantity(i));
+    format_put_close(document, ']');
 }
 
 static void put_sources(struct document *document, const struct sources *sources) {
-    put_open(document, "sources", '[');
+    format_put_open(document, "sources", '[');
     for (int i = 0; i < sources->count; i++)
-        put_text(document, NULL, sources->list[i].path);
-    put_close(document, ']');
+        format_put_text(document, NULL, sources->list[i].path);
+    format_put_close(document, ']');
 }
 
 static enum status print_library(struct scene *scene, const struct options *options) {
     (void)options;
     struct document document;
-    document_open(&document);
-    put_open(&document, NULL, '{');
-    put_text(&document, "name", scene->model->name);
-    put_text(&document, "library", scene->compiled.path);
-    put_whole(&document, "lanes", scene->compiled.lanes ? scene->compiled.lanes->width : 0);
+    format_document_open(&document);
+    format_put_open(&document, NULL, '{');
+    format_put_text(&document, "name", scene->model->name);
+    format_put_text(&document, "library", scene->compiled.path);
+    format_put_whole(&document, "lanes", scene->compiled.lanes ? scene->compiled.lanes->width : 0);
     put_names(&document, scene);
     put_functions(&document, &scene->generation);
     put_sources(&document, scene->generation.model.sources);
-    put_close(&document, '}');
+    format_put_close(&document, '}');
     return scene_finish(scene, &document);
 }
 

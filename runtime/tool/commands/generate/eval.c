@@ -1,5 +1,5 @@
 /* `refdyn eval`: every quantity of the equations at one state, as one JSON object. */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 
 #include <math.h>
@@ -7,14 +7,14 @@
 /* One residual per row; null for rows of the levels in `without` (a set of bits). */
 static void put_residual(struct document *document, const char *key, const struct refdyn_model *model,
                          const double *values, unsigned without) {
-    put_open(document, key, '[');
+    format_put_open(document, key, '[');
     for (int i = 0; i < model->m; i++) {
         if (without >> model->rows[i].level & 1)
-            put_null(document, NULL);
+            format_put_null(document, NULL);
         else
-            put_number(document, NULL, values[i]);
+            format_put_number(document, NULL, values[i]);
     }
-    put_close(document, ']');
+    format_put_close(document, ']');
 }
 
 /* Of a point with `angular = true`. */
@@ -25,11 +25,11 @@ static void put_spatial(struct document *document, const struct scene *scene, in
     for (int i = 0; spatial && i < spatial->count; i++) {
         if (spatial->points[i] != point)
             continue;
-        double *room = allocate_matrix(6 * spatial->count, n);
+        double *room = format_allocate_matrix(6 * spatial->count, n);
         spatial->J(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
-        put_matrix(document, "J", room + 6 * i * n, 6, n);
+        format_put_matrix(document, "J", room + 6 * i * n, 6, n);
         spatial->Jd_qd(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
-        put_array(document, "Jd_qd", room + 6 * i, 6);
+        format_put_array(document, "Jd_qd", room + 6 * i, 6);
     }
 }
 
@@ -37,53 +37,53 @@ static void put_point(struct document *document, const struct scene *scene, int 
     const struct refdyn_model *model = scene->model;
     const struct refdyn_workspace *work = &scene->work;
     int n = model->n;
-    put_open(document, model->points[point], '{');
+    format_put_open(document, model->points[point], '{');
     model->r(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
-    put_array(document, "r", room + 3 * point, 3);
+    format_put_array(document, "r", room + 3 * point, 3);
     model->rd(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
-    put_array(document, "rd", room + 3 * point, 3);
+    format_put_array(document, "rd", room + 3 * point, 3);
     model->C(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
-    put_matrix(document, "C", room + 3 * point * n, 3, n);
+    format_put_matrix(document, "C", room + 3 * point * n, 3, n);
     model->d(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
-    put_array(document, "d", room + 3 * point, 3);
+    format_put_array(document, "d", room + 3 * point, 3);
     put_spatial(document, scene, point);
-    put_close(document, '}');
+    format_put_close(document, '}');
 }
 
 static void put_points(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
-    double *room = allocate_matrix(3 * model->point_count, model->n + 1);
-    put_open(document, "points", '{');
+    double *room = format_allocate_matrix(3 * model->point_count, model->n + 1);
+    format_put_open(document, "points", '{');
     for (int i = 0; i < model->point_count; i++)
         put_point(document, scene, i, room);
-    put_close(document, '}');
+    format_put_close(document, '}');
 }
 
 static void put_equations(struct document *document, const struct scene *scene, double *room) {
     const struct refdyn_model *model = scene->model;
     const struct refdyn_workspace *work = &scene->work;
     int n = model->n, m = model->m;
-    put_matrix(document, "M", work->M, n, n);
+    format_put_matrix(document, "M", work->M, n, n);
     model->h(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
-    put_array(document, "h", room, n);
+    format_put_array(document, "h", room, n);
     model->Q(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
-    put_array(document, "Q", room, n);
-    put_matrix(document, "u", work->u, m, n);
-    put_array(document, "v", work->v, m);
+    format_put_array(document, "Q", room, n);
+    format_put_matrix(document, "u", work->u, m, n);
+    format_put_array(document, "v", work->v, m);
     put_residual(document, "phi", model, work->phi, 1u << REFDYN_VELOCITY | 1u << REFDYN_ACCELERATION);
     put_residual(document, "psi", model, work->psi, 1u << REFDYN_ACCELERATION);
-    put_array(document, "k", work->k, m);
+    format_put_array(document, "k", work->k, m);
 }
 
 /* In the order of the coordinates; the partition lists them in the order of elimination. */
 static void put_dependent(struct document *document, const struct scene *scene) {
     const struct refdyn_partition *partition = &scene->work.partition;
-    put_open(document, "dependent", '[');
+    format_put_open(document, "dependent", '[');
     for (int i = 0; i < scene->model->n; i++)
         for (int j = 0; j < partition->rank; j++)
             if (partition->column[j] == i)
-                put_text(document, NULL, scene->model->coordinates[i].name);
-    put_close(document, ']');
+                format_put_text(document, NULL, scene->model->coordinates[i].name);
+    format_put_close(document, ']');
 }
 
 static void put_accelerations(struct document *document, struct scene *scene, const double *qdd,
@@ -92,48 +92,48 @@ static void put_accelerations(struct document *document, struct scene *scene, co
     const int n = scene->model->n;
     bool is_finite = true;
     put_dependent(document, scene);
-    put_array(document, "qdd", qdd, n);
+    format_put_array(document, "qdd", qdd, n);
     scene->model->qdd_free(work->p, work->x, scene->state.t, scene->q, scene->qd, room);
     for (int i = 0; i < n; i++)
         is_finite = is_finite && isfinite(room[i]);
     if (is_finite)
-        put_array(document, "qdd_free", room, n);
+        format_put_array(document, "qdd_free", room, n);
     else
-        put_null(document, "qdd_free");
-    double *lambda = allocate_matrix(scene->model->m, 1);
+        format_put_null(document, "qdd_free");
+    double *lambda = format_allocate_matrix(scene->model->m, 1);
     refdyn_multipliers(work, qdd, lambda);
     refdyn_programme_force(work, lambda, room);
-    put_array(document, "force", room, n);
+    format_put_array(document, "force", room, n);
 }
 
 static void put_energy(struct document *document, const struct scene *scene) {
     double energy[2];
-    put_open(document, "energy", '{');
+    format_put_open(document, "energy", '{');
     if (refdyn_energies(&scene->work, scene->state.t, scene->q, scene->qd, energy) == REFDYN_OK) {
-        put_number(document, "kinetic", energy[0]);
-        put_number(document, "potential", energy[1]);
+        format_put_number(document, "kinetic", energy[0]);
+        format_put_number(document, "potential", energy[1]);
     }
-    put_close(document, '}');
+    format_put_close(document, '}');
 }
 
 static enum status print_state(struct scene *scene, const double *qdd) {
     struct document document;
-    document_open(&document);
-    double *room = allocate_matrix(scene->model->n, 1);
-    put_open(&document, NULL, '{');
-    put_text(&document, "name", scene->model->name);
+    format_document_open(&document);
+    double *room = format_allocate_matrix(scene->model->n, 1);
+    format_put_open(&document, NULL, '{');
+    format_put_text(&document, "name", scene->model->name);
     scene_put_coordinates(&document, "coordinates", scene->model, NULL);
     put_equations(&document, scene, room);
     put_points(&document, scene);
     put_accelerations(&document, scene, qdd, room);
     put_energy(&document, scene);
-    put_close(&document, '}');
+    format_put_close(&document, '}');
     return scene_finish(scene, &document);
 }
 
 static enum status evaluate_state(struct scene *scene, const struct options *options) {
     (void)options;
-    double *qdd = allocate_matrix(scene->model->n, 1);
+    double *qdd = format_allocate_matrix(scene->model->n, 1);
     int result = refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);
     if (result == REFDYN_OK)
         refdyn_refine(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);

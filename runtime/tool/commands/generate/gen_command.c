@@ -2,7 +2,7 @@
 #include "runtime/tool/commands/generate/generate.h"
 #include "gen/read/read.h"
 #include "runtime/tool/support/format/format.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/system/system.h"
@@ -20,12 +20,12 @@ static void add_path(struct text *rule, const char *path) {
 }
 
 static const char *depfile_text(const struct generation *generation, const char *folder) {
-    struct text rule = {.memory = &program_memory};
+    struct text rule = {.memory = &format_memory};
     const struct emitted_file *files = gen_files(generation);
     const struct sources *sources = generation->model.sources;
     for (int i = 0; i < gen_file_count(generation); i++) {
         text_add(&rule, i ? " " : "");
-        add_path(&rule, text_format("%s/%s", folder, files[i].name));
+        add_path(&rule, format_text("%s/%s", folder, files[i].name));
     }
     text_add(&rule, ":");
     for (int i = 0; i < sources->count; i++) {
@@ -41,22 +41,22 @@ static const char *depfile_text(const struct generation *generation, const char 
 static bool write_files(struct scene *scene, const char *folder, const char *depfile) {
     const struct emitted_file *files = gen_files(&scene->generation);
     const int emitted = gen_file_count(&scene->generation), count = emitted + (depfile != NULL);
-    struct target **open = allocate((size_t)count, sizeof *open);
+    struct target **open = format_allocate((size_t)count, sizeof *open);
     sigset_t before;
     bool is_good = true;
     for (int i = 0; i < emitted && is_good; i++) {
-        open[i] = target_open(&scene->targets, text_format("%s/%s", folder, files[i].name));
-        is_good = open[i] && target_write(open[i], files[i].text, files[i].length);
+        open[i] = system_target_open(&scene->targets, format_text("%s/%s", folder, files[i].name));
+        is_good = open[i] && system_target_write(open[i], files[i].text, files[i].length);
     }
     if (depfile && is_good) {
         const char *rule = depfile_text(&scene->generation, folder);
-        open[emitted] = target_open(&scene->targets, depfile);
-        is_good = open[emitted] && target_write(open[emitted], rule, strlen(rule));
+        open[emitted] = system_target_open(&scene->targets, depfile);
+        is_good = open[emitted] && system_target_write(open[emitted], rule, strlen(rule));
     }
-    interrupt_hold(&before); /* all or none */
+    system_interrupt_hold(&before); /* all or none */
     for (int i = 0; i < count && is_good; i++)
-        is_good = target_finish(open[i]);
-    interrupt_release(&before);
+        is_good = system_target_finish(open[i]);
+    system_interrupt_release(&before);
     return is_good;
 }
 
@@ -77,7 +77,8 @@ static enum status emit_scene(struct scene *scene, const struct options *options
     generation->has_lanes = options_has(options, "for-lanes");
     generation->has_casadi = options_has(options, "for-casadi");
     scene_spare_sources(scene, &scene->targets);
-    if (!targets_make_folder(&scene->targets, options_text(options, "output"))) /* reported before the work */
+    if (!system_targets_make_folder(&scene->targets,
+                                    options_text(options, "output"))) /* reported before the work */
         return STATUS_FAULT;
     enum status status = scene_outcome(scene, options, gen_plan(generation, options_text(options, "emit")));
     if (status == STATUS_DONE)
@@ -92,10 +93,10 @@ static enum status explain_pass(struct scene *scene, const struct options *optio
     struct generation *generation = &scene->generation;
     const char *wrong = gen_wrong_pass(generation, explain);
     if (wrong)
-        return usage_error(options->command, "--explain: %s", wrong);
+        return options_usage_error(options->command, "--explain: %s", wrong);
     if (output || options_text(options, "depfile"))
-        return usage_error(options->command, "--explain prints and writes no files; leave out %s",
-                           output ? "-o" : "--depfile");
+        return options_usage_error(options->command, "--explain prints and writes no files; leave out %s",
+                                   output ? "-o" : "--depfile");
     return scene_outcome(scene, options,
                          gen_explain(generation, options_text(options, "emit"), explain, stdout));
 }
@@ -104,7 +105,7 @@ static enum status generate(struct scene *scene, const struct options *options) 
     const char *emit = options_text(options, "emit");
     const char *wrong = emit ? gen_wrong_emit(&scene->generation, emit) : NULL;
     if (wrong)
-        return usage_error(options->command, "--emit: %s", wrong);
+        return options_usage_error(options->command, "--emit: %s", wrong);
     return options_text(options, "explain") ? explain_pass(scene, options) : emit_scene(scene, options);
 }
 
@@ -115,19 +116,20 @@ static enum status run_gen(const struct options *options) {
 /* Draws the picture of --draw. */
 static enum status draw_model(struct scene *scene, const struct options *options) {
     const char *draw = options_text(options, "draw");
-    const struct picture_format *format = picture_format_of(draw);
+    const struct picture_format *format = figures_picture_format_of(draw);
     char *svg;
     size_t size;
     if (!format)
-        return usage_error(options->command, "--draw: '%s' must end in .svg, .png or .pdf", draw);
+        return options_usage_error(options->command, "--draw: '%s' must end in .svg, .png or .pdf", draw);
     scene_spare_sources(scene, &scene->targets);
-    struct target *target = picture_can_write(format) ? target_open(&scene->targets, draw) : NULL;
+    struct target *target =
+        figures_picture_can_write(format) ? system_target_open(&scene->targets, draw) : NULL;
     if (!target)
         return STATUS_FAULT;
-    FILE *out = text_stream(&svg, &size);
+    FILE *out = format_stream(&svg, &size);
     view_model_drawing_put(out, &scene->generation);
     fclose(out);
-    const bool is_good = picture_write(format, svg, target->file) && target_finish(target);
+    const bool is_good = figures_picture_write(format, svg, target->file) && system_target_finish(target);
     free(svg);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
@@ -144,7 +146,7 @@ static enum status run_check(const struct options *options) {
 }
 
 static const char *list_passes(const struct command *command) {
-    struct text text = {.memory = &program_memory};
+    struct text text = {.memory = &format_memory};
     (void)command;
     for (int i = 0; gen_pass(i); i++)
         text_add(&text, "%s%s", i ? " " : "", gen_pass(i));

@@ -2,7 +2,7 @@
 #ifndef REFDYN_TOOL_GENERATE_H
 #define REFDYN_TOOL_GENERATE_H
 
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 
 extern const struct command gen_command, check_command, compile_command, eval_command, bench_command,
     new_command;

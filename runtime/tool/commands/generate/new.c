@@ -1,7 +1,7 @@
 /* `refdyn new NAME`: a model to begin from, and settings with which the Lua language server of an editor
  * finds the definitions of the model language. Writes NAME.lua and .luarc.json into the current folder. The
  * text is model.lua with NAME as its name. */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "gen/read/read.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -19,19 +19,19 @@ static const char placeholder[] = "NAME", editor_settings[] = ".luarc.json";
 /* What is wrong with the name of a model: it is a path or a file, or the generator refuses it. NULL if
  * nothing is. */
 static const char *name_fault(const char *name) {
-    struct messages messages = {.memory = &program_memory};
-    const char *shown = message_safe_text(&program_memory, name, strlen(name));
+    struct messages messages = {.memory = &format_memory};
+    const char *shown = message_safe_text(&format_memory, name, strlen(name));
     if (strchr(name, '/'))
-        return text_format("'%s' is a path; give only the model's name, whose file goes into this folder",
+        return format_text("'%s' is a path; give only the model's name, whose file goes into this folder",
                            shown);
     if (text_ends_with(name, ".lua"))
-        return text_format("'%s' is the name of a file; give the name of the model, without .lua", shown);
+        return format_text("'%s' is the name of a file; give the name of the model, without .lua", shown);
     names_check_model(&messages, (struct named){.name = name, .place = {.file = ""}});
     return messages.count > 0 ? messages.list[0].text : NULL;
 }
 
 static bool complain(const char *path, const char *what, const char *fact) {
-    put_plain_text(stderr, path);
+    format_plain_text(stderr, path);
     fprintf(stderr, ": output: %s%s\n", what, fact);
     return false;
 }
@@ -69,7 +69,7 @@ static const char *editor_folder(void) {
     char *program = realpath("/proc/self/exe", NULL);
     char *folder =
         program
-            ? realpath(text_format("%s/" REFDYN_DATA_FROM_PROGRAM "/models/editor", dirname(program)), NULL)
+            ? realpath(format_text("%s/" REFDYN_DATA_FROM_PROGRAM "/models/editor", dirname(program)), NULL)
             : NULL;
     free(program);
     return folder;
@@ -94,14 +94,14 @@ static bool write_editor_settings(void) {
     }
     if (!file)
         return complain(editor_settings, "cannot be made: ", strerror(errno));
-    document_open(&document);
-    put_open(&document, NULL, '{');
-    put_text(&document, "runtime.version", "Lua 5.4");
-    put_open(&document, "workspace.library", '[');
-    put_text(&document, NULL, folder);
-    put_close(&document, ']');
-    put_close(&document, '}');
-    document_close(&document, file);
+    format_document_open(&document);
+    format_put_open(&document, NULL, '{');
+    format_put_text(&document, "runtime.version", "Lua 5.4");
+    format_put_open(&document, "workspace.library", '[');
+    format_put_text(&document, NULL, folder);
+    format_put_close(&document, ']');
+    format_put_close(&document, '}');
+    format_document_close(&document, file);
     if (!finish(file, editor_settings))
         return false;
     printf("%s: an editor with the Lua language server completes fields and functions\n", editor_settings);
@@ -109,9 +109,9 @@ static bool write_editor_settings(void) {
 }
 
 static enum status run_new(const struct options *options) {
-    const char *name = options->operands[0], *path = text_format("%s.lua", name), *fault = name_fault(name);
+    const char *name = options->operands[0], *path = format_text("%s.lua", name), *fault = name_fault(name);
     if (fault)
-        return usage_error(options->command, "%s", fault);
+        return options_usage_error(options->command, "%s", fault);
     if (!write_model(path, name))
         return STATUS_FAULT;
     printf("%s: a small arm with a flexible link, its comments say what to try\n", path);

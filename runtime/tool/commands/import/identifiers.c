@@ -1,4 +1,6 @@
-/* Turns names of a URDF file into identifiers of Lua and C. The generator decides which names C allows. */
+/* Turns names of a URDF file into identifiers of Lua and C. A valid name stays. In other names _ replaces
+ * each character that is not allowed; a lead goes in front if the result is still no identifier; the number
+ * of the entry follows a name that is taken. The generator decides which names C allows. */
 #include "runtime/tool/commands/import/import.h"
 #include "gen/base/base.h"
 #include "gen/read/read.h"
@@ -14,7 +16,7 @@ static const char *const lua_words[] = {
     "local", "nil",   "not", "or",   "repeat", "return", "then",  "true", "until",    "while", "ground"};
 
 static bool is_free(const char *name, bool is_of_model) {
-    struct messages messages = {.memory = &program_memory};
+    struct messages messages = {.memory = &format_memory};
     const struct named named = {name, {"", 0}};
     if (strlen(name) > LONGEST || text_index(name, lua_words, sizeof lua_words / sizeof *lua_words) >= 0)
         return false;
@@ -27,9 +29,9 @@ static bool is_free(const char *name, bool is_of_model) {
 
 /* Replaces each character that an identifier cannot have by _. */
 static char *with_letters(const char *name) {
-    char *made = allocate(LONGEST + 1, 1);
+    char *made = format_allocate(LONGEST + 1, 1);
     for (int i = 0; *name && i < LONGEST; i++) {
-        const unsigned long point = utf8_next(&name);
+        const unsigned long point = format_utf8_next(&name);
         made[i] = point < 0x80 && isalnum((int)point) ? (char)point : '_';
     }
     return made;
@@ -37,11 +39,11 @@ static char *with_letters(const char *name) {
 
 static const char *made_of(const char *name, const char *lead, bool is_of_model) {
     const char *made = is_free(name, is_of_model) ? name : with_letters(name);
-    return is_free(made, is_of_model) ? made : text_format("%.20s_%.70s", lead, made);
+    return is_free(made, is_of_model) ? made : format_text("%.20s_%.70s", lead, made);
 }
 
 const char **import_identifiers_make(const char *const *names, int count, const char *lead) {
-    const char **made = allocate((size_t)count + 1, sizeof *made);
+    const char **made = format_allocate((size_t)count + 1, sizeof *made);
     for (int i = 0; i < count; i++)
         if (is_free(names[i], false))
             made[i] = names[i];
@@ -50,7 +52,7 @@ const char **import_identifiers_make(const char *const *names, int count, const 
     for (int i = 0; i < count; i++) {
         const char *name = *made[i] ? made[i] : made_of(names[i], lead, false);
         while (!*made[i] && text_index(name, made, count) >= 0)
-            name = text_format("%.90s_%d", name, i + 1);
+            name = format_text("%.90s_%d", name, i + 1);
         made[i] = name;
     }
     return made;

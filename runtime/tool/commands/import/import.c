@@ -1,7 +1,7 @@
 /* `refdyn import`: a URDF file as a Lua model. Reads the file and the options for beams; writes the model,
  * and reports on stderr what was read and what was left out. */
 #include "gen/base/base.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/commands/import/import.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
@@ -45,7 +45,7 @@ static bool take_numbers(char *rest, const char *marks, double *out, int count) 
 
 /* "tube:0.05:0.044" */
 static bool take_section(struct beam_choice *beam, const char *text) {
-    char *rest = text_format("%s", text), number[NUMBER_LENGTH], second[NUMBER_LENGTH];
+    char *rest = format_text("%s", text), number[NUMBER_LENGTH], second[NUMBER_LENGTH];
     const char *name = strsep(&rest, ":");
     double v[2] = {0};
     for (size_t i = 0; rest && i < sizeof sections / sizeof *sections; i++) {
@@ -54,8 +54,8 @@ static bool take_section(struct beam_choice *beam, const char *text) {
         if (!take_numbers(rest, ":", v, sections[i].count) || v[0] <= 0 || v[sections[i].count - 1] <= 0)
             return false;
         sections[i].set(beam, v);
-        beam->section = sections[i].count == 1 ? text_format("rd.%s(%s)", name, exact_text(v[0], number))
-                                               : text_format("rd.%s(%s, %s)", name, exact_text(v[0], number),
+        beam->section = sections[i].count == 1 ? format_text("rd.%s(%s)", name, exact_text(v[0], number))
+                                               : format_text("rd.%s(%s, %s)", name, exact_text(v[0], number),
                                                              exact_text(v[1], second));
         return isfinite(beam->Iy) && isfinite(beam->Iz) && beam->Iy > 0 && beam->Iz > 0;
     }
@@ -74,8 +74,8 @@ static enum status refuse_without_beam(const struct options *options) {
                  {"rfe", options_number(options, "rfe") > 0}};
     for (size_t i = 0; i < sizeof given / sizeof *given; i++)
         if (given[i].is_given)
-            return usage_error(options->command, "--%s: applies to beams only; add --flexible LINK",
-                               given[i].name);
+            return options_usage_error(options->command, "--%s: applies to beams only; add --flexible LINK",
+                                       given[i].name);
     return STATUS_DONE;
 }
 
@@ -84,32 +84,32 @@ static enum status take_beam(const struct options *options, struct beam_choice *
     const char *flexible = options_text(options, "flexible"), *section = options_text(options, "section"),
                *nu = options_text(options, "nu"), *eta = options_text(options, "eta");
     const double rfe = options_number(options, "rfe");
-    double *tip = allocate(3, sizeof *tip);
+    double *tip = format_allocate(3, sizeof *tip);
     *beam = (struct beam_choice){.E = E, .nu = 0.3, .rho = options_number(options, "rho"), .rfe = 4};
     if (!flexible)
         return refuse_without_beam(options);
     if (!section || !(E > 0))
-        return usage_error(options->command, "--flexible: add %s", section ? "--E" : "--section");
+        return options_usage_error(options->command, "--flexible: add %s", section ? "--E" : "--section");
     if (!take_section(beam, section))
-        return option_error(
+        return options_error(
             options, "section",
             ": '%s' is not one of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z", section);
     if (nu && (!text_to_number(nu, &beam->nu) || !(beam->nu > -1 && beam->nu <= 0.5)))
-        return option_error(options, "nu", ": '%s' must be a number above -1 and at most 0.5", nu);
+        return options_error(options, "nu", ": '%s' must be a number above -1 and at most 0.5", nu);
     if (eta && (!text_to_number(eta, &beam->eta) || beam->eta < 0))
-        return option_error(options, "eta", ": '%s' must be a number of at least 0", eta);
+        return options_error(options, "eta", ": '%s' must be a number of at least 0", eta);
     if (options_text(options, "tip") &&
-        !take_numbers(text_format("%s", options_text(options, "tip")), ",", tip, 3))
-        return option_error(options, "tip", ": '%s' is not of the form x,y,z", options_text(options, "tip"));
+        !take_numbers(format_text("%s", options_text(options, "tip")), ",", tip, 3))
+        return options_error(options, "tip", ": '%s' is not of the form x,y,z", options_text(options, "tip"));
     if (options_text(options, "tip") && strchr(flexible, ','))
-        return option_error(options, "tip", ": applies to one link; --flexible has several");
+        return options_error(options, "tip", ": applies to one link; --flexible has several");
     beam->rfe = rfe > 0 ? (int)rfe : beam->rfe;
     beam->tip = options_text(options, "tip") ? tip : NULL;
     return STATUS_DONE;
 }
 
 static bool complain_of_link(const struct robot *robot, const char *name) {
-    const char **known = allocate((size_t)robot->link_count, sizeof *known);
+    const char **known = format_allocate((size_t)robot->link_count, sizeof *known);
     for (int i = 0; i < robot->link_count; i++)
         known[i] = robot->links[i].name;
     const char *near = message_nearest_name(name, known, robot->link_count);
@@ -120,7 +120,7 @@ static bool complain_of_link(const struct robot *robot, const char *name) {
 static bool make_beams(const struct robot *robot, const struct options *options,
                        struct model_choice *choice) {
     const char **names = options_list(options_text(options, "flexible"));
-    struct flexible *flexible = allocate((size_t)robot->link_count, sizeof *flexible);
+    struct flexible *flexible = format_allocate((size_t)robot->link_count, sizeof *flexible);
     for (choice->flexible_count = 0; names[choice->flexible_count]; choice->flexible_count++) {
         const char *name = names[choice->flexible_count];
         const int link = import_robot_find_link(robot, name);
@@ -156,7 +156,7 @@ static void warn_of_joint(const struct robot *robot, const struct robot_joint *j
 
 /* (link_count) whether the link, or what it carries, has mass */
 static bool *find_loaded(const struct robot *robot) {
-    bool *is_loaded = allocate((size_t)robot->link_count, sizeof *is_loaded);
+    bool *is_loaded = format_allocate((size_t)robot->link_count, sizeof *is_loaded);
     for (int k = robot->link_count - 1; k >= 0; k--) {
         const int i = robot->order[k], joint = robot->links[i].joint;
         is_loaded[i] = is_loaded[i] || robot->links[i].has_mass;
@@ -170,7 +170,7 @@ static bool *find_loaded(const struct robot *robot) {
  * nested ones the first is reported. */
 static void warn_of_massless(const struct robot *robot) {
     const bool *is_loaded = find_loaded(robot);
-    bool *is_told = allocate((size_t)robot->link_count, sizeof *is_told);
+    bool *is_told = format_allocate((size_t)robot->link_count, sizeof *is_told);
     for (int k = 0; k < robot->link_count; k++) {
         const int i = robot->order[k];
         if (robot->links[i].joint < 0 || is_loaded[i])
@@ -268,7 +268,7 @@ static int count_coordinates(const struct robot *robot, const struct model_choic
 }
 
 static bool read_robot(struct robot *robot, const struct options *options, struct model_choice *choice) {
-    if (!import_robot_read(robot, options->operands[0]) || !import_robot_make_tree(robot))
+    if (!import_robot_read(robot, options->operands[0]))
         return false;
     if (count_coordinates(robot, choice) == 0 && !options_text(options, "flexible"))
         return import_robot_complain(robot, robot->line,
@@ -285,7 +285,7 @@ static bool read_robot(struct robot *robot, const struct options *options, struc
 
 /* "1 joint", "7 joints" */
 static const char *counted(int count, const char *what) {
-    return text_format("%d %s%s", count, what, count == 1 ? "" : "s");
+    return format_text("%d %s%s", count, what, count == 1 ? "" : "s");
 }
 
 static int count_inputs(const struct robot *robot, const struct model_choice *choice) {
@@ -316,21 +316,21 @@ static enum status run_import(const struct options *options) {
                                   .friction_width = options_number(options, "friction-width"),
                                   .beam = &beam};
     if (right_angles > right_angles_most)
-        return option_error(options, "right-angles",
-                            ": %g rad is larger than any rounding of an angle; must be at most %g",
-                            right_angles, right_angles_most);
+        return options_error(options, "right-angles",
+                             ": %g rad is larger than any rounding of an angle; must be at most %g",
+                             right_angles, right_angles_most);
     const enum status status = take_beam(options, &beam);
     if (status != STATUS_DONE)
         return status;
-    targets_spare(&targets, path);
-    struct target *target = target_open(&targets, options_text(options, "output"));
+    system_targets_spare(&targets, path);
+    struct target *target = system_target_open(&targets, options_text(options, "output"));
     bool is_good = target && read_robot(&robot, options, &choice);
     if (is_good) {
         print_summary(&robot, &choice);
         import_write_model(&robot, &choice, target->file);
-        is_good = target_finish(target);
+        is_good = system_target_finish(target);
     }
-    targets_release(&targets);
+    system_targets_release(&targets);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
 

@@ -1,24 +1,10 @@
-/*
- * Imports a robot from a URDF file.
- *
- * Parts: mass data; the robot as read; beams in place of links; identifiers; rounding; the Lua model.
- */
+/* Imports a robot from a URDF file: the robot as read; links as beams with a rest; identifiers; numbers
+ * without rounding; the Lua model. */
 #ifndef REFDYN_TOOL_IMPORT_H
 #define REFDYN_TOOL_IMPORT_H
 
 #include <stdbool.h>
 #include <stdio.h>
-
-/*
- * Mass data of rigid bodies as plain numbers.
- *
- * The second moments of a body are the symmetric 4x4 matrix J = int p p^T dm with p = (x, y, z, 1). It
- * combines mass, first moments and int r r^T dm. Second moments of several bodies add up. A body with given
- * J exists if and only if J has no negative eigenvalue. Source: Wensing, Kim, Slotine (2018), Linear matrix
- * inequalities for physically consistent inertial parameter identification, eq. (8) to (12).
- */
-
-struct pose;
 
 /* A body: its centre of mass [m] and the inertia about it, xx yy zz xy xz yz [kg m^2], along the axes of one
  * frame. */
@@ -26,30 +12,13 @@ struct body {
     double mass, center[3], inertia[6];
 };
 
-/* Rz(rpy[2]) Ry(rpy[1]) Rx(rpy[0]), by rows. */
-void import_rotation_of_rpy(const double rpy[3], double R[9]);
-/* The tensor xx yy zz xy xz yz along other axes, onto which R turns the given ones. */
-void import_inertia_turn(const double R[9], const double tensor[6], double turned[6]);
-
-/* By rows. The mass of `import_body_of` must be positive. */
-void import_second_moments(const struct body *body, double J[16]);
-struct body import_body_of(const double J[16]);
-
-/* The largest s for which A - s B belongs to a body; 0 if A itself belongs to none. B belongs to a body. */
-double import_second_moments_share(const double A[16], const double B[16]);
-
 /* Replaces a tensor that no body can have by the nearest one, in second moments, that a body can have.
  * Returns whether it did. */
 bool import_inertia_mend(double inertia[6]);
 
-/*
- * A robot as the URDF file describes it: links with mass data, and the joints between them.
- *
- * SI units and radians, with the numbers of the file. Errors go to stderr as FILE:LINE: WHAT: fact; what to
- * do. Reading ends at the first error. Warnings start their text with `warning: `. Source: the format's
- * pages for robot, link and joint (wiki.ros.org/urdf/XML); rotors as in Drake's extensions
- * <drake:rotor_inertia> and <drake:gear_ratio>.
- */
+/* A robot as the URDF file describes it: links with mass data, and the joints between them. SI units and
+ * radians, with the numbers of the file. Errors go to stderr as FILE:LINE: WHAT: fact; what to do. Warnings
+ * start their text with `warning: `. */
 
 /* A frame in another one: the rotation is Rz(rpy[2]) Ry(rpy[1]) Rx(rpy[0]). */
 struct pose {
@@ -113,11 +82,8 @@ bool import_robot_complain(const struct robot *robot, int line, const char *form
 void import_robot_warn(const struct robot *robot, int line, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
-/* Reads the whole file. Returns false after a reported error. */
+/* Reads the whole file, up to the first error. Returns false after a reported error. */
 bool import_robot_read(struct robot *robot, const char *path);
-/* Checks that links and joints are one tree; sets joint, first, sibling, root and order. Returns false after
- * a reported error. */
-bool import_robot_make_tree(struct robot *robot);
 /* Warns of all elements and attributes that import_robot_read does not read. */
 void import_robot_warn_of_rest(const struct robot *robot, const struct xml_element *root);
 
@@ -130,16 +96,8 @@ bool import_joint_is_single(const struct robot_joint *joint);
 bool import_joint_is_driven(const struct robot_joint *joint);
 /* The index of that name; -1 if there is none. */
 int import_robot_find_link(const struct robot *robot, const char *name);
-int import_robot_find_joint(const struct robot *robot, const char *name);
 
-/*
- * A rigid link as a uniform beam and a rest.
- *
- * The beam runs from the origin of the link's frame to its tip. Its mass is a given density's, or 99 % of
- * the largest mass for which the rest is still a body that can exist. The rest is a body with the remaining
- * mass, first and second moments, fixed to the section that is nearest to its centre. The straight beam and
- * the rest together have the link's mass, centre and inertia.
- */
+/* A rigid link as a uniform beam and a rest, which together have the link's mass, centre and inertia. */
 
 struct beam_choice {
     const char *section; /* in the form of the model, "rd.round(0.05)" */
@@ -167,9 +125,7 @@ double import_flexible_along(const struct flexible *flexible, const double point
 /* A vector of the link's frame along the axes of the beam. */
 void import_flexible_turn_back(const struct flexible *flexible, const double vector[3], double turned[3]);
 
-/* Names of a URDF file as identifiers of Lua and C. A valid name stays. In other names _ replaces each
- * character that is not allowed; a lead goes in front if the result is still no identifier; the number of the
- * entry follows a name that is taken. So the same file always gives the same names. */
+/* Names of a URDF file as identifiers of Lua and C. The same file always gives the same names. */
 
 /* For `count` different names; `lead`: "link". */
 const char **import_identifiers_make(const char *const *names, int count, const char *lead);
@@ -177,9 +133,8 @@ const char **import_identifiers_make(const char *const *names, int count, const 
 const char *import_identifiers_model(const char *name);
 
 /* Removes rounding from computed numbers, so that they look as a person would write them: numbers that are
- * small against a scale become 0, and last digits within 1e-15 of the value go. */
-
-/* With `scale` 0 no number becomes 0. */
+ * small against a scale become 0, and last digits within 1e-15 of the value go. With `scale` 0 no number
+ * becomes 0. */
 void import_tidy(double *list, int count, double scale);
 
 /* A robot as a Lua model that a person would write; models/README.md describes the language. */

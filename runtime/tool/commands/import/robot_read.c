@@ -1,22 +1,138 @@
 /*
- * Reads the elements of a URDF file into a struct robot. robot_rest.c reports other elements; its table names
- * those that are read here.
+ * Reads the elements of a URDF file into a struct robot, and builds the tree of its links from its joints.
+ * robot_rest.c reports other elements; its table names those that are read here.
+ *
+ * Source: the format's pages for robot, link and joint (wiki.ros.org/urdf/XML); rotors as in Drake's
+ * extensions <drake:rotor_inertia> and <drake:gear_ratio>.
  */
-#include "runtime/tool/commands/import/import.h"
-#include "runtime/tool/support/format/format.h"
-#include "gen/base/base.h"
-#include "runtime/tool/support/xml/xml.h"
-
 #include <math.h>
 #include <stdarg.h>
 #include <string.h>
+
+#include "gen/base/base.h"
+#include "runtime/tool/commands/import/import.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/xml/xml.h"
+
+/* ---- The tree ---- */
+
+static bool complain_of_roots(const struct robot *robot, int a, int b) {
+    return import_robot_complain(
+        robot, robot->links[b].line,
+        "link %s: no joint carries it, nor link %s in line %d; there must be one root", robot->links[b].name,
+        robot->links[a].name, robot->links[a].line);
+}
+
+static bool set_carriers(struct robot *robot) {
+    for (int i = 0; i < robot->link_count; i++)
+        robot->links[i].joint = robot->links[i].first = robot->links[i].sibling = -1;
+    for (int i = 0; i < robot->joint_count; i++) {
+        struct robot_link *child = &robot->links[robot->joints[i].child];
+        if (child->joint >= 0)
+            return import_robot_complain(
+                robot, robot->joints[i].line,
+                "joint %s: link %s is carried by joint %s already, which closes a loop: a "
+                "URDF is a tree",
+                robot->joints[i].name, child->name, robot->joints[child->joint].name);
+        child->joint = i;
+    }
+    return true;
+}
+
+static bool find_root(struct robot *robot) {
+    robot->root = -1;
+    for (int i = 0; i < robot->link_count; i++) {
+        if (robot->links[i].joint >= 0)
+            continue;
+        if (robot->root >= 0)
+            return complain_of_roots(robot, robot->root, i);
+        robot->root = i;
+    }
+    return robot->root >= 0 ||
+           import_robot_complain(robot, robot->line,
+                                 "robot: a joint carries each link; there must be a root");
+}
+
+/* Builds the lists of what each link carries, in the order of the joints. */
+static void list_children(struct robot *robot) {
+    for (int i = robot->joint_count - 1; i >= 0; i--) {
+        struct robot_link *parent = &robot->links[robot->joints[i].parent];
+        robot->links[robot->joints[i].child].sibling = parent->first;
+        parent->first = robot->joints[i].child;
+    }
+}
+
+/* The link after `at` in the tree, children first; -1 at the end. */
+static int next_link(const struct robot *robot, int at) {
+    if (robot->links[at].first >= 0)
+        return robot->links[at].first;
+    while (at != robot->root && robot->links[at].sibling < 0)
+        at = robot->joints[robot->links[at].joint].parent;
+    return at == robot->root ? -1 : robot->links[at].sibling;
+}
+
+/* A link that cannot be reached from the root is on a loop, or is carried by one. */
+static bool complain_of_loop(const struct robot *robot, const bool *is_passed) {
+    int at = 0;
+    while (is_passed[at])
+        at++;
+    for (int i = 0; i < robot->link_count; i++)
+        at = robot->joints[robot->links[at].joint].parent;
+    return import_robot_complain(robot, robot->links[at].line,
+                                 "link %s: carries itself in a loop of joints, a URDF is a tree",
+                                 robot->links[at].name);
+}
+
+/* 0, or the middle of the range if 0 is outside; the middle to six digits if these are within the range. */
+static double start_within(const struct joint_limits *limits) {
+    double middle = limits->from / 2 + limits->to / 2, near;
+    if (!limits->has_range || (limits->from <= 0 && limits->to >= 0))
+        return 0;
+    const bool is_near =
+        text_to_number(format_text("%.6g", middle), &near) && near >= limits->from && near <= limits->to;
+    return is_near ? near : middle;
+}
+
+double import_robot_start(const struct robot *robot, const struct robot_joint *joint) {
+    double offset = 0, multiplier = 1;
+    while (joint->leader >= 0) {
+        offset += multiplier * joint->offset;
+        multiplier *= joint->multiplier;
+        joint = &robot->joints[joint->leader];
+    }
+    return offset + multiplier * start_within(&joint->limits);
+}
+
+static bool check_starts(const struct robot *robot) {
+    for (int i = 0; i < robot->joint_count; i++)
+        if (!isfinite(import_robot_start(robot, &robot->joints[i])))
+            return import_robot_complain(robot, robot->joints[i].line,
+                                         "joint %s: the joint that it follows gives it an infinite value",
+                                         robot->joints[i].name);
+    return true;
+}
+
+/* Checks that links and joints are one tree; sets joint, first, sibling, root and order. */
+static bool make_tree(struct robot *robot) {
+    if (!set_carriers(robot) || !find_root(robot))
+        return false;
+    list_children(robot);
+    bool *is_passed = format_allocate((size_t)robot->link_count, sizeof *is_passed);
+    robot->order = format_allocate((size_t)robot->link_count, sizeof *robot->order);
+    int count = 0;
+    for (int at = robot->root; at >= 0; at = next_link(robot, at)) {
+        is_passed[at] = true;
+        robot->order[count++] = at;
+    }
+    return count == robot->link_count ? check_starts(robot) : complain_of_loop(robot, is_passed);
+}
 
 /* ---- Messages, entries by name ---- */
 
 bool import_robot_complain(const struct robot *robot, int line, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    complain_line(robot->path, line, text_vformat(format, list));
+    format_complain_line(robot->path, line, format_vtext(format, list));
     va_end(list);
     return false;
 }
@@ -36,7 +152,7 @@ int import_robot_find_link(const struct robot *robot, const char *name) {
     return -1;
 }
 
-int import_robot_find_joint(const struct robot *robot, const char *name) {
+static int find_joint(const struct robot *robot, const char *name) {
     for (int i = 0; i < robot->joint_count; i++)
         if (strcmp(robot->joints[i].name, name) == 0)
             return i;
@@ -61,11 +177,11 @@ struct part {
 /* Reads `count` numbers separated by blanks; `out` stays if the attribute is missing. */
 static bool take_numbers(const struct part *part, const char *name, double *out, int count) {
     const char *given = xml_attribute(part->element, name);
-    const char *where = text_format("%s: <%s>: %s", part->owner, part->element->name, name);
+    const char *where = format_text("%s: <%s>: %s", part->owner, part->element->name, name);
     const int line = part->element->line;
     if (!given)
         return true;
-    char *rest = text_format("%s", given), *word;
+    char *rest = format_text("%s", given), *word;
     int found = 0;
     static const double largest = 1e100; /* so that products of the numbers stay finite */
     while ((word = strtok_r(rest, " \t\r\n", &rest))) {
@@ -158,7 +274,7 @@ static bool take_link(struct robot *robot, const struct xml_element *element) {
     if (!need_attribute(&part, "name"))
         return false;
     *link = (struct robot_link){.name = xml_attribute(element, "name"), .line = element->line};
-    part.owner = text_format("link %s", link->name);
+    part.owner = format_text("link %s", link->name);
     const int same = import_robot_find_link(robot, link->name);
     if (!*link->name)
         return import_robot_complain(robot, element->line, "link: its name is empty; each link needs one");
@@ -192,7 +308,7 @@ static bool take_kind(const struct part *part, enum joint_kind *kind) {
 
 static bool complain_of_link(const struct part *part, const char *name) {
     const struct robot *robot = part->robot;
-    const char **known = allocate((size_t)robot->link_count + 1, sizeof *known);
+    const char **known = format_allocate((size_t)robot->link_count + 1, sizeof *known);
     for (int i = 0; i < robot->link_count; i++)
         known[i] = robot->links[i].name;
     const char *near = message_nearest_name(name, known, robot->link_count);
@@ -273,8 +389,8 @@ static bool take_joint(struct robot *robot, const struct xml_element *element) {
         return false;
     *joint =
         (struct robot_joint){.name = xml_attribute(element, "name"), .line = element->line, .leader = -1};
-    part.owner = text_format("joint %s", joint->name);
-    const int same = import_robot_find_joint(robot, joint->name);
+    part.owner = format_text("joint %s", joint->name);
+    const int same = find_joint(robot, joint->name);
     if (same >= 0)
         return import_robot_complain(robot, element->line,
                                      "%s: line %d has the same name; each joint must have its own",
@@ -288,7 +404,7 @@ static bool take_joint(struct robot *robot, const struct xml_element *element) {
 /* ---- Elements that name other joints: rows between them, rotors ---- */
 
 static bool find_single(const struct part *part, const char *name, int *found) {
-    *found = import_robot_find_joint(part->robot, name);
+    *found = find_joint(part->robot, name);
     if (*found < 0)
         return import_robot_complain(part->robot, part->element->line, "%s: <%s>: there is no joint '%s'",
                                      part->owner, part->element->name, name);
@@ -299,7 +415,7 @@ static bool find_single(const struct part *part, const char *name, int *found) {
 }
 
 static bool take_mimic(struct robot *robot, struct robot_joint *joint, const struct xml_element *element) {
-    const struct part part = {robot, element, text_format("joint %s", joint->name)};
+    const struct part part = {robot, element, format_text("joint %s", joint->name)};
     struct part mimic;
     if (!take_child(&part, "mimic", &mimic) || !mimic.element)
         return !mimic.element;
@@ -407,8 +523,8 @@ bool import_robot_read(struct robot *robot, const char *path) {
     if (!need_attribute(&part, "name"))
         return false;
     robot->name = xml_attribute(root, "name");
-    robot->links = allocate(COUNT_MOST, sizeof *robot->links);
-    robot->joints = allocate(COUNT_MOST, sizeof *robot->joints);
+    robot->links = format_allocate(COUNT_MOST, sizeof *robot->links);
+    robot->joints = format_allocate(COUNT_MOST, sizeof *robot->joints);
     if (!take_each(robot, root, "link", &links, take_link) ||
         !take_each(robot, root, "joint", &joints, take_joint) || !take_mimics(robot, root) ||
         !take_each(robot, root, "transmission", &transmissions, take_rotor))
@@ -416,5 +532,5 @@ bool import_robot_read(struct robot *robot, const char *path) {
     if (links == 0)
         return import_robot_complain(robot, root->line, "robot: it has no <link>; add at least one");
     import_robot_warn_of_rest(robot, root);
-    return true;
+    return make_tree(robot);
 }

@@ -12,7 +12,7 @@
 void import_robot_warn(const struct robot *robot, int line, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    complain_line(robot->path, line, text_format("warning: %s", text_vformat(format, list)));
+    format_complain_line(robot->path, line, format_text("warning: %s", format_vtext(format, list)));
     va_end(list);
 }
 
@@ -138,7 +138,7 @@ static const char *reason_of(const char *element) {
 }
 
 static void warn_of_kind(const struct robot *robot, const struct kind *kind) {
-    const char *meshes = kind->meshes ? text_format(" with %d meshes", kind->meshes) : "";
+    const char *meshes = kind->meshes ? format_text(" with %d meshes", kind->meshes) : "";
     if (kind->is_attribute)
         import_robot_warn(robot, kind->line, "<%s>: attribute %s, %d in all, left out: unknown", kind->owner,
                           kind->name, kind->count);
@@ -148,7 +148,7 @@ static void warn_of_kind(const struct robot *robot, const struct kind *kind) {
 }
 
 void import_robot_warn_of_rest(const struct robot *robot, const struct xml_element *root) {
-    struct rest *rest = allocate(1, sizeof *rest);
+    struct rest *rest = format_allocate(1, sizeof *rest);
     count_in(rest, root);
     for (int i = 0; i < rest->count; i++)
         warn_of_kind(robot, &rest->kinds[i]);

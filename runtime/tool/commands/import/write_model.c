@@ -29,8 +29,8 @@ static const char *number(double value) {
     snprintf(text, sizeof text, "%g", value);
     const char *plus = strstr(text, "e+");
     if (plus && text_to_number(text, &same) && same == value)
-        return text_format("%.*se%d", (int)(plus - text), text, atoi(plus + 2));
-    return text_format("%s", exact_text(value, text));
+        return format_text("%.*se%d", (int)(plus - text), text, atoi(plus + 2));
+    return format_text("%s", exact_text(value, text));
 }
 
 /* rd.pi as a quotient that has the same value to the last bit; otherwise the number. */
@@ -40,12 +40,12 @@ static const char *angle(double value) {
     const char *sign = value < 0 ? "-" : "";
     for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
         if (fabs(value) == pi / parts[i])
-            return parts[i] == 1 ? text_format("%srd.pi", sign) : text_format("%srd.pi / %d", sign, parts[i]);
+            return parts[i] == 1 ? format_text("%srd.pi", sign) : format_text("%srd.pi / %d", sign, parts[i]);
     return number(value);
 }
 
 static const char *vector(const double v[3]) {
-    return text_format("{ %s, %s, %s }", number(v[0]), number(v[1]), number(v[2]));
+    return format_text("{ %s, %s, %s }", number(v[0]), number(v[1]), number(v[2]));
 }
 
 static const char *computed(double value) {
@@ -63,7 +63,7 @@ static void put(struct writer *w, const char *format, ...) __attribute__((format
 static void put(struct writer *w, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    const char *text = text_vformat(format, list), *comma = w->is_first ? "" : ",";
+    const char *text = format_vtext(format, list), *comma = w->is_first ? "" : ",";
     va_end(list);
     const int length = (int)(strlen(comma) + 1 + strlen(text));
     const bool is_full = w->column + length > WIDTH;
@@ -95,9 +95,9 @@ static void close_entry(struct writer *w) {
 
 /* A name from `lead` and `end` that no link has. */
 static const char *helper_name(const struct writer *w, const char *lead, const char *end) {
-    const char *name = text_format("%s_%s", lead, end);
+    const char *name = format_text("%s_%s", lead, end);
     for (int i = 2; text_index(name, w->names, w->robot->link_count) >= 0; i++)
-        name = text_format("%s_%s_%d", lead, end, i);
+        name = format_text("%s_%s_%d", lead, end, i);
     return name;
 }
 
@@ -153,7 +153,7 @@ static void put_place_on_beam(struct writer *w, const struct flexible *beam, con
 /* A frame on a link, with turns about its z and its y axis. */
 static void put_place(struct writer *w, int carrier, const struct pose *pose, double psi, double theta) {
     const struct flexible *beam = flexible_of(w, carrier);
-    struct text turns = {.memory = &program_memory};
+    struct text turns = {.memory = &format_memory};
     if (beam) {
         put_place_on_beam(w, beam, pose, &turns);
     } else {
@@ -187,12 +187,12 @@ static const char *letter(const struct robot_joint *joint) {
 
 /* The name of the coordinate of a joint with one coordinate. */
 static const char *coordinate(const struct writer *w, const struct robot_joint *joint) {
-    return text_format("%s_%s", w->names[joint->child], letter(joint));
+    return format_text("%s_%s", w->names[joint->child], letter(joint));
 }
 
 static void put_limits(struct writer *w, const struct robot_joint *joint) {
     const struct joint_limits *limits = &joint->limits;
-    struct text text = {.memory = &program_memory};
+    struct text text = {.memory = &format_memory};
     if (limits->has_range)
         text_add(&text, "from = %s, to = %s", angle(limits->from), angle(limits->to));
     if (limits->has_rate)
@@ -230,7 +230,7 @@ static void write_plane(struct writer *w, const struct robot_joint *joint) {
     const char *plane = helper_name(w, w->names[joint->child], "plane");
     const double psi = atan2(joint->axis[1], joint->axis[0]),
                  theta = atan2(hypot(joint->axis[0], joint->axis[1]), joint->axis[2]);
-    struct text back = {.memory = &program_memory};
+    struct text back = {.memory = &format_memory};
     open_entry(w, plane);
     put_place(w, joint->parent, &joint->pose, psi, theta);
     put(w, "joint = \"x, y, psi\"");
@@ -256,7 +256,7 @@ static void put_joint(struct writer *w, const struct robot_joint *joint) {
 /* Moments, and products if there are any, on the next line if this one is full. */
 static void put_inertia(struct writer *w, const double inertia[6]) {
     static const char *const names[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
-    struct text parts[2] = {{.memory = &program_memory}, {.memory = &program_memory}};
+    struct text parts[2] = {{.memory = &format_memory}, {.memory = &format_memory}};
     for (int i = 0; i < 6; i++)
         if (inertia[i] != 0)
             text_add(&parts[i / 3], "%s%s = %s", parts[i / 3].length ? ", " : "", names[i],
@@ -271,7 +271,7 @@ static void put_inertia(struct writer *w, const double inertia[6]) {
 
 /* Mass data along the axes of the frame that `pose` puts at the centre of mass. */
 static void put_mass(struct writer *w, double mass, const struct pose *pose, const double inertia[6]) {
-    struct text turns = {.memory = &program_memory};
+    struct text turns = {.memory = &format_memory};
     const bool has_inertia = inertia[0] != 0 || inertia[1] != 0 || inertia[2] != 0;
     add_rpy(&turns, pose->rpy);
     const bool is_body = turns.length && has_inertia;
@@ -292,7 +292,7 @@ static void put_mass(struct writer *w, double mass, const struct pose *pose, con
 static void write_flexible(struct writer *w, const struct flexible *beam) {
     const char *name = beam_name(w, beam->link);
     const struct beam_choice *choice = w->choice->beam;
-    struct text turns = {.memory = &program_memory};
+    struct text turns = {.memory = &format_memory};
     struct pose pose = {.rpy = {0}};
     double inertia[6], mass = beam->rest.mass;
     memcpy(pose.xyz, beam->rest.center, sizeof pose.xyz);
@@ -320,7 +320,7 @@ static void write_flexible(struct writer *w, const struct flexible *beam) {
 }
 
 static const char *safe(const char *text) {
-    return message_safe_text(&program_memory, text, strlen(text));
+    return message_safe_text(&format_memory, text, strlen(text));
 }
 
 static void write_link(struct writer *w, int i) {
@@ -418,7 +418,7 @@ static bool has_drive(const struct writer *w, const struct robot_joint *joint) {
 
 /* "tau_arm_psi" for a torque, "f_arm_x" for a force. */
 static const char *input_name(const struct writer *w, const struct robot_joint *joint) {
-    return text_format("%s_%s", joint->kind == JOINT_PRISMATIC ? "f" : "tau", coordinate(w, joint));
+    return format_text("%s_%s", joint->kind == JOINT_PRISMATIC ? "f" : "tau", coordinate(w, joint));
 }
 
 static void write_inputs(const struct writer *w) {
@@ -432,14 +432,14 @@ static void write_inputs(const struct writer *w) {
 
 /* The input of a joint, limited to the effort in the file. */
 static const char *drive_text(const struct writer *w, const struct robot_joint *joint) {
-    const char *input = text_format("s.inputs.%s", input_name(w, joint));
-    return joint->limits.has_force ? text_format("rd.min(rd.max(%s, %s), %s)", input,
+    const char *input = format_text("s.inputs.%s", input_name(w, joint));
+    return joint->limits.has_force ? format_text("rd.min(rd.max(%s, %s), %s)", input,
                                                  number(-joint->limits.force), number(joint->limits.force))
                                    : input;
 }
 
 static const char *friction_text(const struct writer *w, const struct robot_joint *joint) {
-    return text_format("rd.friction(%s, s.qd.%s, %s)", number(joint->friction), coordinate(w, joint),
+    return format_text("rd.friction(%s, s.qd.%s, %s)", number(joint->friction), coordinate(w, joint),
                        number(w->choice->friction_width));
 }
 
@@ -486,9 +486,9 @@ static const char *summand(double value, const char *what) {
         return "";
     const char *sign = value < 0 ? "-" : "+";
     if (!*what)
-        return text_format(" %s %s", sign, angle(fabs(value)));
-    return fabs(value) == 1 ? text_format(" %s %s", sign, what)
-                            : text_format(" %s %s * %s", sign, number(fabs(value)), what);
+        return format_text(" %s %s", sign, angle(fabs(value)));
+    return fabs(value) == 1 ? format_text(" %s %s", sign, what)
+                            : format_text(" %s %s * %s", sign, number(fabs(value)), what);
 }
 
 static void write_mimics(const struct writer *w) {
@@ -503,7 +503,7 @@ static void write_mimics(const struct writer *w) {
         has_any = true;
         fprintf(w->out, "      rd.position { s.q.%s%s%s,\n        name = \"%s follows %s\" },\n",
                 coordinate(w, joint),
-                summand(-joint->multiplier, text_format("s.q.%s", coordinate(w, leader))),
+                summand(-joint->multiplier, format_text("s.q.%s", coordinate(w, leader))),
                 summand(-joint->offset, ""), w->names[joint->child], w->names[leader->child]);
     }
     if (has_any)
@@ -523,7 +523,7 @@ static void write_hold(struct writer *w) {
 }
 
 void import_write_model(const struct robot *robot, const struct model_choice *choice, FILE *out) {
-    const char **names = allocate((size_t)robot->link_count, sizeof *names);
+    const char **names = format_allocate((size_t)robot->link_count, sizeof *names);
     for (int i = 0; i < robot->link_count; i++)
         names[i] = robot->links[i].name;
     struct writer w = {.robot = robot, .choice = choice, .out = out};

@@ -33,7 +33,7 @@ static const char *escape(char c) {
 
 /* `text` up to `length` bytes, in the syntax of roff. */
 static const char *in_roff(const char *text, size_t length) {
-    struct text result = {.memory = &program_memory};
+    struct text result = {.memory = &format_memory};
     text_add(&result, "%s", *text == '.' ? "\\&" : ""); /* so that no macro begins here */
     for (size_t i = 0; i < length; i++)
         if (escape(text[i]))
@@ -74,7 +74,7 @@ static void put_paragraphs(FILE *out, const char *text) {
         if (is_example)
             fprintf(out, "%s\n", in_roff(text, length));
         else if (length > 0)
-            put_filled(out, text_format("%.*s", (int)length, text));
+            put_filled(out, format_text("%.*s", (int)length, text));
         text += length + (text[length] == '\n');
     }
     if (is_example)
@@ -97,18 +97,18 @@ static void put_name(FILE *out, const char *name, const char *argument) {
 
 static void put_usage(FILE *out, const struct command *command) {
     struct option_text option;
-    put_name(out, text_format("refdyn %s", command->name), command->operands);
+    put_name(out, format_text("refdyn %s", command->name), command->operands);
     for (int i = 0; options_describe(command, i, &option); i++)
         if (option.is_needed) {
             fputc(' ', out);
-            put_name(out, option.is_output ? "-o" : text_format("--%s", option.name), option.argument);
+            put_name(out, option.is_output ? "-o" : format_text("--%s", option.name), option.argument);
         }
     fputs(" [\\fIoptions\\fR]\n", out);
 }
 
 static void put_option(FILE *out, const struct option_text *option) {
     fputs(".TP\n", out);
-    put_name(out, text_format(option->is_output ? "-o, --%s" : "--%s", option->name), option->argument);
+    put_name(out, format_text(option->is_output ? "-o, --%s" : "--%s", option->name), option->argument);
     fputc('\n', out);
     put_filled(out, option->help);
 }
@@ -118,7 +118,7 @@ static void put_command(FILE *out, const struct command *command) {
     fprintf(out, ".SS %s\n", command->name);
     put_usage(out, command);
     fputs(".PP\n", out);
-    put_filled(out, text_format("%c%s.", command->purpose[0] - 'a' + 'A', command->purpose + 1));
+    put_filled(out, format_text("%c%s.", command->purpose[0] - 'a' + 'A', command->purpose + 1));
     put_paragraphs(out, command->help);
     fputs(".PP\nOptions:\n", out);
     for (int i = 0; options_describe(command, i, &option); i++)

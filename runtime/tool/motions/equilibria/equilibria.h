@@ -1,12 +1,5 @@
-/*
- * Equilibria and small motions.
- *
- *   spectrum      eigenvalues and shapes of small motions
- *   choices       coordinates that are held, rows that are satisfied, the way to the equilibrium
- *   equilibrium   its computation for a command, with messages
- *
- * statics.c and modes.c are the commands.
- */
+/* Equilibria and small motions: the equations of small motions and their spectrum; the choices and the
+ * computation of an equilibrium for a command. */
 #ifndef REFDYN_TOOL_EQUILIBRIA_H
 #define REFDYN_TOOL_EQUILIBRIA_H
 
@@ -14,8 +7,22 @@
 
 #include "runtime/tool/scene/scene.h"
 
-/* Spectrum of small motions x = shape e^(eigenvalue t), computed from the linear equations of scene.h
- * (theory, sect. 8.10). Each occurs once: of a conjugate pair, the one with positive imaginary part. */
+/* The equations of small motions about a state at rest, for x, the change of the coordinates that are not
+ * held: M x'' + D x' + K x - u^T mu = 0,   position rows: u x = 0,   velocity rows: u x' + psi_q x = 0 */
+struct linear {
+    int n, m;
+    int *place;      /* (n) of the coordinates not held, in q */
+    double *M, *D;   /* (n x n) */
+    double *K;       /* (n x n) */
+    double *u;       /* (m x n) */
+    double *psi_q;   /* (m x n) 0 in position rows */
+    int *is_level_q; /* (m) non-zero: a position row */
+    double *force;   /* (n) Q + u^T lambda, the unbalanced force */
+    double residual; /* the largest of these */
+};
+
+/* Spectrum of small motions x = shape e^(eigenvalue t) (theory, sect. 8.10). Each occurs once: of a conjugate
+ * pair, the one with positive imaginary part. */
 
 struct mode {
     double complex eigenvalue;   /* [1/s]; parts within rounding are exactly 0 */
@@ -32,20 +39,17 @@ struct spectrum {
 /* Returns a status of the runtime. */
 int equilibria_find_spectrum(struct spectrum *spectrum, const struct linear *linear);
 
-/* Choices. Marks in held (n) the coordinates of --hold, or those of the model by default. Reports unknown
- * names. */
+/* Marks in held (n) the coordinates of --hold, or those of the model by default. Reports unknown names. */
 enum status equilibria_choose_held(struct scene *scene, const struct options *options, int *held);
 
-/*
- * Sets how equilibria of the scene are computed. All position rows must be satisfied, except for two kinds:
+/* Sets how equilibria of the scene are computed. All position rows must be satisfied, except for two kinds:
  * rows of --release, and rows of a programme that begins where the motion does (struct row, starts) while a
  * parameter that they read there has no value. is_given (parameters of the model in C): further parameters
- * with a value, besides those of scene->given; may be NULL. Reports unknown words and rows.
- */
+ * with a value, besides those of scene->given; may be NULL. Reports unknown words and rows. */
 enum status equilibria_choose_options(const struct scene *scene, const struct options *options,
                                       const int *is_given, struct refdyn_statics_options *statics);
 /* The options of equilibria. */
-extern const struct option_rule statics_rules[];
+extern const struct option_rule equilibria_rules[];
 extern const struct command statics_command, modes_command;
 /* Reports options of statics that are given without an equilibrium to compute; `place` is the option they
  * need, such as "--from statics". */
@@ -62,13 +66,7 @@ struct equilibrium {
 
 enum status equilibria_find(struct scene *scene, const struct options *options,
                             struct equilibrium *equilibrium);
-/* Prints which rows have no part in statics although they are not released, and why. */
-void equilibria_print_rows_without_part(const struct scene *scene,
-                                        const struct refdyn_statics_options *statics);
 /* "stable", "neutral in 1 direction", "unstable in 2 directions". */
 const char *equilibria_stability_text(const struct refdyn_statics_result *result);
-/* How stability was determined: a word by enum, and a line on stderr if the forces have no potential. */
-extern const char *const equilibria_criterion_words[];
-void equilibria_print_criterion(const struct refdyn_statics_result *result);
 
 #endif

@@ -2,7 +2,7 @@
  * Eigenvalues and shapes of small motions, from the linear equations of a scene at rest.
  *
  * Coordinates are measured in 1/sqrt(M_jj). With x = Z y for the position rows, x' = N w + G x for all rows
- * (scene.h), the equations are the pencil
+ * (struct freedom), the equations are the pencil
  *     y' = (N w + G Z y)_independent
  *     N^T M N w' = -N^T ((K + (D + M G) G) Z y + (D + M G) N w)
  * or E z' = A z, with a time unit 1/s between those of stiff and soft coordinates. The eigenvalues
@@ -11,13 +11,120 @@
  * Rayleigh quotient of its left and right vectors (Ostrowski, Arch. Rational Mech. Anal. 3:325-340, 1959),
  * whose error is the product of theirs.
  */
-#include "runtime/tool/motions/equilibria/equilibria.h"
-#include "runtime/tool/scene/scene.h"
-
+#include <float.h>
 #include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/format/format.h"
+
+/* ---- A basis of the changes that linear rows leave free ---- */
+
+/* For rows R v + B x = 0 (count x n each), v = basis w + drift x, where w are the independent entries of v,
+ * by elimination with full pivoting. Coordinates that occur in no row stay separate. So do the digits of soft
+ * coordinates next to stiff ones, which an orthonormal basis would mix. */
+struct freedom {
+    int n, rank, count;
+    int *row;      /* (count) rows: the first `rank` are used, the others redundant */
+    int *column;   /* (n) the first `rank` are dependent, in the order of elimination; then the independent
+                      ones, ascending */
+    double *basis; /* (n x (n - rank)) */
+    double *drift; /* (n x n) */
+};
+
+/* [R B] with each row divided by the largest entry of R in it. A row without such an entry becomes 0. */
+static double *scaled_rows(const double *R, const double *B, int count, int n) {
+    double *rows = format_allocate((size_t)count * 2 * (size_t)n, sizeof *rows);
+    for (int i = 0; i < count; i++) {
+        double size = 0;
+        for (int j = 0; j < n; j++)
+            size = fmax(size, fabs(R[i * n + j]));
+        for (int j = 0; j < n && size > 0; j++) {
+            rows[2 * i * n + j] = R[i * n + j] / size;
+            rows[(2 * i + 1) * n + j] = B ? B[i * n + j] / size : 0;
+        }
+    }
+    return rows;
+}
+
+/* Moves the largest entry of the rows and columns from k on to place k; returns its size. */
+static double choose_pivot(struct freedom *freedom, const double *rows, int k) {
+    const int n = freedom->n;
+    double largest = 0;
+    int row = k, column = k;
+    for (int a = k; a < freedom->count; a++)
+        for (int b = k; b < n; b++) {
+            const double size = fabs(rows[2 * freedom->row[a] * n + freedom->column[b]]);
+            if (size > largest) {
+                largest = size;
+                row = a;
+                column = b;
+            }
+        }
+    const int row_k = freedom->row[row], column_k = freedom->column[column];
+    freedom->row[row] = freedom->row[k];
+    freedom->column[column] = freedom->column[k];
+    freedom->row[k] = row_k;
+    freedom->column[k] = column_k;
+    return largest;
+}
+
+static void eliminate(const struct freedom *freedom, double *rows, int k) {
+    const int width = 2 * freedom->n, column = freedom->column[k];
+    double *pivot = rows + freedom->row[k] * width;
+    const double size = pivot[column];
+    for (int j = 0; j < width; j++)
+        pivot[j] /= size;
+    for (int i = 0; i < freedom->count; i++) {
+        double *row = rows + i * width;
+        const double factor = row[column];
+        for (int j = 0; j < width && row != pivot; j++)
+            row[j] -= factor * pivot[j];
+    }
+}
+
+static int ascending(const void *a, const void *b) {
+    return *(const int *)a - *(const int *)b;
+}
+
+static void fill(struct freedom *freedom, const double *rows) {
+    const int n = freedom->n, rank = freedom->rank, left = n - rank;
+    freedom->basis = format_allocate((size_t)(n * left), sizeof *freedom->basis);
+    freedom->drift = format_allocate((size_t)(n * n), sizeof *freedom->drift);
+    for (int k = 0; k < rank; k++) {
+        const double *row = rows + 2 * freedom->row[k] * n;
+        for (int b = 0; b < left; b++)
+            freedom->basis[freedom->column[k] * left + b] = -row[freedom->column[rank + b]];
+        for (int j = 0; j < n; j++)
+            freedom->drift[freedom->column[k] * n + j] = -row[n + j];
+    }
+    for (int b = 0; b < left; b++)
+        freedom->basis[freedom->column[rank + b] * left + b] = 1;
+}
+
+/* B may be NULL. */
+static void find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n) {
+    *freedom = (struct freedom){.n = n, .count = count};
+    freedom->row = format_allocate((size_t)count, sizeof *freedom->row);
+    freedom->column = format_allocate((size_t)n, sizeof *freedom->column);
+    double *rows = scaled_rows(R, B, count, n);
+    for (int i = 0; i < count; i++)
+        freedom->row[i] = i;
+    for (int j = 0; j < n; j++)
+        freedom->column[j] = j;
+    /* the tolerance of the runtime's partition of coordinates */
+    while (freedom->rank < count && freedom->rank < n &&
+           choose_pivot(freedom, rows, freedom->rank) > sqrt(DBL_EPSILON))
+        eliminate(freedom, rows, freedom->rank++);
+    qsort(freedom->column + freedom->rank, (size_t)(n - freedom->rank), sizeof *freedom->column, ascending);
+    qsort(freedom->row + freedom->rank, (size_t)(count - freedom->rank), sizeof *freedom->row, ascending);
+    fill(freedom, rows);
+}
+
+/* ---- Eigenvalues and shapes ---- */
 
 /* Smaller eigenvalues are 0, in units of the scale s. A double eigenvalue 0 with one vector splits by
  * sqrt(DBL_EPSILON). */
@@ -68,7 +175,7 @@ static void add_product(double *out, double factor, const double *left, const do
 }
 
 static double *product(const double *left, const double *right, int rows, int inner, int columns) {
-    double *out = allocate_matrix(rows, columns);
+    double *out = format_allocate_matrix(rows, columns);
     add_product(out, 1, left, right, rows, inner, columns);
     return out;
 }
@@ -76,7 +183,7 @@ static double *product(const double *left, const double *right, int rows, int in
 /* left^T right, both n rows */
 static double *product_of_columns(const double *left, int left_columns, const double *right, int columns,
                                   int n) {
-    double *out = allocate_matrix(left_columns, columns);
+    double *out = format_allocate_matrix(left_columns, columns);
     for (int i = 0; i < n; i++)
         add_product(out, 1, left + i * left_columns, right + i * columns, left_columns, 1, columns);
     return out;
@@ -84,7 +191,7 @@ static double *product_of_columns(const double *left, int left_columns, const do
 
 static double *scaled(const struct pencil *pencil, const double *matrix, int rows, bool both) {
     const int n = pencil->n;
-    double *out = allocate_matrix(rows, n);
+    double *out = format_allocate_matrix(rows, n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < n; j++)
             out[i * n + j] = (both ? pencil->unit[i] : 1) * matrix[i * n + j] * pencil->unit[j];
@@ -110,13 +217,13 @@ static void find_freedoms(struct pencil *pencil) {
     const int n = pencil->n;
     double *u = scaled(pencil, linear->u, linear->m, false);
     double *psi_q = scaled(pencil, linear->psi_q, linear->m, false);
-    double *level_q = allocate_matrix(linear->m, n);
+    double *level_q = format_allocate_matrix(linear->m, n);
     int count = 0;
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])
             memcpy(level_q + count++ * n, u + i * n, (size_t)n * sizeof *u);
-    scene_find_freedom(&pencil->position, level_q, NULL, count, n);
-    scene_find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
+    find_freedom(&pencil->position, level_q, NULL, count, n);
+    find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
     pencil->position_count = n - pencil->position.rank;
     pencil->size = pencil->position_count + n - pencil->velocity.rank;
 }
@@ -162,7 +269,7 @@ static int put_motion(struct pencil *pencil, const double *drift, int rates) {
 static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     const int n = linear->n;
     *pencil = (struct pencil){.linear = linear, .n = n};
-    pencil->unit = allocate_matrix(n, 1);
+    pencil->unit = format_allocate_matrix(n, 1);
     for (int j = 0; j < n; j++)
         pencil->unit[j] = 1 / sqrt(linear->M[j * (n + 1)]);
     pencil->M = scaled(pencil, linear->M, n, true);
@@ -170,8 +277,8 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     pencil->K = scaled(pencil, linear->K, n, true);
     choose_scale(pencil);
     find_freedoms(pencil);
-    pencil->A = allocate_matrix(pencil->size, pencil->size);
-    pencil->E = allocate_matrix(pencil->size, pencil->size);
+    pencil->A = format_allocate_matrix(pencil->size, pencil->size);
+    pencil->E = format_allocate_matrix(pencil->size, pencil->size);
     const int positions = pencil->position_count, rates = pencil->size - positions;
     double *drift = product(pencil->velocity.drift, pencil->position.basis, n, n, positions);
     put_rates(pencil, drift, rates);
@@ -183,13 +290,13 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
 static int solve_pencil(struct pencil *pencil) {
     const int size = pencil->size;
     const size_t room = (size_t)size * (size_t)size;
-    double *T = allocate_matrix(size, size);
-    pencil->factor = allocate_matrix(size, size);
-    pencil->pivots = allocate((size_t)size, sizeof *pencil->pivots);
-    pencil->tau_re = allocate_matrix(size, 1);
-    pencil->tau_im = allocate_matrix(size, 1);
-    pencil->left = allocate_matrix(size, size);
-    pencil->right = allocate_matrix(size, size);
+    double *T = format_allocate_matrix(size, size);
+    pencil->factor = format_allocate_matrix(size, size);
+    pencil->pivots = format_allocate((size_t)size, sizeof *pencil->pivots);
+    pencil->tau_re = format_allocate_matrix(size, 1);
+    pencil->tau_im = format_allocate_matrix(size, 1);
+    pencil->left = format_allocate_matrix(size, size);
+    pencil->right = format_allocate_matrix(size, size);
     for (size_t i = 0; i < room; i++) {
         pencil->factor[i] = pencil->A[i] - pencil->E[i];
         T[i] = pencil->E[i];
@@ -264,7 +371,7 @@ static void normalise(double complex *x, int n) {
 /* x = Z y of vector k, in the model's units. */
 static double complex *shape_of(const struct pencil *pencil, int k) {
     const int positions = pencil->position_count;
-    double complex *x = allocate((size_t)pencil->n, sizeof *x);
+    double complex *x = format_allocate((size_t)pencil->n, sizeof *x);
     for (int i = 0; i < pencil->n; i++) {
         for (int j = 0; j < positions; j++)
             x[i] += pencil->position.basis[i * positions + j] * entry(pencil, pencil->right, j, k);
@@ -330,7 +437,7 @@ static void clear_column(struct resting *resting, int n, int row, int column) {
 
 /* Adds one mode for each pivot coordinate of the vectors, in the order of the coordinates. */
 static void add_resting_modes(struct spectrum *spectrum, struct resting *resting, int n) {
-    int *row_of = allocate((size_t)n, sizeof *row_of), count = 0, row, column;
+    int *row_of = format_allocate((size_t)n, sizeof *row_of), count = 0, row, column;
     while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
         exchange_rows(resting->vectors + row * n, resting->vectors + count * n, n);
         clear_column(resting, n, count, column);
@@ -340,7 +447,7 @@ static void add_resting_modes(struct spectrum *spectrum, struct resting *resting
         if (!row_of[j])
             continue;
         const double *vector = resting->vectors + (row_of[j] - 1) * n;
-        double complex *x = allocate((size_t)n, sizeof *x);
+        double complex *x = format_allocate((size_t)n, sizeof *x);
         for (int i = 0; i < n; i++)
             x[i] = fabs(vector[i]) > zero_tol ? vector[i] : 0;
         normalise(x, n);
@@ -369,7 +476,7 @@ static void sort_modes(struct spectrum *spectrum) {
 /* Adds a pair that is real within rounding as two modes. Their shapes differ unless the system is defective.
  */
 static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const double complex *x, int n) {
-    double complex *parts = allocate(2 * (size_t)n, sizeof *parts);
+    double complex *parts = format_allocate(2 * (size_t)n, sizeof *parts);
     double apart = 0;
     for (int j = 0; j < n; j++) {
         parts[j] = creal(x[j]);
@@ -404,8 +511,8 @@ static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, s
 
 static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
     const int n = pencil->n;
-    struct resting resting = {.vectors = allocate_matrix(pencil->size, n)};
-    spectrum->modes = allocate((size_t)pencil->size, sizeof *spectrum->modes);
+    struct resting resting = {.vectors = format_allocate_matrix(pencil->size, n)};
+    spectrum->modes = format_allocate((size_t)pencil->size, sizeof *spectrum->modes);
     for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2)
         add_vector(spectrum, pencil, &resting, k);
     add_resting_modes(spectrum, &resting, n);

@@ -1,14 +1,265 @@
 /*
- * Finds the tolerance at which a motion has the requested accuracy.
+ * Writes the rows of a motion, runs it once, and finds the tolerance at which a motion has the requested
+ * accuracy.
  *
  * Each run is compared with the one before it. Errors fall with the tolerance, so two runs predict the
- * tolerance of the next one. Each run costs about half as much again as the one before, so that the total
- * cost is bounded.
+ * tolerance of the next one. Each run costs about half as much again as the one before, so that all runs
+ * together cost at most about three times the chosen one.
  */
-#include "runtime/tool/motions/simulate/simulate.h"
-
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
+
+#include "gen/read/read.h"
+#include "runtime/tool/motions/simulate/simulate.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/hdf5/hdf5_files.h"
+
+/* ---- Rows ---- */
+
+/* The functions of a form. They return false if they cannot write; the form or the end of its file reports
+ * the error. */
+struct row_form {
+    /* before the first row, with the table's integrator at the start of the motion */
+    bool (*begin)(struct row_sink *sink, const struct table *table);
+    /* writes the values of the table */
+    bool (*put)(struct row_sink *sink, const struct table *table);
+    /* after the last row, also after an error */
+    bool (*end)(struct row_sink *sink);
+};
+
+static bool is_written(struct row_sink *sink) {
+    return !ferror(sink->file);
+}
+
+static bool begin_csv(struct row_sink *sink, const struct table *table) {
+    simulate_table_header(table, sink->file);
+    return is_written(sink);
+}
+
+static bool put_csv(struct row_sink *sink, const struct table *table) {
+    simulate_table_row(table, sink->file);
+    return is_written(sink);
+}
+
+struct row_sink simulate_row_sink_csv(FILE *file) {
+    static const struct row_form form = {begin_csv, put_csv, is_written};
+    return (struct row_sink){.form = &form, .file = file};
+}
+
+static bool begin_numbers(struct row_sink *sink, const struct table *table) {
+    return table->count > 0 && is_written(sink);
+}
+
+static bool put_numbers(struct row_sink *sink, const struct table *table) {
+    fwrite(table->values, sizeof *table->values, (size_t)table->count, sink->file);
+    return is_written(sink);
+}
+
+static struct row_sink row_sink_numbers(FILE *file) {
+    static const struct row_form form = {begin_numbers, put_numbers, is_written};
+    return (struct row_sink){.form = &form, .file = file};
+}
+
+struct facts {
+    struct memory *memory;
+    struct motion_fact *list;
+    int count, room;
+};
+
+static void add_fact(struct facts *facts, struct motion_fact fact) {
+    facts->list = memory_room(facts->memory, facts->list, facts->count, &facts->room, sizeof *facts->list);
+    facts->list[facts->count++] = fact;
+}
+
+static void add_text(struct facts *facts, const char *object, const char *name, const char *text) {
+    add_fact(facts, (struct motion_fact){.object = object, .name = name, .text = text});
+}
+
+static void add_number(struct facts *facts, const char *object, const char *name, double number) {
+    add_fact(facts, (struct motion_fact){.object = object, .name = name, .number = number});
+}
+
+/* The value that the equations read, or the model's value if no equation reads it. */
+static double value_of(const struct scene *scene, const struct parameter *parameter) {
+    for (int i = 0; i < scene->model->parameter_count; i++)
+        if (strcmp(scene->model->parameters[i].name, parameter->name) == 0)
+            return scene->work.p[i];
+    return parameter->value;
+}
+
+static void add_model(struct facts *facts, const struct scene *scene) {
+    const struct model *model = &scene->generation.model;
+    add_text(facts, "/", "refdyn", REFDYN_VERSION);
+    add_text(facts, "/", "model", scene->model->name);
+    add_text(facts, "/", "model_hash", scene->model->hash);
+    add_text(facts, "/", "model_file", model->sources->list[0].path);
+    for (int i = 0; i < model->sources->count; i++)
+        add_text(facts, "/model_files", model->sources->list[i].path, model->sources->list[i].text);
+    for (int i = 0; i < model->option_count; i++)
+        add_text(facts, "/options", model->options[i].name, model->options[i].value);
+    for (int i = 0; i < model->parameter_count; i++)
+        add_number(facts, "/parameters", model->parameters[i].name, value_of(scene, &model->parameters[i]));
+}
+
+static void add_method(struct facts *facts, const struct task *task,
+                       const struct refdyn_integrator *integrator) {
+    const char *method = options_text(task->options, "method"), *from = options_text(task->options, "from");
+    const struct refdyn_options *options = &integrator->options;
+    add_text(facts, "/", "method", method ? method : refdyn_method_name((int)options->method));
+    add_text(facts, "/", "stabilise", simulate_stabilise_names[options->stabilise]);
+    add_number(facts, "/", options->tol > 0 ? "tol" : "step",
+               options->tol > 0 ? options->tol : options->step);
+    add_text(facts, "/", "from", from ? from : "initial");
+    add_number(facts, "/", "until", task->until);
+}
+
+static bool begin_hdf5(struct row_sink *sink, const struct table *table) {
+    struct memory memory = format_arena_start();
+    struct facts facts = {.memory = &memory};
+    add_model(&facts, sink->task->scene);
+    add_method(&facts, sink->task, table->integrator);
+    const struct motion_layout layout = {.parts = table->parts,
+                                         .facts = facts.list,
+                                         .names = table->names,
+                                         .units = table->units,
+                                         .part_count = table->part_count,
+                                         .fact_count = facts.count,
+                                         .width = table->count};
+    sink->writer = hdf5_motion_create(sink->path, &layout);
+    sink->is_lost = !sink->writer;
+    memory_release(&memory);
+    return sink->writer;
+}
+
+static bool put_hdf5(struct row_sink *sink, const struct table *table) {
+    return hdf5_motion_put(sink->writer, table->values);
+}
+
+/* If writing has failed, HDF5 leaves no readable file. */
+static bool end_hdf5(struct row_sink *sink) {
+    sink->is_lost = !sink->writer || !hdf5_motion_finish(sink->writer);
+    sink->writer = NULL;
+    return !sink->is_lost;
+}
+
+struct row_sink simulate_row_sink_hdf5(const char *path, const struct task *task) {
+    static const struct row_form form = {begin_hdf5, put_hdf5, end_hdf5};
+    return (struct row_sink){.form = &form, .path = path, .task = task};
+}
+
+bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct table *table) {
+    const size_t count = (size_t)table->count;
+    bool is_good = to->form->begin(to, table);
+    rewind(numbers);
+    while (is_good && fread(table->values, sizeof *table->values, count, numbers) == count)
+        is_good = to->form->put(to, table);
+    return to->form->end(to) && is_good;
+}
+
+/* ---- One run, with positions and joint limits at its outputs ---- */
+
+/* Writes a row if all its values are finite; otherwise the motion ends there. */
+static void add_output(struct trial *trial, struct table *table, struct row_sink *rows) {
+    struct refdyn_integrator *integrator = &trial->motion.integrator;
+    if (rows) {
+        simulate_table_fill(table);
+        const char *unfit = simulate_table_not_finite(table);
+        if (unfit) {
+            trial->unfit = unfit;
+            trial->result = REFDYN_NOT_FINITE;
+            integrator->work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
+            return;
+        }
+        if (!rows->form->put(rows, table))
+            trial->result = MOTION_NOT_WRITTEN;
+        simulate_limits_add(trial->limits, integrator);
+    }
+    simulate_track_add(&trial->track, integrator);
+}
+
+/* Adds the last state of a motion that ended early as one more row. Restores the description of the failure.
+ */
+static void add_last(struct trial *trial, struct table *table, struct row_sink *rows) {
+    struct refdyn_integrator *integrator = &trial->motion.integrator;
+    const struct refdyn_fault fault = integrator->work->fault;
+    const int cause = integrator->cause;
+    const double failed_t = integrator->failed_t;
+    if (trial->track.count == 0 || integrator->t > trial->track.t[trial->track.count - 1]) {
+        const bool is_seen = refdyn_integrator_refresh(integrator) == REFDYN_OK;
+        if (is_seen)
+            simulate_table_fill(table);
+        if (is_seen && !simulate_table_not_finite(table)) {
+            rows->form->put(rows, table);
+            simulate_limits_add(trial->limits, integrator);
+        }
+    }
+    integrator->work->fault = fault;
+    integrator->cause = cause;
+    integrator->failed_t = failed_t;
+}
+
+static void go(struct trial *trial, struct table *table, struct row_sink *rows) {
+    struct motion *motion = &trial->motion;
+    struct progress progress;
+    if (motion->stops)
+        simulate_stops_hold(motion->stops);
+    if (rows && !rows->form->begin(rows, table))
+        trial->result = MOTION_NOT_WRITTEN;
+    else
+        add_output(trial, table, rows);
+    system_progress_start(&progress, "motion");
+    for (long i = 1; i < motion->outputs && trial->result == REFDYN_OK && !simulate_is_stopped(motion); i++) {
+        trial->result = simulate_to(motion, i, &progress);
+        if (trial->result == REFDYN_OK && motion->integrator.t > trial->track.t[trial->track.count - 1])
+            add_output(trial, table, rows);
+    }
+    system_progress_end(&progress);
+    if (trial->result == REFDYN_OK)
+        refdyn_energy_scale(&motion->energy, &motion->integrator);
+    if (rows && trial->result != REFDYN_OK && trial->result != MOTION_NOT_WRITTEN && !trial->unfit)
+        add_last(trial, table, rows);
+    if (rows && !rows->form->end(rows) && trial->result == REFDYN_OK)
+        trial->result = MOTION_NOT_WRITTEN;
+}
+
+void simulate_trial_run(struct trial *trial, const struct task *task,
+                        const struct refdyn_options *integration, struct row_sink *rows) {
+    const char *method = options_text(task->options, "method");
+    struct motion *motion = &trial->motion;
+    struct table table;
+    *trial = (struct trial){.usage = STATUS_DONE};
+    trial->result =
+        simulate_start(motion, task->scene, integration, task->until, options_number(task->options, "every"));
+    if (trial->result == REFDYN_OK && simulate_gsl_has(method))
+        trial->result = simulate_by_gsl(motion, method);
+    trial->is_started = trial->result == REFDYN_OK;
+    if (!trial->is_started)
+        return;
+    if (task->has_stops) {
+        trial->usage = simulate_stops_read(&trial->stops, task->options, &motion->integrator,
+                                           task->scene->compiled.spatial);
+        motion->stops = &trial->stops;
+    }
+    if (trial->usage != STATUS_DONE)
+        return;
+    if (task->on_start)
+        task->on_start(task, motion);
+    simulate_table_start(&table, &motion->integrator, task->scene->compiled.spatial);
+    trial->limits = simulate_limits_start(task->scene);
+    simulate_track_start(&trial->track, task->scene->model, motion->outputs);
+    go(trial, &table, rows);
+    simulate_restore(motion);
+}
+
+void simulate_trial_release(struct trial *trial) {
+    simulate_track_release(&trial->track);
+    simulate_limits_release(trial->limits);
+    trial->limits = NULL;
+    simulate_release(&trial->motion);
+}
+
+/* ---- The tolerance ---- */
 
 static const double first_tol =
     10; /* first tolerance over the requested error, of which a motion's error is often a part; */
@@ -30,16 +281,16 @@ static const double worth = 2.7; /* largest ratio of the steps of all runs to th
 enum { FAILURES_MOST = 3 };
 
 static void release(struct candidate *candidate) {
-    trial_release(&candidate->trial);
-    estimate_release(&candidate->estimate);
+    simulate_trial_release(&candidate->trial);
+    simulate_estimate_release(&candidate->estimate);
     if (candidate->rows)
         fclose(candidate->rows);
     *candidate = (struct candidate){.rows = NULL};
 }
 
 static void estimate(struct candidate *judged, const struct candidate *other, double share) {
-    estimate_release(&judged->estimate);
-    estimate_make(&judged->estimate, &judged->trial.track, &other->trial.track, share);
+    simulate_estimate_release(&judged->estimate);
+    simulate_estimate_make(&judged->estimate, &judged->trial.track, &other->trial.track, share);
     judged->has_estimate = true;
 }
 
@@ -106,7 +357,7 @@ static void run(struct search *search, struct candidate *candidate, const struct
         perror("refdyn: a temporary file");
     else {
         struct row_sink rows = row_sink_numbers(candidate->rows);
-        trial_run(&candidate->trial, task, integration, &rows);
+        simulate_trial_run(&candidate->trial, task, integration, &rows);
     }
     search->cpu_total_s += candidate->trial.motion.cpu_s;
     search->tries += tries_of(candidate);
@@ -125,8 +376,8 @@ static bool tighten(struct refdyn_options *integration, const struct candidate *
     return true;
 }
 
-enum status search_run(struct search *search, const struct task *task,
-                       const struct refdyn_options *integration) {
+enum status simulate_search_run(struct search *search, const struct task *task,
+                                const struct refdyn_options *integration) {
     struct refdyn_options options = *integration;
     struct task each = *task;
     const double accuracy = options_number(task->options, "accuracy");
@@ -159,7 +410,7 @@ enum status search_run(struct search *search, const struct task *task,
     }
 }
 
-void search_release(struct search *search) {
+void simulate_search_release(struct search *search) {
     release(&search->candidates[0]);
     release(&search->candidates[1]);
     search->taken = NULL;

@@ -1,4 +1,11 @@
-/* Estimates the error of a whole motion from the positions of two runs (Richardson's extrapolation). */
+/*
+ * Estimates the error of a whole motion from the positions of two runs.
+ *
+ * If the error of the other run is a fraction s of the error of the judged run, the runs differ by |1 - s| of
+ * the latter (Richardson; Hairer, Norsett and Wanner, Solving ODEs I, II.4). With fixed steps s =
+ * (h_other/h)^p, p the order of the method. With adaptive steps errors are proportional to the tolerance,
+ * also where stability limits the steps.
+ */
 #include "runtime/tool/motions/simulate/simulate.h"
 
 #include <math.h>
@@ -9,15 +16,15 @@
  * follow the orders, or grow as in a chaotic motion. */
 static const double near_part = 0.05;
 
-void track_start(struct track *track, const struct refdyn_model *model, long room) {
+void simulate_track_start(struct track *track, const struct refdyn_model *model, long room) {
     const size_t outputs = (size_t)room;
     *track = (struct track){.model = model};
-    track->t = allocate_large(outputs, sizeof *track->t);
-    track->q = allocate_large(outputs * (size_t)model->n, sizeof *track->q);
-    track->r = allocate_large(outputs * 3 * (size_t)model->point_count, sizeof *track->r);
+    track->t = format_allocate_large(outputs, sizeof *track->t);
+    track->q = format_allocate_large(outputs * (size_t)model->n, sizeof *track->q);
+    track->r = format_allocate_large(outputs * 3 * (size_t)model->point_count, sizeof *track->r);
 }
 
-void track_add(struct track *track, const struct refdyn_integrator *integrator) {
+void simulate_track_add(struct track *track, const struct refdyn_integrator *integrator) {
     const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_model *model = work->model;
     const long i = track->count++;
@@ -28,7 +35,7 @@ void track_add(struct track *track, const struct refdyn_integrator *integrator) 
                  track->r + 3 * i * model->point_count);
 }
 
-void track_release(struct track *track) {
+void simulate_track_release(struct track *track) {
     free(track->t);
     free(track->q);
     free(track->r);
@@ -59,7 +66,7 @@ static double larger(double a, double b) {
     return isnan(a) || a > b ? a : b;
 }
 
-double track_distance(const struct track *a, long i, const struct track *b, long j) {
+double simulate_track_distance(const struct track *a, long i, const struct track *b, long j) {
     const int n = a->model->n, points = a->model->point_count;
     double largest = 0;
     for (int k = 0; k < points; k++)
@@ -69,10 +76,10 @@ double track_distance(const struct track *a, long i, const struct track *b, long
     return largest;
 }
 
-double track_way(const struct track *track, long count) {
+double simulate_track_way(const struct track *track, long count) {
     double way = 0;
     for (long i = 0; i < count; i++)
-        way = fmax(way, track_distance(track, i, track, 0));
+        way = fmax(way, simulate_track_distance(track, i, track, 0));
     return way;
 }
 
@@ -87,25 +94,26 @@ static void compare_output(struct estimate *estimate, const struct track *a, con
     }
     for (int j = 0; j < n; j++)
         raise_peak(&estimate->coordinates[j], factor * fabs(a->q[i * n + j] - b->q[i * n + j]), a->t[i]);
-    raise_peak(&estimate->largest, factor * track_distance(a, i, b, i), a->t[i]);
+    raise_peak(&estimate->largest, factor * simulate_track_distance(a, i, b, i), a->t[i]);
 }
 
-void estimate_make(struct estimate *estimate, const struct track *judged, const struct track *other,
-                   double share) {
+void simulate_estimate_make(struct estimate *estimate, const struct track *judged, const struct track *other,
+                            double share) {
     const struct refdyn_model *model = judged->model;
     const long count = count_common(judged, other);
     const double factor = 1 / fabs(1 - share);
     *estimate = (struct estimate){.model = model, .count = count, .t = judged->t};
-    estimate->distances = allocate_large((size_t)(count * model->point_count), sizeof *estimate->distances);
-    estimate->points = allocate((size_t)model->point_count, sizeof *estimate->points);
-    estimate->coordinates = allocate((size_t)model->n, sizeof *estimate->coordinates);
+    estimate->distances =
+        format_allocate_large((size_t)(count * model->point_count), sizeof *estimate->distances);
+    estimate->points = format_allocate((size_t)model->point_count, sizeof *estimate->points);
+    estimate->coordinates = format_allocate((size_t)model->n, sizeof *estimate->coordinates);
     for (long i = 0; i < count; i++)
         compare_output(estimate, judged, other, i, factor);
     estimate->difference = estimate->largest.error / factor;
-    estimate->is_trusted = estimate->difference <= near_part * track_way(judged, count);
+    estimate->is_trusted = estimate->difference <= near_part * simulate_track_way(judged, count);
 }
 
-void estimate_print(const struct estimate *estimate) {
+void simulate_estimate_print(const struct estimate *estimate) {
     const struct refdyn_model *model = estimate->model;
     fprintf(stderr, "error        %.2g estimated, largest at t = %.6g s\n", estimate->largest.error,
             estimate->largest.t);
@@ -122,26 +130,26 @@ void estimate_print(const struct estimate *estimate) {
               stderr);
 }
 
-void estimate_put(const struct estimate *estimate, struct document *document) {
+void simulate_estimate_put(const struct estimate *estimate, struct document *document) {
     const struct refdyn_model *model = estimate->model;
-    put_open(document, "error", '{');
-    put_array(document, "t", estimate->t, (int)estimate->count);
-    put_open(document, "points", '{');
+    format_put_open(document, "error", '{');
+    format_put_array(document, "t", estimate->t, (int)estimate->count);
+    format_put_open(document, "points", '{');
     for (int k = 0; k < model->point_count; k++)
-        put_array(document, model->points[k], estimate->distances + k * estimate->count,
-                  (int)estimate->count);
-    put_close(document, '}');
-    put_open(document, "coordinates", '{');
+        format_put_array(document, model->points[k], estimate->distances + k * estimate->count,
+                         (int)estimate->count);
+    format_put_close(document, '}');
+    format_put_open(document, "coordinates", '{');
     for (int j = 0; j < model->n; j++)
-        put_number(document, model->coordinates[j].name, estimate->coordinates[j].error);
-    put_close(document, '}');
-    put_number(document, "largest", estimate->largest.error);
-    put_number(document, "largest_t", estimate->largest.t);
-    put_truth(document, "is_trusted", estimate->is_trusted);
-    put_close(document, '}');
+        format_put_number(document, model->coordinates[j].name, estimate->coordinates[j].error);
+    format_put_close(document, '}');
+    format_put_number(document, "largest", estimate->largest.error);
+    format_put_number(document, "largest_t", estimate->largest.t);
+    format_put_truth(document, "is_trusted", estimate->is_trusted);
+    format_put_close(document, '}');
 }
 
-void estimate_release(struct estimate *estimate) {
+void simulate_estimate_release(struct estimate *estimate) {
     free(estimate->distances);
     *estimate = (struct estimate){.count = 0};
 }

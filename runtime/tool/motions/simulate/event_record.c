@@ -4,13 +4,43 @@
 
 #include <stdlib.h>
 
-enum { LISTED_MOST = 8 }; /* events listed in the text of a summary */
+enum {
+    EVENTS_KEPT = 500, /* the first events; further ones are only counted */
+    LISTED_MOST = 8    /* events listed in the text of a summary */
+};
+
+/* Events of contacts are impact, rest and release. */
+enum event_kind { EVENT_PLAIN, EVENT_IMPACT, EVENT_RESTS, EVENT_LEAVES };
+
+struct event_mark {
+    int event; /* of the model */
+    enum event_kind kind;
+    double t; /* time; for a rest, the end of all rebounds [s] */
+};
+
+struct event_record {
+    struct event_mark *list; /* (EVENTS_KEPT), NULL before the first event */
+    long count;              /* of all events */
+    bool has_ended;          /* by the event `end` */
+    struct event_mark end;
+    int *modes;        /* (contact_count) modes of the contacts at the last call, NULL before the first */
+    double t_last;     /* time of the last call [s] */
+    bool lacks_forces; /* the forces of contacts were not unique at some time */
+};
+
+struct event_record *simulate_events_start(void) {
+    return format_allocate_large(1, sizeof(struct event_record));
+}
+
+bool simulate_events_have_ended(const struct event_record *record) {
+    return record->has_ended;
+}
 
 static const char *const kind_names[] = {"", "impact", "rests", "leaves"};
 
 static void add(struct event_record *record, struct event_mark mark) {
     if (!record->list)
-        record->list = allocate_large(EVENTS_KEPT, sizeof *record->list);
+        record->list = format_allocate_large(EVENTS_KEPT, sizeof *record->list);
     if (record->count < EVENTS_KEPT)
         record->list[record->count] = mark;
     record->count++;
@@ -25,7 +55,7 @@ static int contact_of(const struct refdyn_model *model, int event) {
 static void take_modes(struct event_record *record, const struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
     if (!record->modes)
-        record->modes = allocate_large((size_t)integrator->contact_count, sizeof *record->modes);
+        record->modes = format_allocate_large((size_t)integrator->contact_count, sizeof *record->modes);
     record->lacks_forces |= !integrator->forces_are_unique;
     for (int i = 0; i < model->event_count; i++) {
         const int k = contact_of(model, i);
@@ -55,7 +85,8 @@ static void take_due(struct event_record *record, const struct refdyn_integrator
     }
 }
 
-int events_take(struct event_record *record, const struct refdyn_integrator *integrator, int status) {
+int simulate_events_take(struct event_record *record, const struct refdyn_integrator *integrator,
+                         int status) {
     if (status != REFDYN_OK && status != REFDYN_EVENT_ENDS)
         return status;
     if (integrator->contact_count > 0)
@@ -66,10 +97,12 @@ int events_take(struct event_record *record, const struct refdyn_integrator *int
     return REFDYN_OK;
 }
 
-void events_release(struct event_record *record) {
-    free(record->list);
-    free(record->modes);
-    *record = (struct event_record){.list = NULL};
+void simulate_events_release(struct event_record *record) {
+    if (record) {
+        free(record->list);
+        free(record->modes);
+    }
+    free(record);
 }
 
 static void print_mark(const struct event_mark *mark, const struct refdyn_model *model) {
@@ -78,7 +111,7 @@ static void print_mark(const struct event_mark *mark, const struct refdyn_model 
             mark->kind == EVENT_IMPACT ? "" : kind_names[mark->kind], mark->t);
 }
 
-void events_print(const struct event_record *record, const struct refdyn_model *model) {
+void simulate_events_print(const struct event_record *record, const struct refdyn_model *model) {
     char text[NUMBER_LENGTH];
     if (model->event_count == 0)
         return;
@@ -98,28 +131,28 @@ void events_print(const struct event_record *record, const struct refdyn_model *
 
 static void put_mark(const struct event_mark *mark, const struct refdyn_model *model, const char *key,
                      struct document *document) {
-    put_open(document, key, '{');
-    put_text(document, "event", model->events[mark->event].name);
-    put_number(document, "t", mark->t);
+    format_put_open(document, key, '{');
+    format_put_text(document, "event", model->events[mark->event].name);
+    format_put_number(document, "t", mark->t);
     if (mark->kind != EVENT_PLAIN)
-        put_text(document, "contact", kind_names[mark->kind]);
-    put_close(document, '}');
+        format_put_text(document, "contact", kind_names[mark->kind]);
+    format_put_close(document, '}');
 }
 
-void events_put(const struct event_record *record, const struct refdyn_model *model,
-                struct document *document) {
+void simulate_events_put(const struct event_record *record, const struct refdyn_model *model,
+                         struct document *document) {
     if (model->event_count == 0)
         return;
-    put_number(document, "event_count", (double)record->count);
-    put_open(document, "events", '[');
+    format_put_number(document, "event_count", (double)record->count);
+    format_put_open(document, "events", '[');
     for (long i = 0; i < record->count && i < EVENTS_KEPT; i++)
         put_mark(&record->list[i], model, NULL, document);
-    put_close(document, ']');
+    format_put_close(document, ']');
     if (record->has_ended)
         put_mark(&record->end, model, "ended", document);
 }
 
-void events_print_refused(const struct refdyn_integrator *integrator, const char *fact) {
+void simulate_events_print_refused(const struct refdyn_integrator *integrator, const char *fact) {
     const struct refdyn_model *model = integrator->work->model;
     char t[NUMBER_LENGTH];
     fprintf(stderr, "refdyn: %s: t = %s s: the event ", model->name, exact_text(integrator->t, t));
@@ -128,7 +161,7 @@ void events_print_refused(const struct refdyn_integrator *integrator, const char
     fprintf(stderr, ": %s\n", fact);
 }
 
-void events_print_failed(const struct refdyn_integrator *integrator) {
+void simulate_events_print_failed(const struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
     for (int k = 0; k < integrator->event_count; k++)
         fprintf(stderr, "%s%s", k ? ", " : "refdyn: at the event ", model->events[integrator->event[k]].name);

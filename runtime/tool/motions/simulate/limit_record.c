@@ -17,6 +17,22 @@ static const struct {
                   [RATE] = {"rate", "m/s", "rad/s"},
                   [FORCE] = {"force", "N", "N m"}};
 
+/* One limit: of a coordinate, its rate or its programme force. */
+struct watched_limit {
+    const char *coordinate, *what, *unit;
+    int place; /* of the coordinate */
+    double least, most;
+    double value, t; /* the value farthest beyond the limit and its time [m, rad ...; s] */
+    double beyond;   /* how far it is beyond; 0 if never */
+};
+
+struct limit_record {
+    struct watched_limit *list;
+    int count;
+    bool has_forces;
+    double *force; /* (n) */
+};
+
 static void watch(struct limit_record *record, const struct frame *frame, int place, int kind, double least,
                   double most) {
     if (isinf(least) && isinf(most))
@@ -31,10 +47,10 @@ static void watch(struct limit_record *record, const struct frame *frame, int pl
         .most = most};
 }
 
-void limits_start(struct limit_record *record, const struct scene *scene) {
+struct limit_record *simulate_limits_start(const struct scene *scene) {
     const struct tree *tree = &scene->generation.tree;
-    *record =
-        (struct limit_record){.list = allocate_large(KINDS * (size_t)tree->count, sizeof *record->list)};
+    struct limit_record *record = format_allocate_large(1, sizeof *record);
+    record->list = format_allocate_large(KINDS * (size_t)tree->count, sizeof *record->list);
     for (int i = 0; i < tree->count; i++) {
         const struct limits *limits = tree->frames[i].joint.limits;
         if (!limits)
@@ -43,7 +59,8 @@ void limits_start(struct limit_record *record, const struct scene *scene) {
         watch(record, &tree->frames[i], i, RATE, -limits->rate, limits->rate);
         watch(record, &tree->frames[i], i, FORCE, -limits->force, limits->force);
     }
-    record->force = allocate_large((size_t)tree->count, sizeof *record->force);
+    record->force = format_allocate_large((size_t)tree->count, sizeof *record->force);
+    return record;
 }
 
 /* The scale of values near this limit. */
@@ -62,7 +79,7 @@ static void look(struct watched_limit *limit, double value, double t) {
     limit->t = t;
 }
 
-void limits_add(struct limit_record *record, struct refdyn_integrator *integrator) {
+void simulate_limits_add(struct limit_record *record, struct refdyn_integrator *integrator) {
     if (record->has_forces)
         refdyn_integrator_force(integrator, record->force);
     for (int i = 0; i < record->count; i++) {
@@ -74,42 +91,44 @@ void limits_add(struct limit_record *record, struct refdyn_integrator *integrato
     }
 }
 
-void limits_print(const struct limit_record *record) {
+void simulate_limits_print(const struct limit_record *record) {
     char text[NUMBER_LENGTH];
-    for (int i = 0; i < record->count; i++) {
+    for (int i = 0; record && i < record->count; i++) {
         const struct watched_limit *limit = &record->list[i];
         if (limit->beyond > 0)
             fprintf(stderr,
                     "refdyn: warning: %s exceeds its limits: %s %.6g %s at t = %s s; allowed is %s %.6g\n",
                     limit->coordinate,
                     strcmp(limit->what, kinds[FORCE].what) ? limit->what : "programme force", limit->value,
-                    limit->unit, near_text(limit->t, text),
+                    limit->unit, format_near_number(limit->t, text),
                     limit->value > limit->most ? "at most" : "at least",
                     limit->value > limit->most ? limit->most : limit->least);
     }
 }
 
-void limits_put(const struct limit_record *record, struct document *document) {
-    if (record->count == 0)
+void simulate_limits_put(const struct limit_record *record, struct document *document) {
+    if (!record || record->count == 0)
         return;
-    put_open(document, "limits", '[');
+    format_put_open(document, "limits", '[');
     for (int i = 0; i < record->count; i++) {
         const struct watched_limit *limit = &record->list[i];
         if (!(limit->beyond > 0))
             continue;
-        put_open(document, NULL, '{');
-        put_text(document, "coordinate", limit->coordinate);
-        put_text(document, "limit", limit->what);
-        put_number(document, "value", limit->value);
-        put_number(document, "allowed", limit->value > limit->most ? limit->most : limit->least);
-        put_number(document, "t", limit->t);
-        put_close(document, '}');
+        format_put_open(document, NULL, '{');
+        format_put_text(document, "coordinate", limit->coordinate);
+        format_put_text(document, "limit", limit->what);
+        format_put_number(document, "value", limit->value);
+        format_put_number(document, "allowed", limit->value > limit->most ? limit->most : limit->least);
+        format_put_number(document, "t", limit->t);
+        format_put_close(document, '}');
     }
-    put_close(document, ']');
+    format_put_close(document, ']');
 }
 
-void limits_release(struct limit_record *record) {
-    free(record->list);
-    free(record->force);
-    *record = (struct limit_record){.count = 0};
+void simulate_limits_release(struct limit_record *record) {
+    if (record) {
+        free(record->list);
+        free(record->force);
+    }
+    free(record);
 }

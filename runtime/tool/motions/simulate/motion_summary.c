@@ -1,6 +1,6 @@
 /* Summary of a motion that `sim` prints on stderr and writes as JSON. */
 #include "runtime/tool/motions/simulate/simulate.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 
@@ -46,7 +46,7 @@ static void print_method(const struct motion *motion) {
             exact_text(o->tol > 0 ? o->tol : o->step, text));
     if (o->tol > 0 && length > 0 && length != 1)
         fprintf(stderr, " of 1 rad and %s m", exact_text(length, text));
-    fprintf(stderr, ", stabilised by %s%s\n", stabilise_names[o->stabilise],
+    fprintf(stderr, ", stabilised by %s%s\n", simulate_stabilise_names[o->stabilise],
             is_automatic(o) ? ", gains from the step" : "");
     if (o->method == REFDYN_AUTO && integrator->statistics.steps > 0)
         print_choice(integrator);
@@ -144,7 +144,7 @@ static void print_energy(const struct motion *motion, bool has_failed) {
     warn_of_balance(motion);
 }
 
-void summary_print(const struct summary *summary) {
+void simulate_summary_print(const struct summary *summary) {
     const struct motion *motion = &summary->trial->motion;
     const struct refdyn_statistics *s = &motion->integrator.statistics;
     char text[NUMBER_LENGTH];
@@ -161,29 +161,29 @@ void summary_print(const struct summary *summary) {
         warn_of_rows(&motion->integrator);
     }
     print_passages(s);
-    events_print(&motion->events, motion->scene->model);
+    simulate_events_print(motion->events, motion->scene->model);
     print_energy(motion, summary->trial->result != REFDYN_OK);
     fprintf(stderr, "time         %.3g s CPU for the integration, %.3g s wall\n", motion->cpu_s,
             motion->wall_s);
     if (summary->estimate)
         fprintf(stderr, "all runs     %.3g s CPU\n", summary->cpu_total_s);
     if (motion->stops && motion->stops->reached)
-        fprintf(stderr, "stopped      %s at t = %s s\n", motion->stops->reached->text,
+        fprintf(stderr, "stopped      %s at t = %s s\n", motion->stops->reached,
                 exact_text(motion->stops->t, text));
     if (summary->estimate)
-        estimate_print(summary->estimate);
-    limits_print(&summary->trial->limits);
+        simulate_estimate_print(summary->estimate);
+    simulate_limits_print(summary->trial->limits);
 }
 
 static void put_rows(struct document *document, const struct refdyn_model *model,
                      const struct refdyn_statistics *s) {
     if (s->phi_row >= 0)
-        put_text(document, "phi_row", row_name(model, s->phi_row));
+        format_put_text(document, "phi_row", row_name(model, s->phi_row));
     if (s->psi_row >= 0)
-        put_text(document, "psi_row", row_name(model, s->psi_row));
-    put_number(document, "pivot_min", s->pivot_min);
-    put_number(document, "condition_max", s->condition_max);
-    put_whole(document, "partition_changes", s->partition_changes);
+        format_put_text(document, "psi_row", row_name(model, s->psi_row));
+    format_put_number(document, "pivot_min", s->pivot_min);
+    format_put_number(document, "condition_max", s->condition_max);
+    format_put_whole(document, "partition_changes", s->partition_changes);
 }
 
 static void put_passages(struct document *document, const struct refdyn_statistics *s) {
@@ -194,47 +194,48 @@ static void put_passages(struct document *document, const struct refdyn_statisti
         stretch[i] = s->crossing[i].t_end - s->crossing[i].t_begin;
         error[i] = s->crossing[i].error;
     }
-    put_open(document, "passed", '{');
-    put_whole(document, "count", s->crossings);
-    put_array(document, "t", t, kept);
-    put_array(document, "stretch", stretch, kept);
-    put_array(document, "error", error, kept);
-    put_number(document, "error_max", s->crossing_error);
-    put_close(document, '}');
+    format_put_open(document, "passed", '{');
+    format_put_whole(document, "count", s->crossings);
+    format_put_array(document, "t", t, kept);
+    format_put_array(document, "stretch", stretch, kept);
+    format_put_array(document, "error", error, kept);
+    format_put_number(document, "error_max", s->crossing_error);
+    format_put_close(document, '}');
 }
 
 static void put_method(struct document *document, const struct motion *motion) {
     const struct refdyn_options *options = &motion->integrator.options;
-    put_text(document, "method", motion->method);
+    format_put_text(document, "method", motion->method);
     if (options->method == REFDYN_AUTO) {
-        put_open(document, "chosen", '{');
+        format_put_open(document, "chosen", '{');
         for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
             if (motion->integrator.statistics.steps_by[method] > 0)
-                put_whole(document, refdyn_method_name(method),
-                          motion->integrator.statistics.steps_by[method]);
-        put_close(document, '}');
+                format_put_whole(document, refdyn_method_name(method),
+                                 motion->integrator.statistics.steps_by[method]);
+        format_put_close(document, '}');
     }
-    put_text(document, "stabilise",
-             is_automatic(options) ? "baumgarte-auto" : stabilise_names[options->stabilise]);
-    put_number(document, options->tol > 0 ? "tol" : "step", options->tol > 0 ? options->tol : options->step);
+    format_put_text(document, "stabilise",
+                    is_automatic(options) ? "baumgarte-auto" : simulate_stabilise_names[options->stabilise]);
+    format_put_number(document, options->tol > 0 ? "tol" : "step",
+                      options->tol > 0 ? options->tol : options->step);
     if (options->step_max > 0)
-        put_number(document, "step_max", options->step_max);
+        format_put_number(document, "step_max", options->step_max);
 }
 
 static void put_stop(struct document *document, const struct motion *motion) {
-    put_open(document, "stop", '{');
-    put_text(document, "condition", motion->stops->reached->text);
-    put_number(document, "t", motion->stops->t);
-    put_close(document, '}');
+    format_put_open(document, "stop", '{');
+    format_put_text(document, "condition", motion->stops->reached);
+    format_put_number(document, "t", motion->stops->t);
+    format_put_close(document, '}');
 }
 
 /* How far the projection has moved each coordinate of a start far from the programme. */
 static void put_moves(struct document *document, const struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
-    put_open(document, "start_moved", '{');
+    format_put_open(document, "start_moved", '{');
     for (int j = 0; j < model->n; j++)
-        put_number(document, model->coordinates[j].name, integrator->start_moved[j]);
-    put_close(document, '}');
+        format_put_number(document, model->coordinates[j].name, integrator->start_moved[j]);
+    format_put_close(document, '}');
 }
 
 static void put_summary(struct document *document, const struct summary *summary) {
@@ -242,48 +243,48 @@ static void put_summary(struct document *document, const struct summary *summary
     const struct refdyn_statistics *s = &motion->integrator.statistics;
     put_method(document, motion);
     if (motion->scene->equilibrium)
-        put_text(document, "equilibrium", equilibria_stability_text(motion->scene->equilibrium));
+        format_put_text(document, "equilibrium", equilibria_stability_text(motion->scene->equilibrium));
     if (motion->integrator.start_is_far)
         put_moves(document, &motion->integrator);
-    put_whole(document, "steps", s->steps);
-    put_whole(document, "rejected", s->rejected);
-    put_number(document, "step_smallest", s->step_smallest);
-    put_number(document, "step_largest", s->step_largest);
-    put_whole(document, "evaluations", s->evaluations);
-    put_whole(document, "tangents", s->tangents);
-    put_number(document, "phi_max", s->phi_max);
-    put_number(document, "psi_max", s->psi_max);
+    format_put_whole(document, "steps", s->steps);
+    format_put_whole(document, "rejected", s->rejected);
+    format_put_number(document, "step_smallest", s->step_smallest);
+    format_put_number(document, "step_largest", s->step_largest);
+    format_put_whole(document, "evaluations", s->evaluations);
+    format_put_whole(document, "tangents", s->tangents);
+    format_put_number(document, "phi_max", s->phi_max);
+    format_put_number(document, "psi_max", s->psi_max);
     if (motion->scene->model->m > 0)
         put_rows(document, motion->scene->model, s);
     if (motion->integrator.options.singular == REFDYN_PASS)
         put_passages(document, s);
     if (refdyn_energy_changes(&motion->energy))
-        put_number(document, "energy_error", refdyn_energy_error(&motion->energy));
+        format_put_number(document, "energy_error", refdyn_energy_error(&motion->energy));
     else
-        put_null(document, "energy_error");
-    put_number(document, "cpu_s", motion->cpu_s);
-    put_number(document, "wall_s", motion->wall_s);
-    events_put(&motion->events, motion->scene->model, document);
-    limits_put(&summary->trial->limits, document);
+        format_put_null(document, "energy_error");
+    format_put_number(document, "cpu_s", motion->cpu_s);
+    format_put_number(document, "wall_s", motion->wall_s);
+    simulate_events_put(motion->events, motion->scene->model, document);
+    simulate_limits_put(summary->trial->limits, document);
     if (motion->stops && motion->stops->reached)
         put_stop(document, motion);
     if (summary->accuracy > 0)
-        put_number(document, "accuracy", summary->accuracy);
+        format_put_number(document, "accuracy", summary->accuracy);
     if (summary->estimate) {
-        put_number(document, "cpu_total_s", summary->cpu_total_s);
-        estimate_put(summary->estimate, document);
+        format_put_number(document, "cpu_total_s", summary->cpu_total_s);
+        simulate_estimate_put(summary->estimate, document);
     }
 }
 
-enum status summary_write(const struct summary *summary, struct target *target) {
+enum status simulate_summary_write(const struct summary *summary, struct target *target) {
     struct document document;
-    document_open(&document);
-    put_open(&document, NULL, '{');
+    format_document_open(&document);
+    format_put_open(&document, NULL, '{');
     put_summary(&document, summary);
     const struct scene *scene = summary->trial->motion.scene;
-    table_put_units(scene->model, scene->compiled.spatial, &document);
-    put_close(&document, '}');
-    if (!document_close(&document, target->file))
+    simulate_table_put_units(scene->model, scene->compiled.spatial, &document);
+    format_put_close(&document, '}');
+    if (!format_document_close(&document, target->file))
         return STATUS_NUMBERS;
-    return target_finish(target) ? STATUS_DONE : STATUS_FAULT;
+    return system_target_finish(target) ? STATUS_DONE : STATUS_FAULT;
 }

@@ -13,7 +13,7 @@ static const char *const point_units[] = {"m", "m/s", "m/s^2"};
 
 /* ---- Names ---- */
 
-const char table_acceleration_lead[] = "acceleration_", table_acceleration_ending[] = "_dd";
+const char simulate_acceleration_lead[] = "acceleration_", simulate_acceleration_ending[] = "_dd";
 
 /* A growing list of columns; a unit is NULL where the model has none. */
 struct columns {
@@ -33,7 +33,7 @@ struct block {
 /* Begins a dataset for the next columns; with axis NULL it has only the axis of time, and one column. */
 static void begin_part(struct columns *columns, const char *path, const char *axis,
                        const char *const *names) {
-    columns->parts = memory_room(&program_memory, columns->parts, columns->part_count, &columns->part_room,
+    columns->parts = memory_room(&format_memory, columns->parts, columns->part_count, &columns->part_room,
                                  sizeof *columns->parts);
     columns->parts[columns->part_count++] =
         (struct motion_part){.path = path, .axis = axis, .axis_names = names, .first = columns->count};
@@ -58,7 +58,7 @@ static void settle(struct columns *columns, int first, const char *lead) {
         if (text_index(columns->names[i++], columns->names, first) < 0)
             continue;
         for (int j = first; j < columns->count; j++)
-            columns->names[j] = text_format("%s%s", lead, columns->names[j]);
+            columns->names[j] = format_text("%s%s", lead, columns->names[j]);
         i = first;
     }
 }
@@ -78,10 +78,10 @@ static void name_points(const struct refdyn_model *model, struct columns *column
     for (int point = 0; point < model->point_count; point++) {
         const int first = columns->count;
         for (int rate = 0; rate < 3; rate++) {
-            begin_part(columns, text_format("/points/%s/r%s", model->points[point], rates[rate]), "/axis",
+            begin_part(columns, format_text("/points/%s/r%s", model->points[point], rates[rate]), "/axis",
                        axes);
             for (int axis = 0; axis < 3; axis++)
-                add_name(columns, text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]),
+                add_name(columns, format_text("%s_%s%s", model->points[point], axes[axis], rates[rate]),
                          point_units[rate]);
         }
         settle(columns, first, "point_");
@@ -92,11 +92,11 @@ static void name_residuals(const struct refdyn_model *model, struct columns *col
     begin_part(columns, "/phi", "/phi_row", columns->names + columns->count);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
-            add_name(columns, text_format("phi_%d", i + 1), NULL);
+            add_name(columns, format_text("phi_%d", i + 1), NULL);
     begin_part(columns, "/psi", "/psi_row", columns->names + columns->count);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
-            add_name(columns, text_format("psi_%d", i + 1), NULL);
+            add_name(columns, format_text("psi_%d", i + 1), NULL);
 }
 
 static bool is_slide(const struct refdyn_name *coordinate) {
@@ -113,7 +113,7 @@ static void name_state(const struct refdyn_model *model, struct columns *columns
         add_name(columns, q[i].name, q[i].unit);
     begin_part(columns, "/qd", "/coordinate", coordinates);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("%s_d", q[i].name), is_slide(&q[i]) ? "m/s" : "rad/s");
+        add_name(columns, format_text("%s_d", q[i].name), is_slide(&q[i]) ? "m/s" : "rad/s");
 }
 
 static void name_energy(const struct refdyn_model *model, struct columns *columns) {
@@ -126,21 +126,21 @@ static void name_forces(const struct refdyn_model *model, struct columns *column
     const int first = columns->count;
     begin_part(columns, "/force", "/coordinate", columns->names + 1);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("force_%s", model->coordinates[i].name),
+        add_name(columns, format_text("force_%s", model->coordinates[i].name),
                  is_slide(&model->coordinates[i]) ? "N" : "N m");
     settle(columns, first, "force_");
 }
 
 static void name_inputs(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->input_count; i++) {
-        begin_part(columns, text_format("/inputs/%s", model->inputs[i].name), NULL, NULL);
-        add_settled(columns, table_input_lead, model->inputs[i].name, model->inputs[i].unit);
+        begin_part(columns, format_text("/inputs/%s", model->inputs[i].name), NULL, NULL);
+        add_settled(columns, scene_input_lead, model->inputs[i].name, model->inputs[i].unit);
     }
 }
 
 static void name_courses(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->course_count; i++) {
-        begin_part(columns, text_format("/courses/%s", model->courses[i]), NULL, NULL);
+        begin_part(columns, format_text("/courses/%s", model->courses[i]), NULL, NULL);
         add_settled(columns, "course_", model->courses[i], NULL);
     }
 }
@@ -150,9 +150,9 @@ static void name_accelerations(const struct refdyn_model *model, struct columns 
     const int first = columns->count;
     begin_part(columns, "/qdd", "/coordinate", columns->names + 1);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, text_format("%s%s", model->coordinates[i].name, table_acceleration_ending),
+        add_name(columns, format_text("%s%s", model->coordinates[i].name, simulate_acceleration_ending),
                  is_slide(&model->coordinates[i]) ? "m/s^2" : "rad/s^2");
-    settle(columns, first, table_acceleration_lead);
+    settle(columns, first, simulate_acceleration_lead);
 }
 
 static void name_angular(const struct refdyn_model *model, struct columns *columns) {
@@ -162,9 +162,9 @@ static void name_angular(const struct refdyn_model *model, struct columns *colum
         const char *point = model->points[spatial->points[i]];
         const int first = columns->count;
         for (int rate = 0; rate < 2; rate++) {
-            begin_part(columns, text_format("/points/%s/w%s", point, rates[rate]), "/axis", axes);
+            begin_part(columns, format_text("/points/%s/w%s", point, rates[rate]), "/axis", axes);
             for (int axis = 0; axis < 3; axis++)
-                add_name(columns, text_format("%s_w%s%s", point, axes[axis], rates[rate]), units[rate]);
+                add_name(columns, format_text("%s_w%s%s", point, axes[axis], rates[rate]), units[rate]);
         }
         settle(columns, first, "point_");
     }
@@ -173,10 +173,10 @@ static void name_angular(const struct refdyn_model *model, struct columns *colum
 static void name_contacts(const struct refdyn_model *model, struct columns *columns) {
     for (int i = refdyn_programme_rows(model); i < model->m; i++) {
         const int first = columns->count;
-        begin_part(columns, text_format("/contacts/%s/force", model->rows[i].name), NULL, NULL);
-        add_name(columns, text_format("contact_%s", model->rows[i].name), NULL);
-        begin_part(columns, text_format("/contacts/%s/rest", model->rows[i].name), NULL, NULL);
-        add_name(columns, text_format("rest_%s", model->rows[i].name), "s");
+        begin_part(columns, format_text("/contacts/%s/force", model->rows[i].name), NULL, NULL);
+        add_name(columns, format_text("contact_%s", model->rows[i].name), NULL);
+        begin_part(columns, format_text("/contacts/%s/rest", model->rows[i].name), NULL, NULL);
+        add_name(columns, format_text("rest_%s", model->rows[i].name), "s");
         settle(columns, first, "contact_");
     }
 }
@@ -316,8 +316,8 @@ static void name_columns(const struct refdyn_model *model, struct columns *colum
     const int angular = columns->spatial ? columns->spatial->count : 0;
     const int most = 6 * angular + 2 + 4 * model->n + 9 * model->point_count + 4 * model->m +
                      model->input_count + model->course_count;
-    columns->names = allocate((size_t)most, sizeof *columns->names);
-    columns->units = allocate((size_t)most, sizeof *columns->units);
+    columns->names = format_allocate((size_t)most, sizeof *columns->names);
+    columns->units = format_allocate((size_t)most, sizeof *columns->units);
     for (int block = 0; block < TABLE_BLOCKS; block++) {
         blocks[block].name(model, columns);
         ends[block] = columns->count;
@@ -325,8 +325,8 @@ static void name_columns(const struct refdyn_model *model, struct columns *colum
     end_parts(columns);
 }
 
-void table_start(struct table *table, struct refdyn_integrator *integrator,
-                 const struct refdyn_spatial *spatial) {
+void simulate_table_start(struct table *table, struct refdyn_integrator *integrator,
+                          const struct refdyn_spatial *spatial) {
     const struct refdyn_model *model = integrator->work->model;
     const size_t n = (size_t)model->n, rows = 3 * (size_t)model->point_count;
     const size_t angular = spatial ? 6 * (size_t)spatial->count : 0;
@@ -338,26 +338,26 @@ void table_start(struct table *table, struct refdyn_integrator *integrator,
     table->count = columns.count;
     table->parts = columns.parts;
     table->part_count = columns.part_count;
-    table->values = allocate((size_t)table->count, sizeof *table->values);
-    table->room = allocate(n + (size_t)model->m + (rows + angular) * (n + 3) + (size_t)model->course_count,
-                           sizeof *table->room);
+    table->values = format_allocate((size_t)table->count, sizeof *table->values);
+    table->room = format_allocate(
+        n + (size_t)model->m + (rows + angular) * (n + 3) + (size_t)model->course_count, sizeof *table->room);
     for (int block = 0; block < TABLE_BLOCKS; block++)
         table->is_wanted[block] = true;
 }
 
-void table_put_units(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
-                     struct document *document) {
+void simulate_table_put_units(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
+                              struct document *document) {
     struct columns columns = {.spatial = spatial};
     int ends[TABLE_BLOCKS];
     name_columns(model, &columns, ends);
-    put_open(document, "units", '{');
+    format_put_open(document, "units", '{');
     for (int i = 0; i < columns.count; i++)
         if (columns.units[i])
-            put_text(document, columns.names[i], columns.units[i]);
-    put_close(document, '}');
+            format_put_text(document, columns.names[i], columns.units[i]);
+    format_put_close(document, '}');
 }
 
-void table_want(struct table *table, const bool *wanted) {
+void simulate_table_want(struct table *table, const bool *wanted) {
     for (int block = 0, i = 0; block < TABLE_BLOCKS; block++) {
         table->is_wanted[block] = false;
         for (; i < table->ends[block]; i++)
@@ -365,7 +365,7 @@ void table_want(struct table *table, const bool *wanted) {
     }
 }
 
-void table_fill(struct table *table) {
+void simulate_table_fill(struct table *table) {
     table->filled = 0;
     for (int block = 0; block < TABLE_BLOCKS; table->filled = table->ends[block++])
         if (table->is_wanted[block])
@@ -374,24 +374,24 @@ void table_fill(struct table *table) {
 
 /* ---- CSV ---- */
 
-void table_header(const struct table *table, FILE *out) {
+void simulate_table_header(const struct table *table, FILE *out) {
     for (int i = 0; i < table->count; i++)
         fprintf(out, "%s%s", i ? "," : "", table->names[i]);
     fputc('\n', out);
 }
 
-const char *table_not_finite(const struct table *table) {
+const char *simulate_table_not_finite(const struct table *table) {
     for (int i = 0; i < table->count; i++)
         if (!isfinite(table->values[i]))
             return table->names[i];
     return NULL;
 }
 
-void table_row(const struct table *table, FILE *out) {
+void simulate_table_row(const struct table *table, FILE *out) {
     for (int i = 0; i < table->count; i++) {
         if (i)
             fputc(',', out);
-        print_number(out, table->values[i]);
+        format_number(out, table->values[i]);
     }
     fputc('\n', out);
 }

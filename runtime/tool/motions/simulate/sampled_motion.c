@@ -1,16 +1,87 @@
 /* One motion of a scene: its options, its start, the conditions that end it, and its steps from output to
  * output. */
-#include "gen/base/base.h"
-#include "runtime/tool/motions/equilibria/equilibria.h"
-#include "runtime/tool/motions/simulate/simulate.h"
-#include "runtime/tool/support/system/system.h"
-#include "runtime/tool/support/format/format.h"
-
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "gen/base/base.h"
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/motions/simulate/simulate.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/system/system.h"
+#ifdef REFDYN_HAS_GSL
+#include "refdyn_gsl.h"
+#include <gsl/gsl_errno.h>
+#endif
+
+/* ---- Methods of GSL ---- */
+
+/* msbdf continues from earlier states, so a projection would force it to start again. */
+static const struct {
+    const char *name;
+    enum refdyn_stabilise stabilise;
+} methods[] = {{"msbdf", REFDYN_BAUMGARTE}, {"bsimp", REFDYN_PROJECT}};
+
+enum { METHOD_COUNT = sizeof methods / sizeof *methods };
+
+static int find(const char *method) {
+    for (int i = 0; method && i < METHOD_COUNT; i++)
+        if (strcmp(methods[i].name, method) == 0)
+            return i;
+    return -1;
+}
+
+bool simulate_gsl_has(const char *method) {
+    return find(method) >= 0;
+}
+
+/* The stabilisation of such a method by default. */
+static enum refdyn_stabilise gsl_stabilise(const char *method) {
+    return methods[find(method)].stabilise;
+}
+
+/* In a program built without GSL, gsl_open reports REFDYN_BAD_OPTION. Returns a status of the runtime; call
+ * gsl_close in any case. */
+#ifdef REFDYN_HAS_GSL
+
+static int gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
+    gsl_set_error_handler_off();
+    *gsl = format_allocate(1, sizeof **gsl);
+    return refdyn_gsl_init(*gsl, integrator, (enum refdyn_gsl_method)refdyn_gsl_method_find(method));
+}
+
+static int gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
+    return refdyn_gsl_step(gsl, t_out, steps);
+}
+
+static void gsl_close(struct refdyn_gsl *gsl) {
+    if (gsl)
+        refdyn_gsl_release(gsl);
+}
+
+#else
+
+static int gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
+    (void)integrator;
+    (void)method;
+    *gsl = NULL;
+    return REFDYN_BAD_OPTION;
+}
+
+static int gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
+    (void)gsl;
+    (void)t_out;
+    (void)steps;
+    return REFDYN_BAD_OPTION;
+}
+
+static void gsl_close(struct refdyn_gsl *gsl) {
+    (void)gsl;
+}
+
+#endif
 
 /* A multiple of --every that is this near to the end is the end, as a part of --every. */
 static const double end_slack = 1e-9;
@@ -29,8 +100,8 @@ enum {
 
 /* ---- Options ---- */
 
-const char *motion_methods(bool is_explicit) {
-    struct text text = {.memory = &program_memory};
+const char *simulate_methods(bool is_explicit) {
+    struct text text = {.memory = &format_memory};
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         if (!is_explicit || !refdyn_method_is_implicit((enum refdyn_method)method))
             text_add(&text, "%s%s", text.length ? ", " : "", refdyn_method_name(method));
@@ -38,14 +109,14 @@ const char *motion_methods(bool is_explicit) {
 }
 
 static const char *list_methods(const struct command *command) {
-    return text_format("%s%s", motion_methods(false),
+    return format_text("%s%s", simulate_methods(false),
                        command->has_gsl && HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
 }
 
 static const char *const stabilise_words[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
 static const char *const start_words[] = {"as-is", "project", NULL};
 static const char *const singular_words[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
-const struct option_rule motion_rules[] = {
+const struct option_rule simulate_rules[] = {
     {"until", "T", OPTION_POSITIVE, "end of the motion [s]", NULL, NULL},
     {"method", "NAME", OPTION_TEXT, "%s (default: rk4 with --step, auto without)", NULL, list_methods},
     {"step", "H", OPTION_POSITIVE, "fixed steps of this size [s]", NULL, NULL},
@@ -73,11 +144,11 @@ static enum status choose_gsl(const struct options *options, struct refdyn_optio
     const char *method = options_text(options, "method");
     const double tol = options_number(options, "tol");
     if (!HAS_METHODS_OF_GSL)
-        return option_error(options, "method", ": '%s' needs GSL; build refdyn with it", method);
+        return options_error(options, "method", ": '%s' needs GSL; build refdyn with it", method);
     if (options_number(options, "step") > 0)
-        return option_error(options, "step", ": %s chooses its steps; use --tol", method);
+        return options_error(options, "step", ": %s chooses its steps; use --tol", method);
     *integration = refdyn_options_default(REFDYN_RODAS5P);
-    integration->stabilise = by_gsl_stabilise(method);
+    integration->stabilise = gsl_stabilise(method);
     if (tol > 0)
         integration->tol = tol;
     return STATUS_DONE;
@@ -88,22 +159,23 @@ static enum status choose_method(const struct options *options, struct refdyn_op
                  step_max = options_number(options, "step-max");
     const char *name = options_text(options, "method");
     int method = step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
-    if (by_gsl_has(name))
+    if (simulate_gsl_has(name))
         return choose_gsl(options, integration);
     if (name)
         method = refdyn_method_find(name);
     if (method < 0)
-        return option_error(options, "method", ": '%s' is not one of %s", name, motion_methods(false));
+        return options_error(options, "method", ": '%s' is not one of %s", name, simulate_methods(false));
     if (tol > 0 && step > 0)
-        return usage_error(options->command,
-                           "--step sets fixed steps and --tol adaptive ones; omit one of them");
+        return options_usage_error(options->command,
+                                   "--step sets fixed steps and --tol adaptive ones; omit one of them");
     if (step_max > 0 && step > 0)
-        return usage_error(options->command,
-                           "--step sets fixed steps and --step-max bounds adaptive ones; omit one of them");
+        return options_usage_error(
+            options->command,
+            "--step sets fixed steps and --step-max bounds adaptive ones; omit one of them");
     *integration = refdyn_options_default((enum refdyn_method)method);
     if ((tol > 0 || step_max > 0) && integration->tol == 0)
-        return option_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps; use --step",
-                            refdyn_method_name(method));
+        return options_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps; use --step",
+                             refdyn_method_name(method));
     integration->step_max = step_max;
     if (step > 0) {
         integration->step = step;
@@ -114,7 +186,7 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     return STATUS_DONE;
 }
 
-const char *const stabilise_names[STABILISE_COUNT] = {
+const char *const simulate_stabilise_names[STABILISE_COUNT] = {
     [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
 
 /* baumgarte-auto is baumgarte with gains computed from the step. */
@@ -129,11 +201,11 @@ static enum status choose_stabilisation(const struct options *options, struct re
     integration->stabilise = stabilise[place];
     if (options_is(options, "stabilise", "baumgarte-auto"))
         integration->gain_share = automatic_share;
-    if (integration->stabilise == REFDYN_PROJECT && by_gsl_has(method) &&
-        by_gsl_stabilise(method) != REFDYN_PROJECT)
-        return option_error(options, "stabilise",
-                            ": project would make %s start again after each step; use baumgarte or none",
-                            method);
+    if (integration->stabilise == REFDYN_PROJECT && simulate_gsl_has(method) &&
+        gsl_stabilise(method) != REFDYN_PROJECT)
+        return options_error(options, "stabilise",
+                             ": project would make %s start again after each step; use baumgarte or none",
+                             method);
     return STATUS_DONE;
 }
 
@@ -143,10 +215,10 @@ static enum status validate(const struct options *options, const struct refdyn_o
     if (refdyn_options_validate(integration, &fact) == REFDYN_OK)
         return STATUS_DONE;
     const int length = (int)strcspn(fact, " ");
-    return option_error(options, text_format("%.*s", length, fact), "%s", fact + length);
+    return options_error(options, format_text("%.*s", length, fact), "%s", fact + length);
 }
 
-enum status motion_options(const struct options *options, struct refdyn_options *integration) {
+enum status simulate_options(const struct options *options, struct refdyn_options *integration) {
     int start = 0, way = REFDYN_STOP;
     enum status status = choose_method(options, integration);
     if (status == STATUS_DONE)
@@ -163,19 +235,19 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     return validate(options, integration);
 }
 
-enum status motion_fit(const struct scene *scene, const struct options *options,
-                       const struct refdyn_options *integration) {
+enum status simulate_fit(const struct scene *scene, const struct options *options,
+                         const struct refdyn_options *integration) {
     const char *method = options_text(options, "method");
-    if (by_gsl_has(method) && scene->model->event_count > 0) {
+    if (simulate_gsl_has(method) && scene->model->event_count > 0) {
         fprintf(stderr, "refdyn: %s: --method %s does not detect state events; use one of %s\n",
-                scene->model->name, method, motion_methods(false));
+                scene->model->name, method, simulate_methods(false));
         return STATUS_FAULT;
     }
     if (refdyn_can_run(scene->model, integration->method))
         return STATUS_DONE;
     fprintf(stderr,
             "refdyn: %s: --method %s needs the exact tangent, which the printed form lacks; use one of %s\n",
-            scene->model->name, method, motion_methods(true));
+            scene->model->name, method, simulate_methods(true));
     return STATUS_FAULT;
 }
 
@@ -185,54 +257,61 @@ static bool is_from_statics(const struct options *options) {
     return options_is(options, "from", "statics");
 }
 
-unsigned motion_needs(const struct options *options) {
+unsigned simulate_needs(const struct options *options) {
     return NEEDS_MOTION | NEEDS_POINTS | (is_from_statics(options) ? NEEDS_STATICS : 0);
 }
 
-enum status motion_place(struct scene *scene, const struct options *options) {
+enum status simulate_place(struct scene *scene, const struct options *options) {
     enum status status = STATUS_DONE;
     if (is_from_statics(options)) {
-        struct equilibrium *equilibrium = allocate(1, sizeof *equilibrium);
+        struct equilibrium *equilibrium = format_allocate(1, sizeof *equilibrium);
         status = equilibria_find(scene, options, equilibrium);
         scene->equilibrium = &equilibrium->result;
     } else if (options_text(options, "hold"))
-        return option_error(options, "hold", " needs --from statics");
+        return options_error(options, "hold", " needs --from statics");
     else
         status = equilibria_refuse_options(options, "--from statics");
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
     return status;
 }
 
-enum status motion_check_times(const struct scene *scene, const struct options *options) {
+enum status simulate_check_times(const struct scene *scene, const struct options *options) {
     const double until = options_number(options, "until"), every = options_number(options, "every"),
                  step = options_number(options, "step");
     const double from = scene->state.t, span = until - from;
     if (span <= 0)
-        return option_error(options, "until", " %g: must be after the start of the motion at t = %g", until,
-                            from);
+        return options_error(options, "until", " %g: must be after the start of the motion at t = %g", until,
+                             from);
     if (every > 0 && span / every > OUTPUTS_MAX)
-        return option_error(options, "every", " %g: %.3g outputs; must be at most %d", every, span / every,
-                            OUTPUTS_MAX);
+        return options_error(options, "every", " %g: %.3g outputs; must be at most %d", every, span / every,
+                             OUTPUTS_MAX);
     if (step > 0 && span / step > steps_max)
-        return option_error(options, "step", " %g: %.3g steps; must be at most %.3g", step, span / step,
-                            steps_max);
+        return options_error(options, "step", " %g: %.3g steps; must be at most %.3g", step, span / step,
+                             steps_max);
     return STATUS_DONE;
 }
 
-double motion_distance(double span, double every) {
+double simulate_distance(double span, double every) {
     return every > 0 ? every : span / DEFAULT_OUTPUTS;
 }
 
-long motion_count_outputs(double span, double every) {
+long simulate_count_outputs(double span, double every) {
     return (long)ceil(span / every - end_slack) + 1;
 }
 
 /* ---- Conditions that end a motion ---- */
 
+struct stop {
+    const char *text; /* as given */
+    int column;
+    bool is_below; /* '<' */
+    double value;
+};
+
 static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
     const char *near = message_nearest_name(name, stops->table.names, stops->table.count);
-    return usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
-                       near ? "; the nearest is " : "", near ? near : "");
+    return options_usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
+                               near ? "; the nearest is " : "", near ? near : "");
 }
 
 static enum status read_stop(struct stops *stops, const struct options *options, const char *text) {
@@ -240,33 +319,33 @@ static enum status read_stop(struct stops *stops, const struct options *options,
     const char *number = text + length + (text[length] != '\0');
     struct stop stop = {.text = text, .is_below = text[length] == '<'};
     if (length == 0 || !text_to_number(number, &stop.value))
-        return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
-                           text);
-    const char *name = text_format("%.*s", (int)length, text);
+        return options_usage_error(options->command,
+                                   "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE", text);
+    const char *name = format_text("%.*s", (int)length, text);
     stop.column = text_index(name, stops->table.names, stops->table.count);
     stops->list[stops->count++] = stop;
     return stop.column < 0 ? wrong_column(stops, options, name) : STATUS_DONE;
 }
 
-enum status stops_read(struct stops *stops, const struct options *options,
-                       struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
+enum status simulate_stops_read(struct stops *stops, const struct options *options,
+                                struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
     enum status status = STATUS_DONE;
     *stops = (struct stops){.integrator = integrator};
-    stops->list = allocate((size_t)options->value_count, sizeof *stops->list);
-    table_start(&stops->table, integrator, spatial);
+    stops->list = format_allocate((size_t)options->value_count, sizeof *stops->list);
+    simulate_table_start(&stops->table, integrator, spatial);
     const char *text;
     for (int i = 0; status == STATUS_DONE && (text = options_repeated(options, "stop", i)); i++)
         status = read_stop(stops, options, text);
     return status;
 }
 
-bool stops_hold(struct stops *stops) {
-    table_fill(&stops->table);
+bool simulate_stops_hold(struct stops *stops) {
+    simulate_table_fill(&stops->table);
     for (int i = 0; i < stops->count; i++) {
         const struct stop *stop = &stops->list[i];
         const double value = stops->table.values[stop->column];
         if (stop->is_below ? value < stop->value : value > stop->value) {
-            stops->reached = stop;
+            stops->reached = stop->text;
             stops->t = stops->integrator->t;
             return true;
         }
@@ -274,10 +353,12 @@ bool stops_hold(struct stops *stops) {
     return false;
 }
 
-/* Bisects down to neighbouring times, also across a jump, where the later side counts. */
-int stops_meet(struct stops *stops, double t_before) {
+/* If a condition holds now, moves the integrator back to the first time at which one does. No condition held
+ * at t_before, which is within the last step or at its beginning. Returns a status of the runtime. Bisects
+ * down to neighbouring times, also across a jump, where the later side counts. */
+static int stops_meet(struct stops *stops, double t_before) {
     double before = t_before, after = stops->integrator->t;
-    if (!stops_hold(stops))
+    if (!simulate_stops_hold(stops))
         return REFDYN_OK;
     while (after - before > DBL_EPSILON * fmax(fabs(before), fabs(after))) {
         const double middle = before + (after - before) / 2;
@@ -286,11 +367,11 @@ int stops_meet(struct stops *stops, double t_before) {
         const int status = refdyn_integrator_look(stops->integrator, middle);
         if (status != REFDYN_OK)
             return status;
-        *(stops_hold(stops) ? &after : &before) = middle;
+        *(simulate_stops_hold(stops) ? &after : &before) = middle;
     }
     const int status = refdyn_integrator_look(stops->integrator, after);
     if (status == REFDYN_OK)
-        stops_hold(stops);
+        simulate_stops_hold(stops);
     return status;
 }
 
@@ -313,12 +394,12 @@ static void keep_values(struct motion *motion) {
     const size_t count = count_values(work->model, &parameters);
     if (work->model->change_count == 0)
         return;
-    motion->values = allocate_large(count, sizeof *motion->values);
+    motion->values = format_allocate_large(count, sizeof *motion->values);
     memcpy(motion->values, work->p, parameters * sizeof *work->p);
     memcpy(motion->values + parameters, work->x, (count - parameters) * sizeof *work->x);
 }
 
-void motion_restore(const struct motion *motion) {
+void simulate_restore(const struct motion *motion) {
     if (!motion->values) /* no event sets a value */
         return;
     struct refdyn_workspace *work = &motion->scene->work;
@@ -328,18 +409,19 @@ void motion_restore(const struct motion *motion) {
     memcpy(work->x, motion->values + parameters, (count - parameters) * sizeof *work->x);
 }
 
-int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
-                 double until, double every) {
+int simulate_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
+                   double until, double every) {
     double span = until - scene->state.t;
-    *motion =
-        (struct motion){.scene = scene, .from = scene->state.t, .until = until, .started = wall_seconds()};
+    *motion = (struct motion){
+        .scene = scene, .from = scene->state.t, .until = until, .started = system_wall_seconds()};
+    motion->events = simulate_events_start();
     motion->method = refdyn_method_name((int)integration->method);
-    motion->every = motion_distance(span, every);
-    motion->outputs = motion_count_outputs(span, motion->every);
+    motion->every = simulate_distance(span, every);
+    motion->outputs = simulate_count_outputs(span, motion->every);
     size_t size = refdyn_integrator_size(scene->model, integration);
-    motion->memory = allocate_large(1, size);
+    motion->memory = format_allocate_large(1, size);
     int status = refdyn_integrator_init(&motion->integrator, &scene->work, integration, motion->memory, size);
-    double begin = cpu_seconds();
+    double begin = system_cpu_seconds();
     if (scene->inputs)
         scene_inputs_set(scene->inputs, motion->from, scene->work.x);
     if (status == REFDYN_OK)
@@ -348,13 +430,13 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
         status = refdyn_integrator_start(&motion->integrator, motion->from, scene->q, scene->qd);
     refdyn_integrator_until(&motion->integrator, until);
     refdyn_integrator_limit(&motion->integrator, next_sample(motion));
-    motion->cpu_s = cpu_seconds() - begin;
+    motion->cpu_s = system_cpu_seconds() - begin;
     return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->integrator) : status;
 }
 
-int motion_by_gsl(struct motion *motion, const char *method) {
+int simulate_by_gsl(struct motion *motion, const char *method) {
     motion->method = method;
-    return by_gsl_open(&motion->gsl, &motion->integrator, method);
+    return gsl_open(&motion->gsl, &motion->integrator, method);
 }
 
 /* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
@@ -362,7 +444,7 @@ static double motion_time(const struct motion *motion, long i) {
     return i >= motion->outputs - 1 ? motion->until : motion->from + (double)i * motion->every;
 }
 
-double motion_fraction(const struct motion *motion) {
+double simulate_fraction(const struct motion *motion) {
     return (motion->integrator.t - motion->from) / (motion->until - motion->from);
 }
 
@@ -371,11 +453,11 @@ double motion_fraction(const struct motion *motion) {
 static bool is_too_slow(const struct motion *motion, double cpu_s) {
     const double limit = motion->cpu_limit;
     return limit > 0 && motion->integrator.t < motion->until &&
-           (cpu_s > limit || (cpu_s > limit / 10 && cpu_s > 2 * limit * motion_fraction(motion)));
+           (cpu_s > limit || (cpu_s > limit / 10 && cpu_s > 2 * limit * simulate_fraction(motion)));
 }
 
-bool motion_is_stopped(const struct motion *motion) {
-    return motion->events.has_ended || (motion->stops && motion->stops->reached);
+bool simulate_is_stopped(const struct motion *motion) {
+    return simulate_events_have_ended(motion->events) || (motion->stops && motion->stops->reached);
 }
 
 /* Sets the inputs of the sample at the integrator's time and evaluates the state again. */
@@ -385,12 +467,12 @@ static int take_sample(struct motion *motion) {
     refdyn_integrator_limit(integrator, next_sample(motion));
     const int status = refdyn_integrator_refresh(integrator);
     if (status == REFDYN_OK && motion->stops)
-        stops_hold(motion->stops);
+        simulate_stops_hold(motion->stops);
     return status;
 }
 
 static int take_events(struct motion *motion, int status) {
-    return events_take(&motion->events, &motion->integrator, status);
+    return simulate_events_take(motion->events, &motion->integrator, status);
 }
 
 /* After steps from `before`: looks for a stop that was reached on the way, and otherwise records the events
@@ -412,39 +494,40 @@ static int go_on(struct motion *motion, double goal) {
     if (motion->stops && before < integrator->t_end)
         bound = fmin(bound, integrator->t_end);
     const long steps = motion->stops ? 1 : STEPS_PER_LOOK;
-    int status = motion->gsl ? by_gsl_step(motion->gsl, bound, steps)
-                             : refdyn_integrator_step(integrator, bound, steps);
+    int status =
+        motion->gsl ? gsl_step(motion->gsl, bound, steps) : refdyn_integrator_step(integrator, bound, steps);
     status = look_back(motion, before, status);
-    if (status == REFDYN_OK && integrator->t == sample && !motion_is_stopped(motion))
+    if (status == REFDYN_OK && integrator->t == sample && !simulate_is_stopped(motion))
         status = take_sample(motion);
     return status;
 }
 
-int motion_to(struct motion *motion, long i, struct progress *progress) {
-    double goal = motion_time(motion, i), begin = cpu_seconds();
+int simulate_to(struct motion *motion, long i, struct progress *progress) {
+    double goal = motion_time(motion, i), begin = system_cpu_seconds();
     int status = REFDYN_OK;
-    while (status == REFDYN_OK && motion->integrator.t < goal && !motion_is_stopped(motion)) {
+    while (status == REFDYN_OK && motion->integrator.t < goal && !simulate_is_stopped(motion)) {
         status = go_on(motion, goal);
         if (progress)
-            progress_show(progress, motion_fraction(motion));
-        if (interrupted && status == REFDYN_OK)
+            system_progress_show(progress, simulate_fraction(motion));
+        if (system_interrupted && status == REFDYN_OK)
             status = MOTION_INTERRUPTED;
-        if (status == REFDYN_OK && is_too_slow(motion, motion->cpu_s + cpu_seconds() - begin))
+        if (status == REFDYN_OK && is_too_slow(motion, motion->cpu_s + system_cpu_seconds() - begin))
             status = MOTION_TOO_SLOW;
     }
-    motion->cpu_s += cpu_seconds() - begin;
-    motion->wall_s = wall_seconds() - motion->started;
+    motion->cpu_s += system_cpu_seconds() - begin;
+    motion->wall_s = system_wall_seconds() - motion->started;
     if (status == REFDYN_OK)
         status = refdyn_energy_add(&motion->energy, &motion->integrator);
-    return status == REFDYN_OK && interrupted ? MOTION_INTERRUPTED : status;
+    return status == REFDYN_OK && system_interrupted ? MOTION_INTERRUPTED : status;
 }
 
-void motion_release(struct motion *motion) {
-    by_gsl_close(motion->gsl);
-    motion_restore(motion);
+void simulate_release(struct motion *motion) {
+    gsl_close(motion->gsl);
+    simulate_restore(motion);
     free(motion->values);
     motion->values = NULL;
-    events_release(&motion->events);
+    simulate_events_release(motion->events);
+    motion->events = NULL;
     free(motion->memory);
     motion->gsl = NULL;
     motion->memory = NULL;

@@ -43,7 +43,7 @@ static double farthest_move(const double *moved, int n, int *most) {
 /* Prints the coordinates that a projection has moved most, the farthest first. */
 static void print_moves(const struct refdyn_integrator *integrator, const double *q) {
     const struct refdyn_model *model = integrator->work->model;
-    double *left = allocate((size_t)model->n, sizeof *left);
+    double *left = format_allocate((size_t)model->n, sizeof *left);
     int most = 0;
     memcpy(left, integrator->start_moved, (size_t)model->n * sizeof *left);
     fprintf(stderr, "refdyn: warning: the start is far from the programme. The projection moves");
@@ -95,7 +95,7 @@ static void print_beyond(const struct motion *motion) {
     char text[NUMBER_LENGTH];
     if (model->event_count == 0)
         return;
-    double *values = allocate((size_t)model->event_count + (size_t)model->kink_count, sizeof *values);
+    double *values = format_allocate((size_t)model->event_count + (size_t)model->kink_count, sizeof *values);
     model->event(work->p, work->x, integrator->t, integrator->q, integrator->qd, values);
     for (int i = 0; i < model->event_count; i++)
         if (model->events[i].is_impact && model->events[i].direction * values[i] > 0)
@@ -123,7 +123,7 @@ static void print_free_contacts(const struct motion *motion) {
 /* ---- Runs ---- */
 
 static void on_start(const struct task *task, const struct motion *motion) {
-    target_keep_part(task->scene->result);
+    system_target_keep_part(task->scene->result);
     print_start(task->options, motion);
     print_beyond(motion);
     print_free_contacts(motion);
@@ -133,10 +133,10 @@ static void on_start(const struct task *task, const struct motion *motion) {
 /* Keeps the partial file under its name if it has rows. */
 static bool keep_part(struct target *target, bool has_rows, bool has_last) {
     if (!has_rows) {
-        target_drop_part(target);
+        system_target_drop_part(target);
         return true;
     }
-    if (!target_close_part(target))
+    if (!system_target_close_part(target))
         return false;
     if (target->part)
         fprintf(stderr, "refdyn: what was computed until then is in %s%s\n", target->part,
@@ -188,13 +188,13 @@ static void print_failure(const struct trial *trial) {
                 trial->result == MOTION_INTERRUPTED ? "interrupted" : "the rows could no longer be written",
                 exact_text(integrator->t, text));
     else if (trial->result == REFDYN_REFUSED)
-        events_print_refused(integrator, scene_refused_fact(scene, integrator->work, refused));
+        simulate_events_print_refused(integrator, scene_refused_fact(scene, integrator->work, refused));
     else {
         if (integrator->cause > 0 && integrator->cause != trial->result)
             fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(integrator->failed_t, text),
                     refdyn_status_text(integrator->cause));
         scene_numbers_failed(scene, trial->result, integrator->t, integrator->q, integrator->qd);
-        events_print_failed(integrator);
+        simulate_events_print_failed(integrator);
         if (scene_print_condition(integrator->work, integrator->t, integrator->q, integrator->qd) &&
             integrator->options.singular == REFDYN_STOP)
             fputs("refdyn: --singular pass crosses it if a branch can be followed\n", stderr);
@@ -217,17 +217,17 @@ static enum status stop(const struct trial *trial, struct target *target, const 
     const struct summary summary = {.trial = trial};
     print_failure(trial);
     if (trial->is_started)
-        summary_print(&summary);
+        simulate_summary_print(&summary);
     const bool is_kept = keep_part(target, trial->is_started && !rows->is_lost, !trial->unfit);
     return is_kept && trial->result != MOTION_NOT_WRITTEN ? STATUS_NUMBERS : STATUS_FAULT;
 }
 
 /* The complete file and the summary. */
 static enum status finish(const struct summary *summary, const struct scene *scene) {
-    summary_print(summary);
-    enum status status = target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
+    simulate_summary_print(summary);
+    enum status status = system_target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
     if (scene->summary) {
-        const enum status written = summary_write(summary, scene->summary);
+        const enum status written = simulate_summary_write(summary, scene->summary);
         status = status == STATUS_DONE ? written : status;
     }
     return status;
@@ -268,17 +268,17 @@ static enum status verify(const struct trial *trial, const struct task *task, st
     again.until = integrator->t;
     again.has_stops = false;
     again.on_start = NULL;
-    trial_run(&second, &again, &options, NULL);
+    simulate_trial_run(&second, &again, &options, NULL);
     enum status status = second.result == REFDYN_OK ? STATUS_DONE : STATUS_NUMBERS;
     if (status == STATUS_DONE) {
-        estimate_make(estimate, &trial->track, &second.track, share);
+        simulate_estimate_make(estimate, &trial->track, &second.track, share);
         summary->estimate = estimate;
         summary->cpu_total_s += second.motion.cpu_s;
     } else {
         fputs("refdyn: the finer motion of --verify:\n", stderr);
         print_failure(&second);
     }
-    trial_release(&second);
+    simulate_trial_release(&second);
     return status;
 }
 
@@ -288,7 +288,7 @@ static enum status simulate(const struct task *task, const struct refdyn_options
     struct trial trial;
     struct estimate estimate = {.count = 0};
     struct summary summary = {.trial = &trial};
-    trial_run(&trial, task, integration, rows);
+    simulate_trial_run(&trial, task, integration, rows);
     enum status status = trial.usage;
     if (status != STATUS_DONE)
         keep_part(target, false, false);
@@ -302,8 +302,8 @@ static enum status simulate(const struct task *task, const struct refdyn_options
         status = finish(&summary, task->scene);
         status = status == STATUS_DONE ? verified : status;
     }
-    estimate_release(&estimate);
-    trial_release(&trial);
+    simulate_estimate_release(&estimate);
+    simulate_trial_release(&trial);
     return status;
 }
 
@@ -320,8 +320,8 @@ static bool copy_rows(struct candidate *from, struct row_sink *to, struct target
     }
     if (!from->trial.is_started)
         return true;
-    table_start(&table, &from->trial.motion.integrator, from->trial.motion.scene->compiled.spatial);
-    const bool is_copied = row_sink_copy(from->rows, to, &table);
+    simulate_table_start(&table, &from->trial.motion.integrator, from->trial.motion.scene->compiled.spatial);
+    const bool is_copied = simulate_row_sink_copy(from->rows, to, &table);
     if (to->is_lost)
         keep_part(target, false, false);
     return is_copied || !to->is_lost; /* the end of a text file reports its own error */
@@ -339,7 +339,7 @@ static enum status conclude(const struct search *search, const struct candidate 
         return finish(&summary, task->scene);
     if (best->trial.result != REFDYN_OK)
         return stop(&best->trial, target, rows);
-    summary_print(&summary);
+    simulate_summary_print(&summary);
     fprintf(stderr, "refdyn: --accuracy %g cannot be reached", summary.accuracy);
     if (best->has_estimate)
         fprintf(stderr, "; the best estimated error is %.2g", best->estimate.largest.error);
@@ -351,13 +351,13 @@ static enum status search(const struct task *task, const struct refdyn_options *
                           struct row_sink *rows) {
     struct target *target = task->scene->result;
     struct search search;
-    enum status status = search_run(&search, task, integration);
+    enum status status = simulate_search_run(&search, task, integration);
     if (status == STATUS_DONE || status == STATUS_NUMBERS) {
         struct candidate *best = search.taken ? search.taken : search.last;
         status = copy_rows(best, rows, target) ? conclude(&search, best, task, rows) : STATUS_FAULT;
     } else
         keep_part(target, false, false);
-    search_release(&search);
+    simulate_search_release(&search);
     return status;
 }
 
@@ -382,20 +382,20 @@ static void print_gains(const struct scene *scene, const struct refdyn_options *
 
 static bool wants_hdf5(const struct options *options) {
     const char *output = options_text(options, "output");
-    return output && text_names_hdf5(output);
+    return output && format_names_hdf5(output);
 }
 
 /* After a signal the rows of the motion stay readable. */
 static enum status run_task(const struct task *task, const struct refdyn_options *integration) {
     const struct options *options = task->options;
     const struct target *target = task->scene->result;
-    struct row_sink rows =
-        wants_hdf5(options) ? row_sink_hdf5(target->part, task) : row_sink_csv(target->file);
-    const enum status status = motion_check_times(task->scene, options);
+    struct row_sink rows = wants_hdf5(options) ? simulate_row_sink_hdf5(target->part, task)
+                                               : simulate_row_sink_csv(target->file);
+    const enum status status = simulate_check_times(task->scene, options);
     if (status != STATUS_DONE)
         return status;
     print_gains(task->scene, integration);
-    interrupt_defer(true);
+    system_interrupt_defer(true);
     return options_number(options, "accuracy") > 0 ? search(task, integration, &rows)
                                                    : simulate(task, integration, &rows);
 }
@@ -404,13 +404,15 @@ static enum status check_error_options(const struct options *options,
                                        const struct refdyn_options *integration) {
     const double tol = options_number(options, "tol");
     if (options_number(options, "accuracy") > 0 && (tol > 0 || integration->tol == 0))
-        return usage_error(options->command, "--accuracy chooses the tolerance itself; it excludes %s",
-                           tol > 0                               ? "--tol"
-                           : options_number(options, "step") > 0 ? "--step"
-                                                                 : "a method with fixed steps");
+        return options_usage_error(options->command,
+                                   "--accuracy chooses the tolerance itself; it excludes %s",
+                                   tol > 0                               ? "--tol"
+                                   : options_number(options, "step") > 0 ? "--step"
+                                                                         : "a method with fixed steps");
     if (options_has(options, "verify") && integration->tol > 0 &&
         integration->tol * verify_most < DBL_EPSILON)
-        return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_most);
+        return options_usage_error(options->command, "--verify needs --tol %g or larger",
+                                   DBL_EPSILON / verify_most);
     return STATUS_DONE;
 }
 
@@ -422,7 +424,7 @@ static enum status run_scene(struct scene *scene, const struct options *options,
                               .until = options_number(options, "until"),
                               .has_stops = options_has(options, "stop"),
                               .on_start = on_start};
-    enum status status = motion_fit(scene, options, integration);
+    enum status status = simulate_fit(scene, options, integration);
     if (status == STATUS_DONE && options_text(options, "inputs")) {
         scene->inputs = &inputs;
         status = scene_inputs_read(&inputs, options_text(options, "inputs"), scene->model) ? STATUS_DONE
@@ -431,7 +433,7 @@ static enum status run_scene(struct scene *scene, const struct options *options,
             scene_inputs_set(&inputs, scene->state.t, scene->work.x);
     }
     if (status == STATUS_DONE)
-        status = motion_place(scene, options);
+        status = simulate_place(scene, options);
     if (status == STATUS_DONE)
         status = run_task(&task, integration);
     scene->inputs = NULL;
@@ -443,35 +445,35 @@ static enum status check_hdf5(const struct scene *scene) {
     const struct model *model = &scene->generation.model;
     enum status status = STATUS_DONE;
     if (!scene->result->part) {
-        complain_line(scene->result->name, 0, "output: not a regular file; HDF5 needs one");
+        format_complain_line(scene->result->name, 0, "output: not a regular file; HDF5 needs one");
         return STATUS_FAULT;
     }
     for (int i = 0; i < model->course_count; i++) {
         const struct course *course = &model->courses[i];
-        const char *why = text_unfit_for_hdf5(course->name);
+        const char *why = format_unfit_for_hdf5(course->name);
         if (why) {
-            complain_line(
+            format_complain_line(
                 course->place.file, course->place.line,
-                text_format("courses: '%s': %s; rename the course, or write a CSV", course->name, why));
+                format_text("courses: '%s': %s; rename the course, or write a CSV", course->name, why));
             status = STATUS_FAULT;
         }
     }
     return status;
 }
 
-enum status run_sim(const struct options *options) {
+enum status simulate_run(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
     if (wants_hdf5(options) && !HAS_HDF5)
-        return usage_error(options->command, "-o %s: this refdyn is built without HDF5; write a CSV",
-                           options_text(options, "output"));
-    enum status status = motion_options(options, &integration);
+        return options_usage_error(options->command, "-o %s: this refdyn is built without HDF5; write a CSV",
+                                   options_text(options, "output"));
+    enum status status = simulate_options(options, &integration);
     if (status == STATUS_DONE)
         status = check_error_options(options, &integration);
     if (status != STATUS_DONE)
         return status;
     const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
-    status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_POINT_RATES | motion_needs(options) | tangent,
+    status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_POINT_RATES | simulate_needs(options) | tangent,
                         options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE && wants_hdf5(options))
         status = check_hdf5(&scene);
@@ -481,7 +483,7 @@ enum status run_sim(const struct options *options) {
     return status;
 }
 
-const struct option_rule sim_rules[] = {
+const struct option_rule simulate_sim_rules[] = {
     {"accuracy", "ERROR", OPTION_POSITIVE,
      "bound on the error of the whole motion [m, rad]; the tolerance is chosen to meet it", NULL, NULL},
     {"verify", NULL, OPTION_FLAG, "estimate the error of the whole motion by repeating it more accurately",

@@ -1,18 +1,5 @@
-/*
- * Simulation: one motion of a scene, from its options to its file and its summary.
- *
- *   error       the error of a whole motion, estimated from two runs
- *   limits      where a motion exceeds the limits of its joints
- *   events      what happened during a motion, for summaries
- *   GSL         motions by methods of GSL
- *   columns     the values of a motion by name, and as CSV
- *   stops       conditions that end a motion
- *   motion      from start to end, output by output
- *   rows        where the rows of a motion are written
- *   trial       one run of a motion for `sim`
- *   accuracy    the tolerance that a motion needs
- *   summary     what `sim` reports at the end
- */
+/* Simulation: one motion of a scene, from its options to its file and its summary. Parts: error of a motion;
+ * limits of joints; events; columns; stops; motion; rows; trial; accuracy; summary. */
 #ifndef REFDYN_TOOL_SIMULATE_H
 #define REFDYN_TOOL_SIMULATE_H
 
@@ -22,19 +9,12 @@
 #include "gen/base/base.h"
 #include "refdyn.h"
 #include "runtime/tool/scene/scene.h"
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "runtime/tool/support/system/system.h"
 
-/*
- * Error of a whole motion, from two runs of it at different tolerances or steps.
- *
- * If the error of the other run is a fraction s of the error of the judged run, the runs differ by |1 - s| of
- * the latter (Richardson; Hairer, Norsett and Wanner, Solving ODEs I, II.4). With fixed steps s =
- * (h_other/h)^p, p the order of the method. With adaptive steps errors are proportional to the tolerance,
- * also where stability limits the steps.
- */
+/* Error of a whole motion, from two runs of it at different tolerances or steps. */
 
 /* Positions at the outputs of one run. */
 struct track {
@@ -45,15 +25,15 @@ struct track {
     double *r; /* (count x point_count x 3) [m] */
 };
 
-void track_start(struct track *track, const struct refdyn_model *model, long room);
+void simulate_track_start(struct track *track, const struct refdyn_model *model, long room);
 /* Adds the integrator's state as the next output. */
-void track_add(struct track *track, const struct refdyn_integrator *integrator);
+void simulate_track_add(struct track *track, const struct refdyn_integrator *integrator);
 /* The largest distance between the points of output i of one run and output j of the other; without points,
  * between their coordinates. NaN if any of them is. */
-double track_distance(const struct track *a, long i, const struct track *b, long j);
+double simulate_track_distance(const struct track *a, long i, const struct track *b, long j);
 /* The largest distance from the start in the first `count` outputs. */
-double track_way(const struct track *track, long count);
-void track_release(struct track *track);
+double simulate_track_way(const struct track *track, long count);
+void simulate_track_release(struct track *track);
 
 /* The largest of some errors, and when. */
 struct peak {
@@ -74,101 +54,51 @@ struct estimate {
 
 /* Estimates the error of `judged` from its difference to `other`; share: error of `other` divided by that of
  * `judged`, not 1. An estimate is trusted if the difference is small compared with the way of the motion.
- * Call estimate_release in any case. */
-void estimate_make(struct estimate *estimate, const struct track *judged, const struct track *other,
-                   double share);
-void estimate_print(const struct estimate *estimate);
-void estimate_put(const struct estimate *estimate, struct document *document);
-void estimate_release(struct estimate *estimate);
+ * Call simulate_estimate_release in any case. */
+void simulate_estimate_make(struct estimate *estimate, const struct track *judged, const struct track *other,
+                            double share);
+void simulate_estimate_print(const struct estimate *estimate);
+void simulate_estimate_put(const struct estimate *estimate, struct document *document);
+void simulate_estimate_release(struct estimate *estimate);
 
 /* Limits: the largest excess over each joint limit of position, rate and force, over the outputs. Limits do
  * not change the motion. */
 
-/* One limit: of a coordinate, its rate or its programme force. */
-struct watched_limit {
-    const char *coordinate, *what, *unit;
-    int place; /* of the coordinate */
-    double least, most;
-    double value, t; /* the value farthest beyond the limit and its time [m, rad ...; s] */
-    double beyond;   /* how far it is beyond; 0 if never */
-};
-
-struct limit_record {
-    struct watched_limit *list;
-    int count;
-    bool has_forces;
-    double *force; /* (n) */
-};
-
-void limits_start(struct limit_record *record, const struct scene *scene);
+struct limit_record *simulate_limits_start(const struct scene *scene);
 /* Adds the values of one output. */
-void limits_add(struct limit_record *record, struct refdyn_integrator *integrator);
+void simulate_limits_add(struct limit_record *record, struct refdyn_integrator *integrator);
 /* Prints a warning for each limit that was exceeded. */
-void limits_print(const struct limit_record *record);
+void simulate_limits_print(const struct limit_record *record);
 /* Writes the same as list "limits" if the model has limits. */
-void limits_put(const struct limit_record *record, struct document *document);
-void limits_release(struct limit_record *record);
+void simulate_limits_put(const struct limit_record *record, struct document *document);
+void simulate_limits_release(struct limit_record *record);
 
 /* Events of a motion in order, for summaries. Those of contacts are impact, rest and release. */
 
-enum event_kind { EVENT_PLAIN, EVENT_IMPACT, EVENT_RESTS, EVENT_LEAVES };
-
-struct event_mark {
-    int event; /* of the model */
-    enum event_kind kind;
-    double t; /* time; for a rest, the end of all rebounds [s] */
-};
-
-enum { EVENTS_KEPT = 500 }; /* the first events; further ones are only counted */
-
-struct event_record {
-    struct event_mark *list; /* (EVENTS_KEPT), NULL before the first event */
-    long count;              /* of all events */
-    bool has_ended;          /* by the event `end` */
-    struct event_mark end;
-    int *modes;        /* (contact_count) modes of the contacts at the last call, NULL before the first */
-    double t_last;     /* time of the last call [s] */
-    bool lacks_forces; /* the forces of contacts were not unique at some time */
-};
-
+struct event_record *simulate_events_start(void);
 /* Records the events at which refdyn_integrator_step has stopped. `status` is what it returned; returns the
  * same, but REFDYN_OK instead of REFDYN_EVENT_ENDS. */
-int events_take(struct event_record *record, const struct refdyn_integrator *integrator, int status);
-void events_release(struct event_record *record);
+int simulate_events_take(struct event_record *record, const struct refdyn_integrator *integrator, int status);
+/* Returns whether an event has ended the motion. */
+bool simulate_events_have_ended(const struct event_record *record);
+void simulate_events_release(struct event_record *record);
 /* Write lines and members of a summary, nothing if the model has no events. */
-void events_print(const struct event_record *record, const struct refdyn_model *model);
-void events_put(const struct event_record *record, const struct refdyn_model *model,
-                struct document *document);
+void simulate_events_print(const struct event_record *record, const struct refdyn_model *model);
+void simulate_events_put(const struct event_record *record, const struct refdyn_model *model,
+                         struct document *document);
 /* Prints at which events the motion is, and the value set by them that the model refuses. */
-void events_print_refused(const struct refdyn_integrator *integrator, const char *fact);
+void simulate_events_print_refused(const struct refdyn_integrator *integrator, const char *fact);
 /* Prints the events at which a motion has failed, if any. */
-void events_print_failed(const struct refdyn_integrator *integrator);
-
-/* GSL. In a program built without it, by_gsl_open reports REFDYN_BAD_OPTION. */
-
-struct refdyn_gsl;
+void simulate_events_print_failed(const struct refdyn_integrator *integrator);
 
 /* Returns whether it is one of GSL's methods; false for NULL. */
-bool by_gsl_has(const char *method);
-/* The stabilisation of such a method by default. */
-enum refdyn_stabilise by_gsl_stabilise(const char *method);
+bool simulate_gsl_has(const char *method);
 
-/* Lets GSL take the steps of the integrator. Returns a status of the runtime; call by_gsl_close in any case.
- */
-int by_gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrator, const char *method);
-/* Like refdyn_integrator_step. */
-int by_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps);
-void by_gsl_close(struct refdyn_gsl *gsl);
+/* Columns of a motion by name, and the motion as CSV: a header line, then a line an output. If an earlier
+ * column already has a name, the later one is prefixed with its kind: point_, input_, course_ ... */
 
-/*
- * Columns of a motion by name, and the motion as CSV: a header line, then a line an output. The README of
- * runtime/tool lists the columns. If an earlier column already has a name, the later one is prefixed with its
- * kind: point_, input_, course_ ...
- */
-
-enum {
-    TABLE_BLOCKS = 10
-}; /* groups of columns that are computed together: the state, points, residuals ... */
+/* groups of columns that are computed together: the state, points, residuals ... */
+enum { TABLE_BLOCKS = 10 };
 
 struct table {
     struct refdyn_integrator *integrator;
@@ -179,80 +109,65 @@ struct table {
     bool is_wanted[TABLE_BLOCKS];
     struct motion_part *parts; /* columns of one dataset in an HDF5 file */
     int part_count;
-    double *values; /* (count) of the last table_fill */
+    double *values; /* (count) of the last simulate_table_fill */
     int count, filled;
     double *room; /* scratch for points, their columns and the programme force */
 };
 
 /* Prefix of accelerations if one of their names is already used, and their suffix. */
-extern const char table_acceleration_lead[], table_acceleration_ending[];
+extern const char simulate_acceleration_lead[], simulate_acceleration_ending[];
 
 /* spatial: the points whose angular velocities and accelerations have columns; NULL for none. */
-void table_start(struct table *table, struct refdyn_integrator *integrator,
-                 const struct refdyn_spatial *spatial);
-/* Limits table_fill to the blocks with a wanted column; wanted (count). */
-void table_want(struct table *table, const bool *wanted);
+void simulate_table_start(struct table *table, struct refdyn_integrator *integrator,
+                          const struct refdyn_spatial *spatial);
+/* Limits simulate_table_fill to the blocks with a wanted column; wanted (count). */
+void simulate_table_want(struct table *table, const bool *wanted);
 /* Computes the values at the integrator's state. */
-void table_fill(struct table *table);
-void table_header(const struct table *table, FILE *out);
-/* The first column that is infinite or NaN after table_fill, NULL if all are finite. */
-const char *table_not_finite(const struct table *table);
+void simulate_table_fill(struct table *table);
+void simulate_table_header(const struct table *table, FILE *out);
+/* The first column that is infinite or NaN after simulate_table_fill, NULL if all are finite. */
+const char *simulate_table_not_finite(const struct table *table);
 /* Writes the known units of the columns as object "units". */
-void table_put_units(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
-                     struct document *document);
+void simulate_table_put_units(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
+                              struct document *document);
 /* Writes the values as a line. */
-void table_row(const struct table *table, FILE *out);
+void simulate_table_row(const struct table *table, FILE *out);
 
-/*
- * Stops: conditions NAME<VALUE or NAME>VALUE that end a motion at the first time at which one of them holds.
+/* Stops: conditions NAME<VALUE or NAME>VALUE that end a motion at the first time at which one of them holds.
  * NAME is a column of the CSV. A condition is checked at accepted states and at outputs; one that holds only
- * between them is not detected.
- */
-
-struct stop {
-    const char *text; /* as given */
-    int column;
-    bool is_below; /* '<' */
-    double value;
-};
+ * between them is not detected. */
 
 struct stops {
     struct stop *list;
     int count;
     struct table table; /* of the observed integrator */
     struct refdyn_integrator *integrator;
-    const struct stop *reached; /* NULL while no condition has held */
-    double t;                   /* the time at which it held [s] */
+    const char *reached; /* the condition that held, as given; NULL while none has */
+    double t;            /* the time at which it held [s] */
 };
 
 /* Reads --stop; reports errors as wrong usage. */
-enum status stops_read(struct stops *stops, const struct options *options,
-                       struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial);
+enum status simulate_stops_read(struct stops *stops, const struct options *options,
+                                struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial);
 /* Returns whether a condition holds at the integrator's state, and notes the first one that does. */
-bool stops_hold(struct stops *stops);
-/* If a condition holds now, moves the integrator back to the first time at which one does. No condition held
- * at t_before, which is within the last step or at its beginning. Returns a status of the runtime. */
-int stops_meet(struct stops *stops, double t_before);
+bool simulate_stops_hold(struct stops *stops);
 
 /* Motion of a scene from start to end, output by output, for `sim` and `report`. */
 
-enum {
-    MOTION_INTERRUPTED = 1000 /* further statuses, beyond the runtime's */,
-    MOTION_TOO_SLOW,
-    MOTION_NOT_WRITTEN,
-    STABILISE_COUNT = 3
-};
+/* Further statuses, beyond the runtime's. */
+enum { MOTION_INTERRUPTED = 1000, MOTION_TOO_SLOW, MOTION_NOT_WRITTEN };
 
+enum { STABILISE_COUNT = 3 };
 /* By enum refdyn_stabilise. */
-extern const char *const stabilise_names[STABILISE_COUNT];
+extern const char *const simulate_stabilise_names[STABILISE_COUNT];
 
 /* The options of motions. */
-extern const struct option_rule motion_rules[];
+extern const struct option_rule simulate_rules[];
 /* "rk4, rk54, ...": all methods, or those that need no tangent. */
-const char *motion_methods(bool is_explicit);
+const char *simulate_methods(bool is_explicit);
 /* Those of `sim` alone, and the command on a model. */
-extern const struct option_rule sim_rules[];
-enum status run_sim(const struct options *options);
+extern const struct option_rule simulate_sim_rules[];
+enum status simulate_run(const struct options *options);
 
 struct motion {
     struct scene *scene;
@@ -261,87 +176,68 @@ struct motion {
     struct refdyn_gsl *gsl; /* takes the steps; NULL if the integrator does */
     void *memory;
     struct refdyn_energy energy;
-    struct event_record events;
+    struct event_record *events;
     double *values;            /* p, then x of the scene at the start, if events change them; else NULL */
-    struct stops *stops;       /* conditions that end it; the caller may set them after motion_start */
+    struct stops *stops;       /* conditions that end it; the caller may set them after simulate_start */
     double from, until, every; /* [s] */
     long outputs;              /* their number; the first output is the start */
     double cpu_s, wall_s;      /* CPU time of integration alone; wall time since the start */
-    double cpu_limit; /* motion_to returns MOTION_TOO_SLOW beyond it; 0, the default, for no limit [s] */
+    double cpu_limit; /* simulate_to returns MOTION_TOO_SLOW beyond it; 0, the default, for no limit [s] */
     double started;
 };
 
 /* Runtime options from --method --step --tol --step-max --stabilise --singular --start; reports combinations
  * that exclude each other. */
-enum status motion_options(const struct options *options, struct refdyn_options *integration);
+enum status simulate_options(const struct options *options, struct refdyn_options *integration);
 /* Reports an error if the chosen method needs the exact tangent, which a model in the printed form lacks. */
-enum status motion_fit(const struct scene *scene, const struct options *options,
-                       const struct refdyn_options *integration);
+enum status simulate_fit(const struct scene *scene, const struct options *options,
+                         const struct refdyn_options *integration);
 /* Time between outputs [s]: `every`, or if it is 0 a 200th of the length `span` of the motion. */
-double motion_distance(double span, double every);
+double simulate_distance(double span, double every);
 /* The number of outputs: multiples of `every` from the start, and the end. */
-long motion_count_outputs(double span, double every);
+long simulate_count_outputs(double span, double every);
 /* What a scene needs for a motion with the start of --from. */
-unsigned motion_needs(const struct options *options);
+unsigned simulate_needs(const struct options *options);
 /* Sets the scene's q, qd and t to the start that --from selects, and computes the anchored parameters from
  * it. */
-enum status motion_place(struct scene *scene, const struct options *options);
+enum status simulate_place(struct scene *scene, const struct options *options);
 /* Reports an error if the motion from the scene's t to --until has no length, or too many outputs or steps.
  */
-enum status motion_check_times(const struct scene *scene, const struct options *options);
-/* Starts at the scene's state. Returns a status of the runtime; call motion_release in any case, which also
- * calls motion_restore. */
-int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
-                 double until, double every);
-/* Lets a method of GSL take the steps. Call it after motion_start. Returns a status of the runtime. */
-int motion_by_gsl(struct motion *motion, const char *method);
+enum status simulate_check_times(const struct scene *scene, const struct options *options);
+/* Starts at the scene's state. Returns a status of the runtime; call simulate_release in any case, which also
+ * calls simulate_restore. */
+int simulate_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
+                   double until, double every);
+/* Lets a method of GSL take the steps. Call it after simulate_start. Returns a status of the runtime. */
+int simulate_by_gsl(struct motion *motion, const char *method);
 /* The completed fraction of the motion, 0 to 1. */
-double motion_fraction(const struct motion *motion);
+double simulate_fraction(const struct motion *motion);
 /* Continues to output i, or until a stop holds or an event ends the motion; progress may be NULL. Returns a
  * status of the runtime, MOTION_INTERRUPTED or MOTION_TOO_SLOW. */
-int motion_to(struct motion *motion, long i, struct progress *progress);
-bool motion_is_stopped(const struct motion *motion);
+int simulate_to(struct motion *motion, long i, struct progress *progress);
+bool simulate_is_stopped(const struct motion *motion);
 /* Restores the scene's parameters and inputs to their values at the start, which events may have changed. */
-void motion_restore(const struct motion *motion);
-void motion_release(struct motion *motion);
+void simulate_restore(const struct motion *motion);
+void simulate_release(struct motion *motion);
 
-/* Rows: written as CSV, as HDF5, or as numbers in a temporary file. Such numbers are copied to one of the
- * other forms once their motion has been chosen. */
-
-struct motion_writer;
-struct row_sink;
-struct task;
-
-/* The functions of a form. They return false if they cannot write; the form or the end of its file reports
- * the error. */
-struct row_form {
-    bool (*begin)(struct row_sink *sink, const struct table *table);
-    bool (*put)(struct row_sink *sink, const struct table *table);
-    bool (*end)(struct row_sink *sink);
-};
+/* Rows: written as CSV, as HDF5, or as numbers in a temporary file, which are copied to one of the other
+ * forms once their motion has been chosen. */
 
 struct row_sink {
-    const struct row_form *form;
-    FILE *file;              /* for CSV and numbers */
-    const char *path;        /* for HDF5 */
-    const struct task *task; /* described in the HDF5 file */
+    const struct row_form *form; /* the functions of one of the forms */
+    FILE *file;                  /* for CSV and numbers */
+    const char *path;            /* for HDF5 */
+    const struct task *task;     /* described in the HDF5 file */
     struct motion_writer *writer;
     bool is_lost; /* writing failed, and what was written cannot be read */
 };
 
-struct row_sink row_sink_csv(FILE *file);
-struct row_sink row_sink_numbers(FILE *file);
-struct row_sink row_sink_hdf5(const char *path, const struct task *task);
+struct row_sink simulate_row_sink_csv(FILE *file);
+struct row_sink simulate_row_sink_hdf5(const char *path, const struct task *task);
 
-/* Call it before the first row, with the table's integrator at the start of the motion. */
-bool row_sink_begin(struct row_sink *sink, const struct table *table);
-/* Writes the values of the table. */
-bool row_sink_put(struct row_sink *sink, const struct table *table);
-/* Call it after the last row, also after an error. */
-bool row_sink_end(struct row_sink *sink);
 /* Copies all rows of a file of numbers into another sink, including begin and end; `table` has their columns.
  */
-bool row_sink_copy(FILE *numbers, struct row_sink *to, struct table *table);
+bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct table *table);
 
 /* Trial: one run of a motion for `sim`, with its rows and its positions at the outputs. */
 
@@ -349,11 +245,11 @@ struct trial {
     struct motion motion;
     struct stops stops;
     struct track track;
-    struct limit_record limits; /* over the rows that are written */
-    enum status usage;          /* STATUS_DONE unless --stop was wrong and nothing ran */
-    int result;                 /* status of the runtime, or MOTION_INTERRUPTED */
-    bool is_started;            /* the start could be evaluated */
-    const char *unfit;          /* the infinite or NaN column that ended it, or NULL */
+    struct limit_record *limits; /* over the rows that are written */
+    enum status usage;           /* STATUS_DONE unless --stop was wrong and nothing ran */
+    int result;                  /* status of the runtime, or MOTION_INTERRUPTED */
+    bool is_started;             /* the start could be evaluated */
+    const char *unfit;           /* the infinite or NaN column that ended it, or NULL */
 };
 
 /* A motion regardless of its tolerance. */
@@ -365,22 +261,18 @@ struct task {
     void (*on_start)(const struct task *task, const struct motion *motion); /* may be NULL */
 };
 
-/* Runs the motion and completes `rows`, which may be NULL. Call trial_release in any case. */
-void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *integration,
-               struct row_sink *rows);
-void trial_release(struct trial *trial);
+/* Runs the motion and completes `rows`, which may be NULL. Call simulate_trial_release in any case. */
+void simulate_trial_run(struct trial *trial, const struct task *task,
+                        const struct refdyn_options *integration, struct row_sink *rows);
+void simulate_trial_release(struct trial *trial);
 
-/*
- * Accuracy: finds the tolerance at which the whole motion has at most a given error.
- *
- * The result is the run whose estimated error is small enough, or the best run if rounding is reached before.
- * All runs together cost at most about three times the chosen one.
- */
+/* Accuracy: finds the tolerance at which the whole motion has at most a given error. The result is the run
+ * whose estimated error is small enough, or the best run if rounding is reached before. */
 
 /* A run with its rows in a separate file. */
 struct candidate {
     struct trial trial;
-    FILE *rows;               /* as row_sink_numbers writes them */
+    FILE *rows;               /* as numbers */
     struct estimate estimate; /* estimated error of the run */
     bool has_estimate;
 };
@@ -397,10 +289,10 @@ struct search {
     struct candidate candidates[2]; /* the last two runs */
 };
 
-/* Call search_release in any case. */
-enum status search_run(struct search *search, const struct task *task,
-                       const struct refdyn_options *integration);
-void search_release(struct search *search);
+/* Call simulate_search_release in any case. */
+enum status simulate_search_run(struct search *search, const struct task *task,
+                                const struct refdyn_options *integration);
+void simulate_search_release(struct search *search);
 
 /* Summary of a motion: text on stderr, JSON in a file. */
 
@@ -411,8 +303,8 @@ struct summary {
     double cpu_total_s;              /* of all runs together */
 };
 
-void summary_print(const struct summary *summary);
+void simulate_summary_print(const struct summary *summary);
 /* Writes and completes the target; reports an error if it cannot, or if a number is not finite. */
-enum status summary_write(const struct summary *summary, struct target *target);
+enum status simulate_summary_write(const struct summary *summary, struct target *target);
 
 #endif

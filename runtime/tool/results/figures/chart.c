@@ -1,4 +1,5 @@
-/* Draws figures as SVG: charts with axes, curves, bands, cells and keys. */
+/* Draws figures as SVG: charts with axes, curves, bands, cells and keys. Very many samples of a key become a
+ * scale of their colours with as many names as fit. */
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -22,32 +23,32 @@ static const char ink[] = "#222222", frame[] = "#555555", grid[] = "#e4e4e4";
 
 /* ---- Lists */
 
-int chart_key(struct chart *chart, const char *name, size_t length) {
+int figures_chart_key(struct chart *chart, const char *name, size_t length) {
     int place = 0;
     for (; place < chart->key_count; place++)
         if (strncmp(chart->keys[place].name, name, length) == 0 && !chart->keys[place].name[length])
             return place;
     chart->keys =
-        memory_room(&program_memory, chart->keys, chart->key_count++, &chart->key_room, sizeof *chart->keys);
-    chart->keys[place].name = text_format("%.*s", (int)length, name);
+        memory_room(&format_memory, chart->keys, chart->key_count++, &chart->key_room, sizeof *chart->keys);
+    chart->keys[place].name = format_text("%.*s", (int)length, name);
     return place;
 }
 
-void chart_add_curve(struct chart *chart, struct curve curve) {
-    chart->curves = memory_room(&program_memory, chart->curves, chart->curve_count, &chart->curve_room,
+void figures_chart_add_curve(struct chart *chart, struct curve curve) {
+    chart->curves = memory_room(&format_memory, chart->curves, chart->curve_count, &chart->curve_room,
                                 sizeof *chart->curves);
     chart->curves[chart->curve_count++] = curve;
 }
 
-void chart_add_band(struct chart *chart, struct band band) {
-    chart->bands = memory_room(&program_memory, chart->bands, chart->band_count, &chart->band_room,
-                               sizeof *chart->bands);
+void figures_chart_add_band(struct chart *chart, struct band band) {
+    chart->bands =
+        memory_room(&format_memory, chart->bands, chart->band_count, &chart->band_room, sizeof *chart->bands);
     chart->bands[chart->band_count++] = band;
 }
 
-void chart_add_cell(struct chart *chart, struct cell cell) {
-    chart->cells = memory_room(&program_memory, chart->cells, chart->cell_count, &chart->cell_room,
-                               sizeof *chart->cells);
+void figures_chart_add_cell(struct chart *chart, struct cell cell) {
+    chart->cells =
+        memory_room(&format_memory, chart->cells, chart->cell_count, &chart->cell_room, sizeof *chart->cells);
     chart->cells[chart->cell_count++] = cell;
 }
 
@@ -56,7 +57,7 @@ void chart_add_cell(struct chart *chart, struct cell cell) {
 static int letters_of(const char *text) {
     int count = 0;
     for (; *text; count++)
-        utf8_next(&text);
+        format_utf8_next(&text);
     return count;
 }
 
@@ -66,9 +67,9 @@ static void put_label(FILE *out, double x, double y, const char *how, const char
     if (!*text)
         return;
     for (int i = 0; i < most && *end; i++)
-        utf8_next(&end);
+        format_utf8_next(&end);
     fprintf(out, "<text x=\"%.1f\" y=\"%.1f\" %s>", x, y, how);
-    put_xml_text(out, text_format("%.*s%s", (int)(end - text), text, *end ? "..." : ""));
+    format_xml_text(out, format_text("%.*s%s", (int)(end - text), text, *end ? "..." : ""));
     fputs("</text>\n", out);
 }
 
@@ -317,7 +318,7 @@ static void put_y_axis(FILE *out, const struct box *box, const char *label) {
     scale_note(&box->y, text);
     put_label(out, box->left, box->top - 6, "", text, TEXT_MOST);
     put_label(out, 0, 0,
-              text_format("text-anchor=\"middle\" transform=\"translate(%.1f %.1f) rotate(-90)\"",
+              format_text("text-anchor=\"middle\" transform=\"translate(%.1f %.1f) rotate(-90)\"",
                           box->left - LEFT + 16, box->top + 0.5 * box->height),
               label, TEXT_MOST);
 }
@@ -452,7 +453,7 @@ static void put_head(FILE *out, const struct key *head, int line) {
     put_label(out, MARGIN + left, y, "font-size=\"13\"", head->name, TEXT_MOST);
 }
 
-void chart_draw_figure(FILE *out, const struct figure *figure) {
+void figures_draw(FILE *out, const struct figure *figure) {
     const int top = MARGIN + figure->head_count * HEAD_HEIGHT, width = figure->columns * figure->width;
     const int height = top + (figure->count + figure->columns - 1) / figure->columns * figure->height;
     fputs("<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<svg xmlns=\"http://www.w3.org/2000/svg\" "

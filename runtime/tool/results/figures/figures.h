@@ -1,13 +1,5 @@
-/*
- * Figures: SVG, PNG and PDF from finished motions and files of runs.
- *
- *   style             colours, lines and marks, the same in all figures
- *   charts            curves, bands and maps as SVG
- *   recorded motion   the columns and rows of a file of `sim`
- *   panels            the charts of motions
- *   picture           the file formats
- *   runs              the charts of a file of runs
- */
+/* Figures: SVG, PNG and PDF from finished motions and files of runs. Parts: style; charts; recorded motions;
+ * file formats; charts of a file of runs. */
 #ifndef REFDYN_TOOL_FIGURES_H
 #define REFDYN_TOOL_FIGURES_H
 
@@ -31,26 +23,23 @@ struct stroke {
 };
 
 /* Quantity number `index` of `count` in a panel, in run number `run` of `runs`. */
-struct stroke style_quantity(int index, int count, int run, int runs);
+struct stroke figures_style_quantity(int index, int count, int run, int runs);
 /* The sample of a run in the heading of a figure. */
-struct stroke style_run(int run, int runs);
+struct stroke figures_style_run(int run, int runs);
 /* A method by its number, 0 for the automatic choice; the same in every figure. line: number of the
  * stabilisation, 0 for the first. */
-struct stroke style_method(int method, int line);
+struct stroke figures_style_method(int method, int line);
 /* The colour of a value on a map, from 0 for the lowest to 1 for the highest, and of a cell without a value.
  */
-unsigned style_value(double part);
-unsigned style_no_value(void);
+unsigned figures_style_value(double part);
+unsigned figures_style_no_value(void);
 /* A band around the first quantity: band number `index`, 0 for the widest. */
-struct stroke style_band(int index);
+struct stroke figures_style_band(int index);
 /* Lines that are no results: limits and floors. */
-struct stroke style_limit(void);
+struct stroke figures_style_limit(void);
 
-/*
- * Charts: numbers and texts become the text of an SVG file, the same for the same input. A key to the right
- * of the curves has a sample and a name for each of them. Very many samples become a scale of their colours
- * with as many names as fit.
- */
+/* Charts as SVG, the same for the same input. A key to the right of the curves has a sample and a name for
+ * each of them. */
 
 /* A name with its sample. */
 struct key {
@@ -106,20 +95,16 @@ struct figure {
 
 /* The index of the key with the first `length` letters of `name`, which is added if it is missing. An empty
  * name is not shown. */
-int chart_key(struct chart *chart, const char *name, size_t length);
-void chart_add_curve(struct chart *chart, struct curve curve);
-void chart_add_band(struct chart *chart, struct band band);
-void chart_add_cell(struct chart *chart, struct cell cell);
+int figures_chart_key(struct chart *chart, const char *name, size_t length);
+void figures_chart_add_curve(struct chart *chart, struct curve curve);
+void figures_chart_add_band(struct chart *chart, struct band band);
+void figures_chart_add_cell(struct chart *chart, struct cell cell);
 
-void chart_draw_figure(FILE *out, const struct figure *figure);
+void figures_draw(FILE *out, const struct figure *figure);
 
 /* Recorded motion: the columns of a file of `sim`, and as many of its rows as a figure can show. */
 
-enum {
-    RUN_ROWS_MOST = 4000 /* rows that are kept; a figure cannot show more */,
-    RUN_ROWS_LEAST = 100,
-    RUN_NUMBERS_MOST = 1 << 22 /* numbers in these rows; limits the rows of many columns */
-};
+enum { RUN_ROWS_LEAST = 100 }; /* rows that are kept even of many columns */
 
 struct run {
     const char *path;
@@ -133,7 +118,7 @@ struct run {
     int column_count;
     long rows;
 
-    /* Columns, counted from 0; -1 or 0 if there are none. */
+    /* columns, counted from 0; -1 or 0 if there are none */
     int coordinates, coordinate_count; /* the first one, and how many there are */
     int *points;                       /* columns of x of each point; y z xd yd ... follow */
     int point_count;
@@ -147,37 +132,14 @@ bool figures_run_is_hdf5(const char *path);
 /* Returns false and reports the error as FILE:LINE if the file is no motion. */
 bool figures_run_read(struct run *run, const char *path);
 
-/* Panels: the list of charts for some motions. A panel without values makes no chart. */
-
-enum { PANELS_MAX = 24 };
-
-struct panels {
-    struct run *runs; /* the curves point into their rows */
-    int run_count;
-    json_t *units; /* units by name of column; NULL if they are known only by the kind of column */
-    bool is_wanted[PANELS_MAX]; /* set by panels_choose */
-    struct chart charts[PANELS_MAX];
-    int count;
-};
-
-/* Chooses panels by a list of their names, all for NULL. Returns the first unknown name, or NULL. */
-const char *panels_choose(struct panels *panels, const char *names);
-/* All names as "a, b, c". */
-const char *panels_names(void);
-/* Makes the charts of the chosen panels from the runs. */
-void panels_make(struct panels *panels);
-
-/* Picture: SVG unchanged, PNG and PDF by rsvg-convert. The converter reads only the SVG, so no text of a user
- * reaches another language. */
-
-struct picture_format;
+/* Pictures: SVG unchanged, PNG and PDF by rsvg-convert. */
 
 /* The format by the ending of the name, NULL if it is unknown. */
-const struct picture_format *picture_format_of(const char *path);
+const struct picture_format *figures_picture_format_of(const char *path);
 /* Returns whether the format can be written; reports on stderr if its program is missing. */
-bool picture_can_write(const struct picture_format *format);
+bool figures_picture_can_write(const struct picture_format *format);
 /* Returns false and prints the output of the program if it fails. */
-bool picture_write(const struct picture_format *format, const char *svg, FILE *out);
+bool figures_picture_write(const struct picture_format *format, const char *svg, FILE *out);
 
 /* Runs: the charts of a file of runs, and how their numbers are read. */
 
@@ -194,24 +156,21 @@ struct runs_charts {
 };
 
 /* `lead` and "E_x [m]", in heap memory. */
-char *runs_charts_label(const char *lead, const char *name, const char *unit);
+char *figures_label(const char *lead, const char *name, const char *unit);
 /* Returns whether a number can be drawn: it must be finite, and so small that sums of such numbers are
  * finite. */
-bool runs_charts_can_draw(double value);
+bool figures_can_draw(double value);
 /* Reads `count` numbers of an item from `place` on, for all cases: (cases x count), in the figure's memory.
  * Returns NULL and reports the error if it cannot. */
-double *runs_charts_read(struct runs_charts *figure, const struct kept_item *item, int place, int count);
+double *figures_read_item(struct runs_charts *figure, const struct kept_item *item, int place, int count);
 
 /* Draws how results depend on what varied, how histories spread over time, and which cases are the worst.
  * `panels` is a list of names such as "history/E_x", or NULL. Returns false and reports the error if the file
  * cannot be read or lacks a name. */
-bool runs_figure_draw(const char *path, const char *panels, FILE *out);
+bool figures_draw_runs(const char *path, const char *panels, FILE *out);
 
 /* The parts of such a figure return false and report the error if the file cannot be read. */
 
-/* Adds a chart of how a number of each case depends on what varied: a map of mean values over two quantities,
- * or a curve over one. Extremes use the number at `place` of their axis. */
-bool figures_response_add(struct runs_charts *figure, const struct kept_item *item, int place);
 /* Adds percentiles of a history over time. Cases without a number at a time do not count there. */
 bool figures_bands_add(struct runs_charts *figure, const struct kept_item *item);
 /* Adds lines at the top: how many cases failed and why, and which cases have the largest extremes. */

@@ -1,11 +1,257 @@
 /* `refdyn plot`: draws motions over each other, or a file of runs, into one file. */
-#include "runtime/tool/support/command_line/command_line.h"
-#include "runtime/tool/support/format/format.h"
-#include "runtime/tool/results/figures/figures.h"
-#include "runtime/tool/support/system/system.h"
-
 #include <stdlib.h>
 #include <string.h>
+
+#include "runtime/tool/results/figures/figures.h"
+#include "runtime/tool/support/options/options.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/system/system.h"
+
+/* ---- The panels of a figure of motions: which columns each shows, with titles, units and keys ---- */
+
+enum { PANELS_MAX = 24 };
+
+/* The list of charts for some motions. A panel without values makes no chart. */
+struct panels {
+    struct run *runs; /* the curves point into their rows */
+    int run_count;
+    json_t *units; /* units by name of column; NULL if they are known only by the kind of column */
+    bool is_wanted[PANELS_MAX]; /* set by panels_choose */
+    struct chart charts[PANELS_MAX];
+    int count;
+};
+
+enum {
+    LARGEST_FORCES = 4, /* of a run; more curves would hide these */
+    MOST_INPUTS = 6     /* panels of inputs and courses */
+};
+
+/* Columns below this part of the panel's largest value are numerical noise and are not drawn. */
+static const double noise_part = 1e-9;
+
+/* Smaller residuals are rounding of terms near 1 that cancel. */
+static const double rounding = 1e-16;
+
+/* A panel, or one panel for each input. */
+struct view {
+    const char *name, *title, *quantity;
+    const char *unit; /* NULL if the kind of column does not determine it */
+    bool (*shows)(const struct view *view, const struct run *run, int column);
+    int which;    /* the group of coordinates or forces; for points the column, counted from their x */
+    bool is_path; /* drawn over the x of the point instead of time */
+};
+
+/* ---- Kinds of coordinates: slides, turns, and the turns of elements */
+
+enum group { SLIDES, TURNS, ELEMENT_PSI, ELEMENT_THETA, ELEMENT_PHI, OTHERS };
+
+/* The group by the name LINK_AXIS or LINK_AXIS_ELEMENT. */
+static enum group group_of(const char *name) {
+    static const char *const turns[] = {"psi", "theta", "phi"};
+    const char *end = name + strlen(name);
+    const char *digits = end;
+    while (digits > name && digits[-1] >= '0' && digits[-1] <= '9')
+        digits--;
+    bool is_element = digits < end && digits > name && digits[-1] == '_';
+    const char *stop = is_element ? digits - 1 : end;
+    for (int i = 0; i < 3; i++) {
+        size_t length = strlen(turns[i]);
+        if ((size_t)(stop - name) > length && stop[-(long)length - 1] == '_' &&
+            strncmp(stop - length, turns[i], length) == 0)
+            return is_element ? (enum group)(ELEMENT_PSI + i) : TURNS;
+    }
+    bool is_slide = stop - name > 2 && stop[-2] == '_' && stop[-1] >= 'x' && stop[-1] <= 'z';
+    return is_slide ? SLIDES : OTHERS;
+}
+
+static bool is_turn(enum group group) {
+    return group != SLIDES && group != OTHERS;
+}
+
+/* ---- Which columns a panel shows */
+
+/* Elements that do not bend are omitted, since a planar motion has many. */
+static bool shows_coordinate(const struct view *view, const struct run *run, int column) {
+    const bool is_of_elements = is_turn(view->which) && view->which != TURNS;
+    return column >= run->coordinates && column < run->coordinates + run->coordinate_count &&
+           group_of(run->columns[column]) == (enum group)view->which &&
+           (!is_of_elements || run->largest[column] > 0);
+}
+
+static bool shows_point(const struct view *view, const struct run *run, int column) {
+    for (int i = 0; i < run->point_count; i++)
+        if (run->points[i] + view->which == column)
+            return true;
+    return false;
+}
+
+/* Shows the LARGEST_FORCES largest forces of the kind in the run, without noise; of equal ones, the first. */
+static bool shows_force(const struct view *view, const struct run *run, int column) {
+    const bool wants_turns = view->which == TURNS;
+    int rank = 0;
+    if (column < run->forces || column >= run->inputs ||
+        is_turn(group_of(run->columns[column])) != wants_turns)
+        return false;
+    for (int i = run->forces; i < run->inputs; i++) {
+        if (is_turn(group_of(run->columns[i])) != wants_turns)
+            continue;
+        rank +=
+            run->largest[i] > run->largest[column] || (run->largest[i] == run->largest[column] && i < column);
+        if (run->largest[column] <= noise_part * run->largest[i])
+            return false;
+    }
+    return rank < LARGEST_FORCES;
+}
+
+static bool shows_energy(const struct view *view, const struct run *run, int column) {
+    (void)view;
+    return column == run->energy;
+}
+
+static bool shows_name(const struct view *view, const struct run *run, int column) {
+    return strcmp(run->columns[column], view->name) == 0;
+}
+
+/* Shows the columns whose names begin with the name of the view. */
+static bool shows_residual(const struct view *view, const struct run *run, int column) {
+    const size_t length = strlen(view->name);
+    const char *name = run->columns[column];
+    return column < run->energy && strncmp(name, view->name, length) == 0 && name[length] == '_';
+}
+
+/* ---- One chart */
+
+/* Finds the key of a column: named after the point or the force, empty for a single column. */
+static int find_key(struct chart *chart, const struct view *view, const char *column) {
+    const size_t prefix = view->shows == shows_force ? strlen("force_") : 0;
+    size_t length = strlen(column) - prefix;
+    if (view->shows == shows_energy || view->shows == shows_name)
+        length = 0;
+    if (view->shows == shows_point)
+        length = (size_t)(strrchr(column, '_') - column);
+    return figures_chart_key(chart, column + prefix, length);
+}
+
+static void add_lines(struct chart *chart, const struct view *view, const struct run *run, int r) {
+    for (int i = 0; i < run->column_count; i++)
+        if (view->shows(view, run, i))
+            figures_chart_add_curve(chart,
+                                    (struct curve){.x = run->kept + (view->is_path ? i - view->which : 0),
+                                                   .y = run->kept + i,
+                                                   .count = run->kept_count,
+                                                   .stride = run->column_count,
+                                                   .key = find_key(chart, view, run->columns[i]),
+                                                   .run = r});
+}
+
+/* "angle [rad]", with the unit of the first curve, which all curves share. */
+static const char *y_label(const struct panels *panels, const struct chart *chart, const struct view *view) {
+    const struct run *run = &panels->runs[chart->curves[0].run];
+    const json_t *given = json_object_get(panels->units, run->columns[chart->curves[0].y - run->kept]);
+    const char *unit = given ? json_string_value(given) : view->unit;
+    return unit ? format_text("%s [%s]", view->quantity, unit) : view->quantity;
+}
+
+/* Adds the chart of a view if it has a curve. */
+static void add_chart(struct panels *panels, const struct view *view) {
+    const bool is_residual = view->shows == shows_residual;
+    struct chart chart = {.title = view->title,
+                          .x_label = view->is_path ? "x [m]" : "t [s]",
+                          .is_path = view->is_path,
+                          .is_equal = view->is_path && view->which == 1, /* the horizontal plane */
+                          .is_y_logarithmic = is_residual,
+                          .floor = is_residual ? rounding : 0};
+    for (int r = 0; r < panels->run_count; r++)
+        add_lines(&chart, view, &panels->runs[r], r);
+    if (chart.curve_count == 0)
+        return;
+    chart.y_label = y_label(panels, &chart, view);
+    for (int i = 0; i < chart.key_count; i++)
+        chart.keys[i].stroke = figures_style_quantity(i, chart.key_count, 0, 1);
+    for (int i = 0; i < chart.curve_count; i++) {
+        struct curve *curve = &chart.curves[i];
+        curve->stroke = figures_style_quantity(curve->key, chart.key_count, curve->run, panels->run_count);
+    }
+    panels->charts[panels->count++] = chart;
+}
+
+/* Adds a separate chart for each input or course of the first run that has any, since their units differ. */
+static void add_inputs(struct panels *panels, const struct view *view) {
+    const struct run *first = panels->runs;
+    for (int r = 0; r < panels->run_count && first->input_count == 0; r++)
+        first = &panels->runs[r];
+    for (int i = 0; i < first->input_count && i < MOST_INPUTS; i++) {
+        const char *name = first->columns[first->inputs + i];
+        const struct view one = {.name = name,
+                                 .title = format_text("%s: %s", view->title, name),
+                                 .quantity = name,
+                                 .shows = shows_name};
+        add_chart(panels, &one);
+    }
+}
+
+/* ---- All of them */
+
+static const struct view views[] = {
+    {"angles", "Joint angles", "angle", "rad", shows_coordinate, TURNS, false},
+    {"slides", "Slides", "position", "m", shows_coordinate, SLIDES, false},
+    {"bending-psi", "Bending of the elements, psi", "angle", "rad", shows_coordinate, ELEMENT_PSI, false},
+    {"bending-theta", "Bending of the elements, theta", "angle", "rad", shows_coordinate, ELEMENT_THETA,
+     false},
+    {"torsion", "Torsion of the elements, phi", "angle", "rad", shows_coordinate, ELEMENT_PHI, false},
+    {"others", "Further coordinates", "coordinate", NULL, shows_coordinate, OTHERS, false},
+    {"path", "Path seen from above", "y", "m", shows_point, 1, true},
+    {"side", "Path seen from the side", "z", "m", shows_point, 2, true},
+    {"height", "Height", "z", "m", shows_point, 2, false},
+    {"velocity", "Vertical velocity", "dz/dt", "m/s", shows_point, 5, false},
+    {"forces", "Programme forces, the largest", "force", "N", shows_force, SLIDES, false},
+    {"torques", "Programme torques, the largest", "torque", "N m", shows_force, TURNS, false},
+    {"inputs", "Input or course", NULL, NULL, NULL, 0, false},
+    {"phi", "Residuals of position constraints", "|phi|", NULL, shows_residual, 0, false},
+    {"psi", "Residuals at velocity level", "|psi|", NULL, shows_residual, 0, false},
+    {"energy", "Kinetic and potential energy", "energy", "J", shows_energy, 0, false},
+};
+
+enum { VIEW_COUNT = sizeof views / sizeof views[0] };
+
+_Static_assert(VIEW_COUNT - 1 + MOST_INPUTS <= PANELS_MAX, "PANELS_MAX is too small");
+
+static int find_view(const char *name) {
+    int view = 0;
+    while (view < VIEW_COUNT && strcmp(views[view].name, name) != 0)
+        view++;
+    return view;
+}
+
+/* Chooses panels by a list of their names, all for NULL. Returns the first unknown name, or NULL. */
+static const char *panels_choose(struct panels *panels, const char *names) {
+    for (int i = 0; i < VIEW_COUNT; i++)
+        panels->is_wanted[i] = !names;
+    for (const char **name = options_list(names); *name; name++) {
+        const int view = find_view(*name);
+        if (view == VIEW_COUNT)
+            return *name;
+        panels->is_wanted[view] = true;
+    }
+    return NULL;
+}
+
+/* All names as "a, b, c". */
+static const char *panels_names(void) {
+    struct text text = {.memory = &format_memory};
+    for (int i = 0; i < VIEW_COUNT; i++)
+        text_add(&text, "%s%s", i ? ", " : "", views[i].name);
+    return text.data;
+}
+
+/* Makes the charts of the chosen panels from the runs. */
+static void panels_make(struct panels *panels) {
+    for (int i = 0; i < VIEW_COUNT; i++)
+        if (panels->is_wanted[i])
+            (views[i].shows ? add_chart : add_inputs)(panels, &views[i]);
+}
+
+/* ---- The command ---- */
 
 struct drawing {
     const struct options *options;
@@ -25,11 +271,11 @@ static enum status check_runs(struct drawing *drawing) {
     for (int i = 0; i < options->operand_count; i++) {
         drawing->is_of_runs = is_file_of_runs(options->operands[i]);
         if (drawing->is_of_runs && options->operand_count > 1)
-            return usage_error(options->command, "%s: a file of runs must be the only operand",
-                               options->operands[i]);
+            return options_usage_error(options->command, "%s: a file of runs must be the only operand",
+                                       options->operands[i]);
     }
     if (drawing->is_of_runs && options_text(options, "units"))
-        return usage_error(options->command, "--units: a file of runs has its own units; omit it");
+        return options_usage_error(options->command, "--units: a file of runs has its own units; omit it");
     return STATUS_DONE;
 }
 
@@ -39,25 +285,26 @@ static enum status check_usage(struct drawing *drawing) {
     const enum status status = check_runs(drawing);
     const char *unknown =
         drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options_text(options, "panel"));
-    drawing->format = picture_format_of(output);
+    drawing->format = figures_picture_format_of(output);
     if (status == STATUS_DONE && unknown)
-        return usage_error(options->command, "--panel: '%s' is not one of %s", unknown, panels_names());
+        return options_usage_error(options->command, "--panel: '%s' is not one of %s", unknown,
+                                   panels_names());
     if (status == STATUS_DONE && !drawing->format)
-        return usage_error(options->command, "-o: '%s' must end in .svg, .png or .pdf", output);
+        return options_usage_error(options->command, "-o: '%s' must end in .svg, .png or .pdf", output);
     return status;
 }
 
 /* Reads the object "units" of a summary. */
 static bool read_units(struct panels *panels, const char *path) {
-    char *text = read_text(path, "units");
+    char *text = format_read_file(path, "units");
     json_error_t error;
     json_t *root = text ? json_loads(text, JSON_REJECT_DUPLICATES, &error) : NULL;
     panels->units = json_incref(json_object_get(root, "units"));
     const bool is_good = json_is_object(panels->units);
     if (text && !is_good)
-        complain_line(
+        format_complain_line(
             path, root ? 1 : error.line,
-            text_format("units: %s; give a summary of refdyn sim", root ? "no object 'units'" : error.text));
+            format_text("units: %s; give a summary of refdyn sim", root ? "no object 'units'" : error.text));
     json_decref(root);
     return is_good;
 }
@@ -66,7 +313,7 @@ static bool read_units(struct panels *panels, const char *path) {
 static void draw(const struct panels *panels, FILE *out) {
     enum { WIDTH = 480, HEIGHT = 300, COLUMNS_MAX = 3 };
     const int count = panels->count;
-    struct figure figure = {.heads = allocate((size_t)panels->run_count, sizeof *figure.heads),
+    struct figure figure = {.heads = format_allocate((size_t)panels->run_count, sizeof *figure.heads),
                             .head_count = panels->run_count,
                             .charts = panels->charts,
                             .count = count,
@@ -78,24 +325,24 @@ static void draw(const struct panels *panels, FILE *out) {
     for (int i = 0; i < panels->run_count; i++) {
         figure.heads[i].name = panels->runs[i].name;
         if (panels->run_count > 1)
-            figure.heads[i].stroke = style_run(i, panels->run_count);
+            figure.heads[i].stroke = figures_style_run(i, panels->run_count);
     }
-    chart_draw_figure(out, &figure);
+    figures_draw(out, &figure);
 }
 
 static bool write_drawing(struct drawing *drawing) {
     char *svg;
     size_t size;
-    FILE *out = text_stream(&svg, &size);
+    FILE *out = format_stream(&svg, &size);
     panels_make(&drawing->panels);
     draw(&drawing->panels, out);
     fclose(out);
     bool is_good = drawing->panels.count > 0;
     if (!is_good)
-        complain_line(drawing->options->operands[0], 1,
-                      "run: no column for these panels; give a file of refdyn sim");
-    is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
-              target_finish(drawing->target);
+        format_complain_line(drawing->options->operands[0], 1,
+                             "run: no column for these panels; give a file of refdyn sim");
+    is_good = is_good && figures_picture_write(drawing->format, svg, drawing->target->file) &&
+              system_target_finish(drawing->target);
     free(svg);
     return is_good;
 }
@@ -104,11 +351,11 @@ static bool write_runs(struct drawing *drawing) {
     const struct options *options = drawing->options;
     char *svg;
     size_t size;
-    FILE *out = text_stream(&svg, &size);
-    bool is_good = runs_figure_draw(options->operands[0], options_text(options, "panel"), out);
+    FILE *out = format_stream(&svg, &size);
+    bool is_good = figures_draw_runs(options->operands[0], options_text(options, "panel"), out);
     fclose(out);
-    is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
-              target_finish(drawing->target);
+    is_good = is_good && figures_picture_write(drawing->format, svg, drawing->target->file) &&
+              system_target_finish(drawing->target);
     free(svg);
     return is_good;
 }
@@ -118,11 +365,11 @@ static bool open_files(struct drawing *drawing) {
     const struct options *options = drawing->options;
     const char *units = options_text(options, "units");
     for (int i = 0; i < options->operand_count; i++)
-        targets_spare(&drawing->targets, options->operands[i]);
+        system_targets_spare(&drawing->targets, options->operands[i]);
     if (units)
-        targets_spare(&drawing->targets, units);
-    drawing->target = picture_can_write(drawing->format)
-                          ? target_open(&drawing->targets, options_text(options, "output"))
+        system_targets_spare(&drawing->targets, units);
+    drawing->target = figures_picture_can_write(drawing->format)
+                          ? system_target_open(&drawing->targets, options_text(options, "output"))
                           : NULL;
     bool is_good = drawing->target && (!units || read_units(&drawing->panels, units));
     for (int i = 0; i < options->operand_count && is_good && !drawing->is_of_runs; i++)
@@ -136,10 +383,10 @@ static enum status run_plot(const struct options *options) {
     const enum status status = check_usage(&drawing);
     if (status != STATUS_DONE)
         return status;
-    panels->runs = allocate((size_t)panels->run_count, sizeof *panels->runs);
+    panels->runs = format_allocate((size_t)panels->run_count, sizeof *panels->runs);
     const bool is_good =
         open_files(&drawing) && (drawing.is_of_runs ? write_runs(&drawing) : write_drawing(&drawing));
-    targets_release(&drawing.targets);
+    system_targets_release(&drawing.targets);
     json_decref(panels->units);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
@@ -150,13 +397,8 @@ static const char *list_panels(const struct command *command) {
 }
 
 static const struct option_rule plot_rules[] = {
-    {"panel", "a,b", OPTION_LIST,
-     "these panels only: angles, slides, bending-psi, "
-     "bending-theta, torsion, others, path, side, height, "
-     "velocity, "
-     "forces, torques, inputs, phi, psi, energy",
-     NULL, list_panels},
-    {"units", "FILE.json", OPTION_TEXT, "these panels only: %s", NULL, NULL},
+    {"panel", "a,b", OPTION_LIST, "these panels only: %s", NULL, list_panels},
+    {"units", "FILE.json", OPTION_TEXT, "units of columns, from the summary of refdyn sim", NULL, NULL},
     {.name = NULL}};
 
 const struct command plot_command = {

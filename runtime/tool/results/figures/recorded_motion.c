@@ -6,6 +6,11 @@
 #include <math.h>
 #include <string.h>
 
+enum {
+    RUN_ROWS_MOST = 4000,      /* rows that are kept; a figure cannot show more */
+    RUN_NUMBERS_MOST = 1 << 22 /* numbers in these rows; limits the rows of many columns */
+};
+
 enum { POINT_COLUMNS = 9 };
 
 static bool is_named(const struct run *run, int column, const char *stem, size_t length, const char *ending) {
@@ -26,7 +31,7 @@ static void find_coordinates(struct run *run) {
 
 /* A point is NAME_x, with NAME_xd three columns later and NAME_xdd six columns later. */
 static void find_points(struct run *run) {
-    run->points = allocate((size_t)run->column_count / POINT_COLUMNS + 1, sizeof *run->points);
+    run->points = format_allocate((size_t)run->column_count / POINT_COLUMNS + 1, sizeof *run->points);
     for (int i = 1 + 2 * run->coordinate_count; i + POINT_COLUMNS <= run->column_count; i += POINT_COLUMNS) {
         size_t length = strlen(run->columns[i]);
         if (length < 3 || strcmp(run->columns[i] + length - 2, "_x") != 0 ||
@@ -39,11 +44,11 @@ static void find_points(struct run *run) {
 
 /* Returns whether the columns from `first` on are the accelerations of all coordinates. */
 static bool begin_accelerations(const struct run *run, int first) {
-    const size_t lead = strlen(table_acceleration_lead);
+    const size_t lead = strlen(simulate_acceleration_lead);
     for (int i = 0; i < run->coordinate_count; i++) {
         const char *q = run->columns[run->coordinates + i], *name = run->columns[first + i];
-        name += strncmp(name, table_acceleration_lead, lead) == 0 ? lead : 0;
-        if (strncmp(name, q, strlen(q)) != 0 || strcmp(name + strlen(q), table_acceleration_ending) != 0)
+        name += strncmp(name, simulate_acceleration_lead, lead) == 0 ? lead : 0;
+        if (strncmp(name, q, strlen(q)) != 0 || strcmp(name + strlen(q), simulate_acceleration_ending) != 0)
             return false;
     }
     return run->coordinate_count > 0;
@@ -90,25 +95,25 @@ static void take_row(struct run *run, const double *row) {
 
 /* The last line of an interrupted run may be cut short in the middle of a number. */
 static bool warn_of_cut(const struct csv *csv) {
-    complain_line(csv->path, csv->line, "warning: run: the last line is incomplete and ignored");
+    format_complain_line(csv->path, csv->line, "warning: run: the last line is incomplete and ignored");
     return true;
 }
 
 /* Like motion_next. */
 static int next_line(struct run *run, double *row) {
     struct csv *csv = &run->csv;
-    const int answer = csv_next(csv);
+    const int answer = format_csv_next(csv);
     if (answer <= 0 || (csv->is_cut && warn_of_cut(csv)))
         return answer < 0 ? -1 : 0;
     for (int i = 0; i < run->column_count; i++)
-        if (!csv_number(csv, i, &row[i]))
+        if (!format_csv_number(csv, i, &row[i]))
             return -1;
     return 1;
 }
 
 static bool read_rows(struct run *run) {
     const size_t width = (size_t)run->column_count;
-    double *last = allocate(width, sizeof *last);
+    double *last = format_allocate(width, sizeof *last);
     int answer;
     while ((answer = run->motion ? hdf5_motion_next(run->motion, last) : next_line(run, last)) > 0) {
         memcpy(run->kept + (size_t)run->kept_count * width, last, width * sizeof *last);
@@ -124,20 +129,20 @@ static bool read_rows(struct run *run) {
 static void get_room(struct run *run) {
     const size_t width = (size_t)run->column_count;
     run->stride = 1;
-    run->largest = allocate(width, sizeof *run->largest);
+    run->largest = format_allocate(width, sizeof *run->largest);
     run->room = RUN_NUMBERS_MOST / run->column_count;
     run->room = run->room > RUN_ROWS_MOST    ? RUN_ROWS_MOST
                 : run->room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST
                                              : run->room;
-    run->kept = allocate((size_t)(run->room + 1) * width, sizeof *run->kept);
+    run->kept = format_allocate((size_t)(run->room + 1) * width, sizeof *run->kept);
 }
 
 static bool open_csv(struct run *run, const char *path) {
-    if (!csv_open(&run->csv, path, "run"))
+    if (!format_csv_open(&run->csv, path, "run"))
         return false;
     if (strcmp(run->csv.names[0], "t") != 0 || run->csv.count < 2)
-        return csv_complain(&run->csv,
-                            "the header does not begin with t and a name; give a CSV file of refdyn sim");
+        return format_csv_complain(
+            &run->csv, "the header does not begin with t and a name; give a CSV file of refdyn sim");
     run->columns = run->csv.names;
     run->column_count = run->csv.count;
     return true;
@@ -148,9 +153,9 @@ static bool open_hdf5(struct run *run, const char *path) {
     if (!run->motion)
         return false;
     const char *const *names = hdf5_motion_names(run->motion, &run->column_count);
-    char **kept = allocate((size_t)run->column_count, sizeof *kept);
+    char **kept = format_allocate((size_t)run->column_count, sizeof *kept);
     for (int i = 0; i < run->column_count; i++)
-        kept[i] = text_format("%s", names[i]);
+        kept[i] = format_text("%s", names[i]);
     run->columns = kept;
     return true;
 }
@@ -172,14 +177,15 @@ static bool read_run(struct run *run, const char *path) {
     if (!read_rows(run))
         return false;
     run->csv.line += run->csv.line == 1;
-    return run->rows > 0 || csv_complain(&run->csv, "there are no rows; give a CSV file of refdyn sim");
+    return run->rows > 0 ||
+           format_csv_complain(&run->csv, "there are no rows; give a CSV file of refdyn sim");
 }
 
 bool figures_run_read(struct run *run, const char *path) {
     const char *slash = strrchr(path, '/');
     *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
     const bool is_good = read_run(run, path);
-    csv_close(&run->csv);
+    format_csv_close(&run->csv);
     hdf5_motion_close(run->motion);
     run->motion = NULL;
     return is_good;

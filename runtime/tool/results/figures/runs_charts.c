@@ -15,16 +15,16 @@ static void add_head(struct runs_charts *figure, char *text) {
     figure->heads[figure->head_count++] = (struct key){.name = text};
 }
 
-char *runs_charts_label(const char *lead, const char *name, const char *unit) {
-    return unit && *unit ? text_format("%s%s [%s]", lead, name, unit) : text_format("%s%s", lead, name);
+char *figures_label(const char *lead, const char *name, const char *unit) {
+    return unit && *unit ? format_text("%s%s [%s]", lead, name, unit) : format_text("%s%s", lead, name);
 }
 
-bool runs_charts_can_draw(double value) {
+bool figures_can_draw(double value) {
     const double largest = 1e150;
     return fabs(value) <= largest;
 }
 
-double *runs_charts_read(struct runs_charts *figure, const struct kept_item *item, int place, int count) {
+double *figures_read_item(struct runs_charts *figure, const struct kept_item *item, int place, int count) {
     const long cases = hdf5_runs_count(figure->reader);
     const size_t part = (size_t)count;
     double *values = memory_get(&figure->memory, ((size_t)cases * part + 1) * sizeof *values);
@@ -70,7 +70,7 @@ static void find_percentiles(const double *values, long cases, int stride, int k
                              double found[static PERCENTILES]) {
     long count = 0;
     for (long row = 0; row < cases; row++)
-        if (runs_charts_can_draw(values[row * stride + k]))
+        if (figures_can_draw(values[row * stride + k]))
             sorted[count++] = values[row * stride + k];
     qsort(sorted, (size_t)count, sizeof *sorted, compare);
     for (int i = 0; i < PERCENTILES; i++)
@@ -84,8 +84,8 @@ static bool fill(struct runs_charts *figure, const struct kept_item *item, doubl
     double *sorted = memory_get(&figure->memory, ((size_t)cases + 1) * sizeof *sorted);
     for (int first = 0; first < item->size; first += most) {
         const int count = item->size - first < most ? item->size - first : most;
-        struct runs_charts part = {.reader = figure->reader, .memory = arena_start()};
-        const double *values = runs_charts_read(&part, item, first, count);
+        struct runs_charts part = {.reader = figure->reader, .memory = format_arena_start()};
+        const double *values = figures_read_item(&part, item, first, count);
         for (int k = 0; k < count && values; k++) {
             double found[PERCENTILES];
             find_percentiles(values, cases, count, k, sorted, found);
@@ -121,27 +121,27 @@ static long keep_finite(double *x, double *courses, int size) {
 }
 
 static void add_key(struct chart *chart, const char *name, struct stroke stroke) {
-    const int key = chart_key(chart, name, strlen(name)); /* this call may move the list of keys */
+    const int key = figures_chart_key(chart, name, strlen(name)); /* this call may move the list of keys */
     chart->keys[key].stroke = stroke;
 }
 
 static void add_courses(struct chart *chart, const double *x, const double *courses, int size, long count) {
     for (int i = 0; i < BANDS; i++) {
-        const struct stroke stroke = style_band(i);
-        chart_add_band(chart, (struct band){.x = x,
-                                            .low = courses + i * size,
-                                            .high = courses + (PERCENTILES - 1 - i) * size,
-                                            .count = count,
-                                            .colour = stroke.colour});
+        const struct stroke stroke = figures_style_band(i);
+        figures_chart_add_band(chart, (struct band){.x = x,
+                                                    .low = courses + i * size,
+                                                    .high = courses + (PERCENTILES - 1 - i) * size,
+                                                    .count = count,
+                                                    .colour = stroke.colour});
         add_key(chart, names[i], stroke);
     }
-    const struct stroke median = style_quantity(0, 1, 0, 1);
-    chart_add_curve(chart, (struct curve){.x = x,
-                                          .y = courses + MEDIAN * size,
-                                          .count = count,
-                                          .stride = 1,
-                                          .stroke = median,
-                                          .key = BANDS});
+    const struct stroke median = figures_style_quantity(0, 1, 0, 1);
+    figures_chart_add_curve(chart, (struct curve){.x = x,
+                                                  .y = courses + MEDIAN * size,
+                                                  .count = count,
+                                                  .stride = 1,
+                                                  .stroke = median,
+                                                  .key = BANDS});
     add_key(chart, "median", median);
 }
 
@@ -158,9 +158,9 @@ bool figures_bands_add(struct runs_charts *figure, const struct kept_item *item)
     if (count < 2)
         return true;
     struct chart *chart = &figure->charts[figure->chart_count++];
-    *chart = (struct chart){.title = text_format("%s over time, percentiles of the cases", item->name),
-                            .x_label = runs_charts_label("", "t", axis ? axis->unit : NULL),
-                            .y_label = runs_charts_label("", item->name, item->unit)};
+    *chart = (struct chart){.title = format_text("%s over time, percentiles of the cases", item->name),
+                            .x_label = figures_label("", "t", axis ? axis->unit : NULL),
+                            .y_label = figures_label("", item->name, item->unit)};
     add_courses(chart, x, courses, item->size, count);
     return true;
 }
@@ -190,7 +190,7 @@ static bool begins_number(const char *text) {
 
 /* "at t = 0.25 s" as "at t = ... s", in heap memory. */
 static char *without_numbers(const char *text) {
-    char *kept = allocate_large(3 * strlen(text) + 1, 1), *end = kept;
+    char *kept = format_allocate_large(3 * strlen(text) + 1, 1), *end = kept;
     while (*text)
         if (begins_number(text)) {
             text += strspn(text, "0123456789.eE+-");
@@ -249,12 +249,12 @@ static int next_reason(const struct reasons *reasons) {
 
 static void tell_reasons(struct runs_charts *figure, struct reasons *reasons) {
     const long cases = hdf5_runs_count(figure->reader);
-    add_head(figure, text_format("%s: %ld case%s, %ld failed", figure->path, cases, cases == 1 ? "" : "s",
+    add_head(figure, format_text("%s: %ld case%s, %ld failed", figure->path, cases, cases == 1 ? "" : "s",
                                  reasons->failed));
     for (int i = 0, which; i < REASONS_MOST && (which = next_reason(reasons)) >= 0; i++) {
         const char *text = reasons->texts[which];
         add_head(figure,
-                 text_format("%ld failed: %s", reasons->counts[which], *text ? text : "no reason recorded"));
+                 format_text("%ld failed: %s", reasons->counts[which], *text ? text : "no reason recorded"));
         reasons->counts[which] = 0;
     }
     for (int i = 0; i < reasons->count; i++)
@@ -284,12 +284,12 @@ static void tell_worst(struct runs_charts *figure, const struct worst *worst) {
     size_t size;
     if (worst->row < 0)
         return;
-    FILE *out = text_stream(&text, &size);
+    FILE *out = format_stream(&text, &size);
     fprintf(out, "largest |%s|: %.4g%s%s at t = %.4g s in ", worst->item->name, fabs(worst->value),
             unit && *unit ? " " : "", unit ? unit : "", worst->t);
     print_case(out, figure, worst->row);
     fclose(out);
-    add_head(figure, text_format("%s", text));
+    add_head(figure, format_text("%s", text));
     free(text);
 }
 

@@ -58,7 +58,7 @@ static struct stroke in_run(struct stroke stroke, int run, int runs) {
     return run % 2 == 0 ? band(stroke) : stroke;
 }
 
-struct stroke style_quantity(int index, int count, int run, int runs) {
+struct stroke figures_style_quantity(int index, int count, int run, int runs) {
     struct stroke stroke = {colours[index % COLOURS], plain_width, dashes[0], NULL};
     if (count > COLOURS) {
         stroke.colour = colour_on_map((double)index / (count - 1));
@@ -67,29 +67,29 @@ struct stroke style_quantity(int index, int count, int run, int runs) {
     return in_run(stroke, run, runs);
 }
 
-struct stroke style_run(int run, int runs) {
+struct stroke figures_style_run(int run, int runs) {
     return in_run((struct stroke){0x000000, plain_width, dashes[0], NULL}, run, runs);
 }
 
-struct stroke style_method(int method, int line) {
+struct stroke figures_style_method(int method, int line) {
     struct stroke stroke = {colours[method % COLOURS], plain_width, dashes[line % DASHES],
                             marks[method % MARKS]};
     return method == 0 ? band(stroke) : stroke;
 }
 
-unsigned style_value(double part) {
+unsigned figures_style_value(double part) {
     return colour_on_map(part);
 }
 
-unsigned style_no_value(void) {
+unsigned figures_style_no_value(void) {
     return 0xd4d4d4;
 }
 
-struct stroke style_band(int index) {
+struct stroke figures_style_band(int index) {
     const double paleness = 0.8, step = 0.3, height = 12;
     return (struct stroke){mix(colours[0], 0xffffff, paleness - step * index), height, dashes[0], NULL};
 }
 
-struct stroke style_limit(void) {
+struct stroke figures_style_limit(void) {
     return (struct stroke){0x888888, thin_width, dashes[2], NULL};
 }

@@ -39,16 +39,17 @@ static enum status read_numbers(const struct options *options, const char *name,
         double number;
         if (!text_to_number(*item, &number) || !(number > 0 && number < most) ||
             settings->count == SETTINGS_MAX)
-            return usage_error(options->command,
-                               "--%s: '%s' is not a list of up to %d numbers between 0 and %g", name, text,
-                               SETTINGS_MAX, most);
+            return options_usage_error(options->command,
+                                       "--%s: '%s' is not a list of up to %d numbers between 0 and %g", name,
+                                       text, SETTINGS_MAX, most);
         settings->list[settings->count++] = number;
     }
     settings->are_given = true;
     qsort(settings->list, (size_t)settings->count, sizeof *settings->list, by_descent);
     for (int i = 1; i < settings->count; i++)
         if (settings->list[i] == settings->list[i - 1])
-            return usage_error(options->command, "--%s: '%s' has a number twice; give it once", name, text);
+            return options_usage_error(options->command, "--%s: '%s' has a number twice; give it once", name,
+                                       text);
     return STATUS_DONE;
 }
 
@@ -70,8 +71,8 @@ static enum status read_methods(const struct options *options, struct study_plan
     for (const char **name = options_list(methods); *name; name++) {
         const int method = refdyn_method_find(*name);
         if (method < 0)
-            return usage_error(options->command, "--methods: '%s' is not a list of %s", methods,
-                               motion_methods(false));
+            return options_usage_error(options->command, "--methods: '%s' is not a list of %s", methods,
+                                       simulate_methods(false));
         plan->methods[method] = true;
     }
     return STATUS_DONE;
@@ -94,16 +95,17 @@ static enum status read_plan(struct report *report) {
 static enum status read_vary(struct report *report) {
     const char *text = options_text(report->options, "vary"), *equals = strchr(text, '=');
     if (!equals || equals == text || !equals[1])
-        return usage_error(report->options->command, "--vary: '%s' is not of the form OPTION=V1,V2", text);
-    report->vary_name = text_format("%.*s", (int)(equals - text), text);
+        return options_usage_error(report->options->command, "--vary: '%s' is not of the form OPTION=V1,V2",
+                                   text);
+    report->vary_name = format_text("%.*s", (int)(equals - text), text);
     for (int i = 0; i < report->options->setting_count; i++)
         if (strcmp(report->options->settings[i].name, report->vary_name) == 0)
-            return usage_error(report->options->command, "--vary: --set sets %s, too; remove one of them",
-                               report->vary_name);
+            return options_usage_error(report->options->command,
+                                       "--vary: --set sets %s, too; remove one of them", report->vary_name);
     for (const char **value = options_list(equals + 1); *value; value++) {
         if (report->variant_count == VARIANTS_MAX)
-            return usage_error(report->options->command, "--vary: at most %d values are allowed",
-                               VARIANTS_MAX);
+            return options_usage_error(report->options->command, "--vary: at most %d values are allowed",
+                                       VARIANTS_MAX);
         report->values[report->variant_count++] = *value;
     }
     return options_check_list(report->options->command, "vary", equals + 1);
@@ -118,8 +120,9 @@ static bool has_option(const struct model *model, const char *name) {
 
 /* Opens NAME.ending in the folder of -o. */
 static struct target *open_file(struct report *report, const char *ending) {
-    return target_open(&report->targets, text_format("%s/%s.%s", options_text(report->options, "output"),
-                                                     report->model_name, ending));
+    return system_target_open(
+        &report->targets,
+        format_text("%s/%s.%s", options_text(report->options, "output"), report->model_name, ending));
 }
 
 /* Opens all outputs before the runs. */
@@ -127,8 +130,8 @@ static enum status open_files(struct report *report, const struct scene *scene) 
     const char *state = options_state_path(options_text(report->options, "from"));
     scene_spare_sources(scene, &report->targets);
     if (state)
-        targets_spare(&report->targets, state);
-    if (!targets_make_folder(&report->targets, options_text(report->options, "output")))
+        system_targets_spare(&report->targets, state);
+    if (!system_targets_make_folder(&report->targets, options_text(report->options, "output")))
         return STATUS_FAULT;
     report->csv = open_file(report, "csv");
     report->svg = report->csv ? open_file(report, "svg") : NULL;
@@ -147,12 +150,12 @@ static enum status plan_report(struct report *report) {
         return status;
     status = scene_read(&scene, report->options, false);
     if (status == STATUS_DONE) {
-        report->model_name = text_format("%s", scene.generation.model.name);
+        report->model_name = format_text("%s", scene.generation.model.name);
         if (!vary)
             report->variant_count = 1;
         else if (!has_option(&scene.generation.model, report->vary_name))
-            status = usage_error(report->options->command, "--vary: the model has no option '%s'",
-                                 report->vary_name);
+            status = options_usage_error(report->options->command, "--vary: the model has no option '%s'",
+                                         report->vary_name);
     }
     if (status == STATUS_DONE)
         status = open_files(report, &scene);
@@ -167,12 +170,12 @@ static enum status run_study(struct report *report, struct study *study, const s
     const double every = options_number(options, "every");
     struct scene scene;
     struct study_plan plan = report->plan;
-    enum status status = scene_open(&scene, options, motion_needs(options) | NEEDS_TANGENT,
+    enum status status = scene_open(&scene, options, simulate_needs(options) | NEEDS_TANGENT,
                                     options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE)
-        status = motion_place(&scene, options);
+        status = simulate_place(&scene, options);
     if (status == STATUS_DONE)
-        status = motion_check_times(&scene, options);
+        status = simulate_check_times(&scene, options);
     if (status == STATUS_DONE) {
         plan.every = every > 0 ? every : (options_number(options, "until") - scene.state.t) / REPORT_OUTPUTS;
         list_settings(&plan);
@@ -186,14 +189,14 @@ static enum status run_study(struct report *report, struct study *study, const s
 static enum status run_variant(struct report *report, int i, double seconds) {
     struct study *study = &report->studies[i];
     struct options options = *report->options;
-    struct setting *settings = allocate((size_t)options.setting_count + 1, sizeof *settings);
+    struct setting *settings = format_allocate((size_t)options.setting_count + 1, sizeof *settings);
     for (int j = 0; j < options.setting_count; j++)
         settings[j] = options.settings[j];
     if (report->values[i])
         settings[options.setting_count++] = (struct setting){report->vary_name, report->values[i]};
     options.settings = settings;
     study->name =
-        report->values[i] ? text_format("%s=%s", report->vary_name, report->values[i]) : report->model_name;
+        report->values[i] ? format_text("%s=%s", report->vary_name, report->values[i]) : report->model_name;
     report->done++;
     return run_study(report, study, &options, seconds);
 }
@@ -203,10 +206,10 @@ static enum status run_all(struct report *report) {
     const double seconds = options_number(report->options, "seconds") > 0
                                ? options_number(report->options, "seconds")
                                : seconds_default;
-    const double start = wall_seconds();
-    interrupt_defer(true);
+    const double start = system_wall_seconds();
+    system_interrupt_defer(true);
     for (int i = 0; i < report->variant_count && status == STATUS_DONE; i++) {
-        const double left = fmax(seconds - (wall_seconds() - start), 0);
+        const double left = fmax(seconds - (system_wall_seconds() - start), 0);
         status = run_variant(report, i, left / (report->variant_count - i));
     }
     return status;
@@ -223,18 +226,18 @@ static void put_csv_number(FILE *out, double value, bool is_there) {
 
 static void put_csv_trial(FILE *out, const struct study *study, const struct method_run *trial,
                           const char *kind) {
-    put_csv_text(out, study->name);
+    format_csv_text(out, study->name);
     fprintf(out, ",%s,%s,", kind, refdyn_method_name((int)trial->method));
     put_csv_number(out, trial->tol, trial->tol > 0);
     put_csv_number(out, trial->step, trial->step > 0);
-    fprintf(out, "%s,%ld,%ld,%ld,%ld,", stabilise_names[trial->stabilise], trial->steps, trial->rejected,
-            trial->evaluations, trial->tangents);
+    fprintf(out, "%s,%ld,%ld,%ld,%ld,", simulate_stabilise_names[trial->stabilise], trial->steps,
+            trial->rejected, trial->evaluations, trial->tangents);
     put_csv_number(out, trial->error, report_is_done(trial));
     put_csv_number(out, trial->phi_max, true);
     put_csv_number(out, trial->psi_max, true);
     put_csv_number(out, trial->energy_error, !isnan(trial->energy_error));
     put_csv_number(out, trial->cpu_s, report_is_done(trial));
-    put_csv_text(out, report_trial_outcome(trial));
+    format_csv_text(out, report_trial_outcome(trial));
     fputc('\n', out);
 }
 
@@ -251,27 +254,27 @@ static bool write_csv(const struct report *report) {
             for (int k = 0; k < study->series[j].count; k++)
                 put_csv_trial(out, study, &study->series[j].trials[k], "run");
     }
-    return target_finish(report->csv);
+    return system_target_finish(report->csv);
 }
 
 /* ---- The figure, the page and the findings */
 
 static bool draw(const struct report *report, char **figure) {
     size_t size;
-    FILE *out = text_stream(figure, &size);
-    const char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
+    FILE *out = format_stream(figure, &size);
+    const char *title = format_text("%s, %g s: error against run time, one mark a tolerance or step",
                                     report->model_name, options_number(report->options, "until"));
     report_diagram_draw(out, title, report->studies, report->done);
     fclose(out);
     fwrite(*figure, 1, size, report->svg->file);
-    return target_finish(report->svg);
+    return system_target_finish(report->svg);
 }
 
 static bool write_page(const struct report *report, const char *figure) {
-    const char *title =
-        text_format("%s: error against run time%s", report->model_name, interrupted ? ", interrupted" : "");
+    const char *title = format_text("%s: error against run time%s", report->model_name,
+                                    system_interrupted ? ", interrupted" : "");
     report_page_write(report->page->file, title, report->studies, report->done, figure);
-    return target_finish(report->page);
+    return system_target_finish(report->page);
 }
 
 /* The width of the widest text in the column. */
@@ -318,21 +321,21 @@ static void forget_unfinished(struct report *report) {
 }
 
 static void release_report(struct report *report) {
-    targets_release(&report->targets);
+    system_targets_release(&report->targets);
     for (int i = 0; i < VARIANTS_MAX; i++)
         free(report->studies[i].facts);
 }
 
 static enum status run_report(const struct options *options) {
-    struct report *report = allocate(1, sizeof *report);
+    struct report *report = format_allocate(1, sizeof *report);
     report->options = options;
     enum status status = plan_report(report);
     if (status == STATUS_DONE)
         status = run_all(report);
-    interrupt_accept(); /* further signals must not keep the report from being written */
-    if (interrupted)
+    system_interrupt_accept(); /* further signals must not keep the report from being written */
+    if (system_interrupted)
         forget_unfinished(report);
-    if (status == STATUS_DONE || (interrupted && report->done > 0))
+    if (status == STATUS_DONE || (system_interrupted && report->done > 0))
         status = write_report(report);
     release_report(report);
     return status;
@@ -340,16 +343,15 @@ static enum status run_report(const struct options *options) {
 
 static const char *list_methods(const struct command *command) {
     (void)command;
-    return motion_methods(false);
+    return simulate_methods(false);
 }
 
 static const struct option_rule report_rules[] = {
     {"methods", "a,b,c", OPTION_LIST, "methods to compare (default: all)", NULL, list_methods},
     {"tols", "a,b,c", OPTION_LIST,
-     "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)", NULL,
-     NULL},
-    {"steps", "a,b,c", OPTION_LIST,
      "tolerances of methods with adaptive steps (default: each power of ten from 1e-2 to 1e-12)", NULL, NULL},
+    {"steps", "a,b,c", OPTION_LIST,
+     "steps of methods with fixed steps [s] (default: from the largest stable step downward)", NULL, NULL},
     {"seconds", "S", OPTION_POSITIVE, "time for all runs together [s] (default 60)", NULL, NULL},
     {"vary", "OPTION=V1,V2", OPTION_TEXT, "repeat the study for these values of a structural option", NULL,
      NULL},
@@ -360,7 +362,7 @@ const struct command report_command = {
     .run = run_report,
     .operands = "MODEL.lua",
     .options = "output! until! every from hold methods tols steps seconds vary set fold",
-    .tables = {report_rules, motion_rules, statics_rules, scene_rules},
+    .tables = {report_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "DIR",
     .purpose = "error against run time of all methods, as CSV, SVG and HTML",
     .help =

@@ -1,10 +1,5 @@
-/*
- * Report: error against run time of all methods for one scene.
- *
- *   study      the runs and their reference
- *   findings   what the runs show, as sentences and as a table
- *   page       figure and HTML page
- */
+/* Report: error against run time of all methods for one scene. Parts: study, the runs and their reference;
+ * findings, what the runs show; figure and HTML page. */
 #ifndef REFDYN_TOOL_REPORT_H
 #define REFDYN_TOOL_REPORT_H
 
@@ -85,22 +80,13 @@ bool report_is_settled(const struct study *study, const struct method_run *trial
 
 /* Findings: sentences about the reference, and a row of a table for each method. */
 
-/* "rk4", or "rk4, baumgarte" if the method has several stabilisations. */
-const char *report_series_name(const struct study *study, const struct series *series);
-/* "tolerance 1e-06" or "step 0.001 s". */
-const char *report_trial_setting(const struct method_run *trial);
 /* "done", or when and why the run stopped. */
 const char *report_trial_outcome(const struct method_run *trial);
-/* The unit of errors. */
-const char *report_study_unit(const struct study *study);
-
 /* Describes the reference. */
 const char *report_findings_reference(const struct study *study);
 
-enum {
-    LEVEL_COUNT = 3,
-    FINDING_COLUMNS = 5 + LEVEL_COUNT /* method, CPU times, slope, least error, limit of stability, stops */
-};
+/* method, CPU times, slope, least error, limit of stability, stops */
+enum { LEVEL_COUNT = 3, FINDING_COLUMNS = 5 + LEVEL_COUNT };
 
 /* A line below the table that explains its times. */
 extern const char report_findings_note[];
@@ -108,8 +94,8 @@ extern const char report_findings_note[];
 /* The cell of a series in a column of the table; the head of the column if series is NULL. */
 const char *report_findings_cell(const struct study *study, const struct series *series, int column);
 
-/* Page: the figure of error over run time, with a chart for each study and a line for each method and
- * stabilisation; and one HTML file with facts, findings, figure and all runs. */
+/* Page: the figure of error over run time, with a chart for each study; and one HTML file with facts,
+ * findings, figure and all runs. */
 
 /* The part of the page about model, options, start and parameters, in heap memory. */
 char *report_page_facts(const struct scene *scene, const struct options *options,

@@ -47,7 +47,7 @@ bool report_is_settled(const struct study *study, const struct method_run *trial
 
 static void keep_facts(struct method_run *trial, const struct motion *motion) {
     const struct refdyn_statistics *s = &motion->integrator.statistics;
-    const double fraction = motion_fraction(motion);
+    const double fraction = simulate_fraction(motion);
     trial->cpu_s = motion->cpu_s;
     if (trial->result == MOTION_TOO_SLOW)
         trial->cpu_s /= fraction;
@@ -65,7 +65,7 @@ static void keep_facts(struct method_run *trial, const struct motion *motion) {
 /* An infinite or NaN position has no distance 0 from itself. */
 static bool is_finite(const struct track *track) {
     for (long i = 0; i < track->count; i++)
-        if (track_distance(track, i, track, i) != 0)
+        if (simulate_track_distance(track, i, track, i) != 0)
             return false;
     return true;
 }
@@ -79,28 +79,29 @@ static void run_once(struct runs *runs, struct method_run *trial) {
     integration.stabilise = trial->stabilise;
     integration.project_start = 1;
     integration.balance = 1;
-    trial->result = motion_start(&motion, runs->scene, &integration, runs->plan->until, runs->plan->every);
+    trial->result = simulate_start(&motion, runs->scene, &integration, runs->plan->until, runs->plan->every);
     motion.cpu_limit = trial->cpu_limit_s;
     runs->study->outputs = motion.outputs;
-    track_release(&runs->track);
-    track_start(&runs->track, runs->scene->model, motion.outputs);
+    simulate_track_release(&runs->track);
+    simulate_track_start(&runs->track, runs->scene->model, motion.outputs);
     for (long i = 0; i < motion.outputs && trial->result == REFDYN_OK; i++) {
         if (i > 0)
-            trial->result = motion_to(&motion, i, &runs->progress);
-        track_add(&runs->track, &motion.integrator);
+            trial->result = simulate_to(&motion, i, &runs->progress);
+        simulate_track_add(&runs->track, &motion.integrator);
     }
     if (report_is_done(trial) && !is_finite(&runs->track))
         trial->result = REFDYN_NOT_FINITE;
     if (report_is_done(trial))
         refdyn_energy_scale(&motion.energy, &motion.integrator);
     keep_facts(trial, &motion);
-    motion_release(&motion);
+    simulate_release(&motion);
 }
 
 /* Repeats a short run and keeps the shortest time, since disturbances only make runs longer. */
 static void repeat_short(struct runs *runs, struct method_run *trial) {
     double spent = trial->cpu_s, least = trial->cpu_s;
-    for (int i = 1; i < REPEATS_MAX && spent < repeat_seconds && report_is_done(trial) && !interrupted; i++) {
+    for (int i = 1; i < REPEATS_MAX && spent < repeat_seconds && report_is_done(trial) && !system_interrupted;
+         i++) {
         struct method_run again = *trial;
         again.cpu_limit_s = 0;
         run_once(runs, &again);
@@ -114,7 +115,7 @@ static void repeat_short(struct runs *runs, struct method_run *trial) {
 static double distance_from_reference(const struct runs *runs) {
     double largest = 0;
     for (long i = 0; i < runs->track.count; i++) {
-        const double apart = track_distance(&runs->track, i, &runs->reference, i);
+        const double apart = simulate_track_distance(&runs->track, i, &runs->reference, i);
         if (isnan(apart))
             return NAN;
         largest = fmax(largest, apart);
@@ -127,13 +128,13 @@ static double distance_from_reference(const struct runs *runs) {
 /* Runs the method at the tightest tolerance at which it completes the motion within `seconds`. */
 static bool run_witness(struct runs *runs, struct method_run *trial, enum refdyn_method method,
                         double seconds) {
-    const double end = wall_seconds() + seconds;
+    const double end = system_wall_seconds() + seconds;
     const int count = sizeof witness_tols / sizeof witness_tols[0];
-    for (int i = 0; i < count && wall_seconds() < end && !interrupted; i++) {
+    for (int i = 0; i < count && system_wall_seconds() < end && !system_interrupted; i++) {
         *trial = (struct method_run){.method = method,
                                      .stabilise = runs->scene->model->m > 0 ? REFDYN_PROJECT : REFDYN_NONE,
                                      .tol = witness_tols[i],
-                                     .cpu_limit_s = end - wall_seconds()};
+                                     .cpu_limit_s = end - system_wall_seconds()};
         run_once(runs, trial);
         if (report_is_done(trial))
             return true;
@@ -145,7 +146,7 @@ static enum status find_reference(struct runs *runs, double seconds) {
     struct study *study = runs->study;
     const int count = sizeof witnesses / sizeof witnesses[0];
     int found = 0;
-    for (int i = 0; i < count && found < REFERENCES && !interrupted; i++) {
+    for (int i = 0; i < count && found < REFERENCES && !system_interrupted; i++) {
         struct method_run *trial = &study->references[found];
         if (!run_witness(runs, trial, witnesses[i], seconds * witness_share))
             continue;
@@ -158,8 +159,8 @@ static enum status find_reference(struct runs *runs, double seconds) {
     }
     study->reference_count = found;
     study->floor = study->references[REFERENCES - 1].error;
-    study->way = track_way(&runs->reference, runs->reference.count);
-    if (found < REFERENCES && !interrupted)
+    study->way = simulate_track_way(&runs->reference, runs->reference.count);
+    if (found < REFERENCES && !system_interrupted)
         fprintf(stderr,
                 "refdyn report: %s: no reference: fewer than two methods completed the motion at tight "
                 "tolerances; give them more time with --seconds\n",
@@ -265,8 +266,8 @@ static struct series *next_series(struct study *study) {
 
 static void run_all_series(struct runs *runs, double end) {
     struct series *series;
-    while (!interrupted && (series = next_series(runs->study))) {
-        const double left = fmax(end - wall_seconds(), limit_least);
+    while (!system_interrupted && (series = next_series(runs->study))) {
+        const double left = fmax(end - system_wall_seconds(), limit_least);
         run_next(runs, series, left * run_share);
     }
 }
@@ -274,7 +275,7 @@ static void run_all_series(struct runs *runs, double end) {
 enum status report_study_run(struct study *study, const struct study_plan *plan, struct scene *scene,
                              double seconds) {
     const struct refdyn_model *model = scene->model;
-    const double end = wall_seconds() + seconds;
+    const double end = system_wall_seconds() + seconds;
     struct runs runs = {.study = study, .plan = plan, .scene = scene};
     study->from = scene->state.t;
     study->has_points = model->point_count > 0;
@@ -283,12 +284,12 @@ enum status report_study_run(struct study *study, const struct study_plan *plan,
         fprintf(stderr,
                 "refdyn report: %s: the model has no exact tangent, so implicit methods are omitted\n",
                 study->name);
-    progress_start(&runs.progress, study->name);
+    system_progress_start(&runs.progress, study->name);
     enum status status = find_reference(&runs, seconds);
     if (status == STATUS_DONE)
         run_all_series(&runs, end);
-    progress_end(&runs.progress);
-    track_release(&runs.track);
-    track_release(&runs.reference);
+    system_progress_end(&runs.progress);
+    simulate_track_release(&runs.track);
+    simulate_track_release(&runs.reference);
     return status;
 }

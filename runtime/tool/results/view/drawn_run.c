@@ -1,4 +1,15 @@
-/* Writes a run for the page as JSON: rows, coordinates, courses and applied forces, in rounded numbers. */
+/*
+ * Writes a run for the page as JSON: as many rows as one can see, in few digits, and the applied forces.
+ *
+ *     "t": {"unit": 1e-5, "steps": [0, 5000, ...]}        value = unit times the sum of the steps up to it
+ *     "q": [{"unit": , "steps": }, ...]                   by frame; turns to 1e-5 rad or less, slides to five
+ *                                                         digits of the largest
+ *     "courses": [{"name": , "kind": , "unit": , "steps": }, ...]
+ *                                                         residuals, energy, programme forces that are not 0,
+ *                                                         inputs and courses, to four digits of the largest
+ *     "applied": [{"name": , "kind": "drive", "frame": , "parts": [{"unit": , "steps": }]},
+ *                 {"name": , "kind": "force" or "torque", "frame": , "at": [x, y, z], "parts": [3 of them]}]
+ */
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -17,11 +28,14 @@ void view_put_cosine(FILE *out, double value) {
     view_put_length(out, rounded == 0 ? 0 : rounded); /* no -0 */
 }
 
-double view_rounded_unit(double largest, int digits) {
+/* The power of ten that leaves `digits` digits of the largest absolute value; 1 if that is 0. */
+static double rounded_unit(double largest, int digits) {
     return largest > 0 && isfinite(largest) ? pow(10, floor(log10(largest)) + 1 - digits) : 1;
 }
 
-void view_put_course(FILE *out, const double *values, long count, long stride, double unit) {
+/* Writes values, `stride` apart in memory, as differences in whole units: "[3,0,-1]". The first one is
+ * relative to 0. */
+static void put_course(FILE *out, const double *values, long count, long stride, double unit) {
     long long before = 0;
     fputc('[', out);
     for (long i = 0; i < count; i++) {
@@ -45,7 +59,8 @@ struct drawn_rows view_drawn_run_rows(const struct run *run, int share) {
     const long most = room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST : room < ROWS_MOST ? room : ROWS_MOST;
     const long stride = (run->kept_count + most - 1) / most;
     struct drawn_rows rows = {.width = width};
-    rows.values = allocate((size_t)(run->kept_count / stride + 2) * (size_t)width, sizeof *rows.values);
+    rows.values =
+        format_allocate((size_t)(run->kept_count / stride + 2) * (size_t)width, sizeof *rows.values);
     for (long i = 0; i < run->kept_count; i++)
         if (i % stride == 0 || i == run->kept_count - 1)
             memcpy(rows.values + rows.count++ * width, run->kept + i * width,
@@ -55,13 +70,13 @@ struct drawn_rows view_drawn_run_rows(const struct run *run, int share) {
 
 static void put_numbers(FILE *out, const struct drawn_rows *rows, int column, double unit) {
     fprintf(out, "\"unit\":%.9g,\"steps\":", unit);
-    view_put_course(out, rows->values + column, rows->count, rows->width, unit);
+    put_course(out, rows->values + column, rows->count, rows->width, unit);
     fputc('}', out);
 }
 
 static double unit_of_coordinate(const struct run *run, int column, bool is_revolute) {
-    return is_revolute ? fmin(turn_unit, view_rounded_unit(run->largest[column], COURSE_DIGITS))
-                       : view_rounded_unit(run->largest[column], SLIDE_DIGITS);
+    return is_revolute ? fmin(turn_unit, rounded_unit(run->largest[column], COURSE_DIGITS))
+                       : rounded_unit(run->largest[column], SLIDE_DIGITS);
 }
 
 static void put_coordinate_rows(FILE *out, const struct run *run, const struct tree *tree,
@@ -98,9 +113,9 @@ static void put_courses(FILE *out, const struct run *run, const struct drawn_row
         if (!kind)
             continue;
         fprintf(out, "%s{\"name\":", separator);
-        put_json_text(out, run->columns[i]);
+        format_json_text(out, run->columns[i]);
         fprintf(out, ",\"kind\":\"%s\",", kind);
-        put_numbers(out, rows, i, view_rounded_unit(run->largest[i], COURSE_DIGITS));
+        put_numbers(out, rows, i, rounded_unit(run->largest[i], COURSE_DIGITS));
         separator = ",\n";
     }
     fputs("]", out);
@@ -109,13 +124,18 @@ static void put_courses(FILE *out, const struct run *run, const struct drawn_row
 void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tree,
                         const struct drawn_rows *rows) {
     fputs("\"t\":{", out);
-    put_numbers(out, rows, 0, view_rounded_unit(run->largest[0], TIME_DIGITS));
+    put_numbers(out, rows, 0, rounded_unit(run->largest[0], TIME_DIGITS));
     fputs(",\n", out);
     put_coordinate_rows(out, run, tree, rows);
     put_courses(out, run, rows);
 }
 
 /* ---- Applied forces ---- */
+
+/* Drives on coordinates, and forces and torques at points. The model's formulas are evaluated at the
+ * coordinates, rates, inputs and points of the rows, to four digits of the largest. A force is omitted if it
+ * is 0 throughout, or if its formula needs something else: points that are no points of interest, or values
+ * of a start that was not given. */
 
 enum { DIGITS = 4, POINT_RATE = 3 /* columns from a point's position to its velocity */ };
 
@@ -138,7 +158,7 @@ static int input_column(const struct run *run, const char *name) {
     const char *const *columns = (const char *const *)run->columns + run->inputs;
     const int plain = text_index(name, columns, run->input_count);
     const int place =
-        plain < 0 ? text_index(text_format("input_%s", name), columns, run->input_count) : plain;
+        plain < 0 ? text_index(format_text("input_%s", name), columns, run->input_count) : plain;
     return place < 0 ? -1 : run->inputs + place;
 }
 
@@ -192,10 +212,10 @@ static void value_row(const struct valuation *valuation, long row) {
 
 static void value_all(struct valuation *valuation) {
     const struct graph *g = &valuation->generation->graph;
-    valuation->is_needed = allocate_large(g->count, sizeof *valuation->is_needed);
-    valuation->node = allocate_large(g->count, sizeof *valuation->node);
-    valuation->list = allocate_large((size_t)valuation->rows->count * (size_t)valuation->formula_count + 1,
-                                     sizeof *valuation->list);
+    valuation->is_needed = format_allocate_large(g->count, sizeof *valuation->is_needed);
+    valuation->node = format_allocate_large(g->count, sizeof *valuation->node);
+    valuation->list = format_allocate_large(
+        (size_t)valuation->rows->count * (size_t)valuation->formula_count + 1, sizeof *valuation->list);
     for (int i = 0; i < valuation->formula_count; i++)
         valuation->is_needed[valuation->formulas[i]] = true;
     rewrite_mark_operands(g, valuation->is_needed, g->count);
@@ -231,9 +251,9 @@ static double largest_of(const struct valuation *valuation, int first, int count
 static void put_applied(FILE *out, const struct valuation *valuation, const struct applied *applied,
                         int first) {
     struct model *model = &valuation->generation->model;
-    const double unit = view_rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
+    const double unit = rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
     fputs("{\"name\":", out);
-    put_json_text(out, applied->name);
+    format_json_text(out, applied->name);
     fprintf(out, ",\"kind\":\"%s\",\"frame\":%d,\"at\":[", applied->kind, applied->at.frame);
     for (int i = 0; i < 3; i++) {
         fputs(i ? "," : "", out);
@@ -243,8 +263,7 @@ static void put_applied(FILE *out, const struct valuation *valuation, const stru
     fputs("],\"parts\":[", out);
     for (int i = 0; i < applied->count; i++) {
         fprintf(out, "%s{\"unit\":%.9g,\"steps\":", i ? "," : "", unit);
-        view_put_course(out, valuation->list + first + i, valuation->rows->count, valuation->formula_count,
-                        unit);
+        put_course(out, valuation->list + first + i, valuation->rows->count, valuation->formula_count, unit);
         fputc('}', out);
     }
     fputs("]}", out);
@@ -290,9 +309,11 @@ void view_applied_forces_put(FILE *out, struct generation *generation, const str
                              const struct drawn_rows *rows) {
     const struct model *model = &generation->model;
     struct valuation valuation = {.generation = generation, .run = run, .rows = rows};
-    struct applied *list = allocate((size_t)(model->force_count + model->load_count) + 1, sizeof *list);
+    struct applied *list =
+        format_allocate((size_t)(model->force_count + model->load_count) + 1, sizeof *list);
     const int count = list_known(&valuation, list, &valuation.formula_count);
-    expression *formulas = allocate((size_t)valuation.formula_count + 1, sizeof *formulas), *next = formulas;
+    expression *formulas = format_allocate((size_t)valuation.formula_count + 1, sizeof *formulas),
+               *next = formulas;
     for (int i = 0; i < count; i++)
         for (int k = 0; k < list[i].count; k++)
             *next++ = list[i].values[k];

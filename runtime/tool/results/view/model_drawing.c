@@ -48,7 +48,7 @@ struct drawing {
 enum colour_of { COLOUR_LINK, COLOUR_BEAM, COLOUR_ROW, COLOUR_FORCE = 6 };
 
 static unsigned colour(enum colour_of what) {
-    return style_quantity((int)what, 1, 0, 1).colour;
+    return figures_style_quantity((int)what, 1, 0, 1).colour;
 }
 
 static double value_of(const struct drawing *drawing, expression e) {
@@ -68,7 +68,7 @@ static const char *joints_text(const struct link *link) {
     for (int i = 0; i < link->joint_count; i++) {
         const struct joint *joint = &link->joints[i];
         const bool goes_on = i > 0 && link->joints[i - 1].is_revolute == joint->is_revolute;
-        text = text_format("%s%s%s %s", text, i > 0 && !goes_on ? ", " : "",
+        text = format_text("%s%s%s %s", text, i > 0 && !goes_on ? ", " : "",
                            goes_on              ? ""
                            : joint->is_revolute ? "turns"
                                                 : "slides",
@@ -82,9 +82,9 @@ static const char *axis_text(const struct drawing *drawing, const struct link *l
     const char *text = "";
     for (int i = 0; i < link->joint_count; i++)
         if (link->joints[i].has_direction)
-            text = text_format("%s%s%s %s", text, *text ? ", " : "",
+            text = format_text("%s%s%s %s", text, *text ? ", " : "",
                                link->joints[i].is_revolute ? "about" : "along",
-                               joint_axis_text(&program_memory, drawing->model, &link->joints[i]));
+                               joint_axis_text(&format_memory, drawing->model, &link->joints[i]));
     return text;
 }
 
@@ -94,11 +94,11 @@ static const char *springs_text(const struct link *link) {
     for (int i = 0; i < link->joint_count; i++) {
         const struct joint *joint = &link->joints[i];
         if (joint->stiffness)
-            springs = text_format("%s %s", springs, joint->name);
+            springs = format_text("%s %s", springs, joint->name);
         if (joint->damping)
-            dampers = text_format("%s %s", dampers, joint->name);
+            dampers = format_text("%s %s", dampers, joint->name);
     }
-    return text_format("%s%s%s%s%s", *springs ? "spring" : "", springs, *springs && *dampers ? ", " : "",
+    return format_text("%s%s%s%s%s", *springs ? "spring" : "", springs, *springs && *dampers ? ", " : "",
                        *dampers ? "damper" : "", dampers);
 }
 
@@ -111,7 +111,7 @@ static const char *mass_text(const struct drawing *drawing, const struct link *l
                 value_of(drawing, link->beam.segments[i].length);
     for (int i = 0; i < link->solid_count; i++)
         mass += value_of(drawing, link->solids[i].mass);
-    return mass > 0 ? text_format("%.4g kg", mass) : "";
+    return mass > 0 ? format_text("%.4g kg", mass) : "";
 }
 
 static const char *beam_text(const struct drawing *drawing, const struct beam *beam) {
@@ -121,7 +121,7 @@ static const char *beam_text(const struct drawing *drawing, const struct beam *b
         length += value_of(drawing, beam->segments[i].length);
         count += beam->segments[i].rfe;
     }
-    return text_format("beam of %.4g m, %d element%s", length, count, count == 1 ? "" : "s");
+    return format_text("beam of %.4g m, %d element%s", length, count, count == 1 ? "" : "s");
 }
 
 static const char *place_text(const struct attachment *on) {
@@ -133,7 +133,7 @@ static void describe_link(struct drawing *drawing, int i) {
     struct box *box = &drawing->links[i];
     *box = (struct box){.width = LINK_WIDTH, .colour = colour(link->beam.exists ? COLOUR_BEAM : COLOUR_LINK)};
     add_line(box, link->name);
-    add_line(box, text_format("%s%s", joints_text(link), place_text(&link->on)));
+    add_line(box, format_text("%s%s", joints_text(link), place_text(&link->on)));
     if (*axis_text(drawing, link))
         add_line(box, axis_text(drawing, link));
     if (*springs_text(link))
@@ -149,9 +149,10 @@ static void describe_link(struct drawing *drawing, int i) {
 static int *order_links(struct drawing *drawing) {
     const int count = drawing->model->link_count;
     const struct link *links = drawing->model->links;
-    int *size = allocate((size_t)count + 1, sizeof *size), *next = allocate((size_t)count + 1, sizeof *next),
-        *order = allocate((size_t)count + 1, sizeof *order),
-        *children = allocate((size_t)count + 1, sizeof *children);
+    int *size = format_allocate((size_t)count + 1, sizeof *size),
+        *next = format_allocate((size_t)count + 1, sizeof *next),
+        *order = format_allocate((size_t)count + 1, sizeof *order),
+        *children = format_allocate((size_t)count + 1, sizeof *children);
     for (int i = count - 1; i >= 0; i--) {
         const int on = links[i].on.link < 0 ? count : links[i].on.link;
         size[on] += ++size[i];
@@ -190,11 +191,12 @@ static void place_links(struct drawing *drawing) {
 
 static struct item *add_item(struct drawing *drawing, enum colour_of what, const char *title,
                              const char *kind) {
-    drawing->items = memory_room(&program_memory, drawing->items, drawing->item_count, &drawing->item_room,
+    drawing->items = memory_room(&format_memory, drawing->items, drawing->item_count, &drawing->item_room,
                                  sizeof *drawing->items);
     struct item *item = &drawing->items[drawing->item_count++];
-    *item = (struct item){.box = {.width = ITEM_WIDTH, .colour = colour(what)},
-                          .is_on = allocate((size_t)drawing->model->link_count + 1, sizeof *item->is_on)};
+    *item =
+        (struct item){.box = {.width = ITEM_WIDTH, .colour = colour(what)},
+                      .is_on = format_allocate((size_t)drawing->model->link_count + 1, sizeof *item->is_on)};
     add_line(&item->box, title);
     add_line(&item->box, kind);
     return item;
@@ -226,7 +228,7 @@ static const char *mark_symbols(const struct drawing *drawing, const struct item
         else if (symbol->kind == SYMBOL_POINT)
             mark_point(drawing, item, symbol->index / 3);
         else if (symbol->kind == SYMBOL_INPUT)
-            inputs = text_format("%s%s%s", inputs, *inputs ? ", " : ", input ",
+            inputs = format_text("%s%s%s", inputs, *inputs ? ", " : ", input ",
                                  drawing->model->inputs[symbol->index].name);
     }
     return inputs;
@@ -235,7 +237,7 @@ static const char *mark_symbols(const struct drawing *drawing, const struct item
 /* The name of a closure; its rows have one more word. */
 static const char *name_of_closure(const struct row *row) {
     const char *blank = strrchr(row->name, ' ');
-    return blank ? text_format("%.*s", (int)(blank - row->name), row->name) : row->name;
+    return blank ? format_text("%.*s", (int)(blank - row->name), row->name) : row->name;
 }
 
 static void add_rows(struct drawing *drawing) {
@@ -249,7 +251,7 @@ static void add_rows(struct drawing *drawing) {
         const char *title = count > 1 ? name_of_closure(row) : row->name;
         const struct item *item =
             add_item(drawing, COLOUR_ROW, title,
-                     text_format("%d row%s of %s", count, count > 1 ? "s" : "", levels[row->level]));
+                     format_text("%d row%s of %s", count, count > 1 ? "s" : "", levels[row->level]));
         for (int i = first; i < end; i++)
             mark_symbols(drawing, item, model->rows[i].residual);
     }
@@ -257,8 +259,8 @@ static void add_rows(struct drawing *drawing) {
 
 /* The inputs of a force. Only the link on which it acts is marked, not what else its formula depends on. */
 static const char *inputs_of(const struct drawing *drawing, const expression *values, int count) {
-    const struct item aside = {.is_on =
-                                   allocate((size_t)drawing->model->link_count + 1, sizeof *aside.is_on)};
+    const struct item aside = {
+        .is_on = format_allocate((size_t)drawing->model->link_count + 1, sizeof *aside.is_on)};
     const char *inputs = "";
     for (int i = 0; i < count; i++) {
         const char *more = mark_symbols(drawing, &aside, values[i]);
@@ -273,17 +275,17 @@ static void add_forces(struct drawing *drawing) {
         const struct frame *frame = &drawing->tree->frames[model->forces[i].coordinate];
         const char *kind = frame->joint.is_revolute ? "torque" : "force";
         const struct item *item =
-            add_item(drawing, COLOUR_FORCE, text_format("%s on %s", kind, frame->name),
-                     text_format("drive%s", inputs_of(drawing, &model->forces[i].value, 1)));
+            add_item(drawing, COLOUR_FORCE, format_text("%s on %s", kind, frame->name),
+                     format_text("drive%s", inputs_of(drawing, &model->forces[i].value, 1)));
         mark_frame(drawing, item, model->forces[i].coordinate);
     }
     for (int i = 0; i < model->load_count; i++) {
         const struct load *load = &model->loads[i];
         const struct item *item =
             add_item(drawing, COLOUR_FORCE,
-                     text_format("%s %s", load->is_torque ? "torque on the body of" : "force at",
+                     format_text("%s %s", load->is_torque ? "torque on the body of" : "force at",
                                  model->points[load->point].name),
-                     text_format("load%s", inputs_of(drawing, load->value, 3)));
+                     format_text("load%s", inputs_of(drawing, load->value, 3)));
         mark_point(drawing, item, load->point);
     }
     for (int i = 0; i < model->potential_count; i++) {
@@ -310,9 +312,9 @@ static void place_items(struct drawing *drawing) {
 static void put_label(FILE *out, double x, double y, const char *how, const char *text) {
     const char *end = text;
     for (int i = 0; i < LETTERS_MOST && *end; i++)
-        utf8_next(&end);
+        format_utf8_next(&end);
     fprintf(out, "<text x=\"%g\" y=\"%g\"%s>", x, y, how);
-    put_xml_text(out, text_format("%.*s%s", (int)(end - text), text, *end ? "..." : ""));
+    format_xml_text(out, format_text("%.*s%s", (int)(end - text), text, *end ? "..." : ""));
     fputs("</text>\n", out);
 }
 
@@ -368,7 +370,7 @@ static void put_svg(FILE *out, const struct drawing *drawing) {
         width, height, width, height);
     fprintf(out, "<rect width=\"%g\" height=\"%g\" fill=\"#ffffff\"/>\n", width, height);
     put_label(out, MARGIN, MARGIN + 12, " font-size=\"15\" font-weight=\"bold\"",
-              text_format("%s: %d coordinate%s, %d row%s", drawing->model->name, drawing->tree->count,
+              format_text("%s: %d coordinate%s, %d row%s", drawing->model->name, drawing->tree->count,
                           drawing->tree->count == 1 ? "" : "s", drawing->model->row_count,
                           drawing->model->row_count == 1 ? "" : "s"));
     put_lines(out, drawing);
@@ -382,7 +384,7 @@ static void put_svg(FILE *out, const struct drawing *drawing) {
 void view_model_drawing_put(FILE *out, struct generation *generation) {
     struct drawing drawing = {
         .generation = generation, .model = &generation->model, .tree = &generation->tree};
-    drawing.links = allocate((size_t)generation->model.link_count + 1, sizeof *drawing.links);
+    drawing.links = format_allocate((size_t)generation->model.link_count + 1, sizeof *drawing.links);
     for (int i = 0; i < generation->model.link_count; i++)
         describe_link(&drawing, i);
     place_links(&drawing);

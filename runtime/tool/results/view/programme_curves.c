@@ -1,4 +1,12 @@
-/* Traces the curves on which a programme keeps points of interest, and writes them as JSON. */
+/*
+ * Traces the curves on which a programme keeps points of interest, and writes them as JSON:
+ *
+ *     "curves": [{"point": , "axes": [0, 1], "closed": true, "path": [x, y, x, y, ...]}, ...]
+ *
+ * Each position row that is a formula in two components of one point, and in nothing else, defines a curve
+ * through the point at the start of the motion. It is computed by steps along the tangent of phi(x, y) = 0,
+ * each corrected by Newton's method.
+ */
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -165,7 +173,7 @@ void view_programme_curves_put(FILE *out, struct generation *generation, const s
     const char *separator = "\n";
     fputs("\"curves\":[", out);
     for (int i = 0; i < model->row_count; i++) {
-        struct programme_curve *curve = allocate(1, sizeof *curve);
+        struct programme_curve *curve = format_allocate(1, sizeof *curve);
         double start[AXES];
         curve->generation = generation;
         curve->residual = model->rows[i].residual;

@@ -4,7 +4,7 @@
  * The page needs no other file and no network. It contains three.js from the system with its licence, the
  * style and the scripts of page/, and the data.
  */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/format/format.h"
@@ -29,7 +29,7 @@ static char *page_read_three(void) {
     const char *own = getenv("REFDYN_THREE");
     const char *path = own && *own ? own : "/usr/share/javascript/three/three.min.js";
     if (access(path, R_OK) == 0)
-        return read_text(path, "three.js");
+        return format_read_file(path, "three.js");
     fprintf(stderr,
             "refdyn: %s: %s; install three.js (Debian: apt install libjs-three), or name its file in "
             "REFDYN_THREE\n",
@@ -57,7 +57,7 @@ static void page_put(FILE *out, const char *title, const char *three, const char
                                           view_charts, view_controls, view_start};
     fprintf(out, "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n%s", policy);
     fputs("<meta name=\"viewport\" content=\"width=device-width\">\n<title>", out);
-    put_xml_text(out, title);
+    format_xml_text(out, title);
     fprintf(out, "</title>\n<style>\n%s</style>\n</head>\n<body>\n%s", view_style, view_body);
     put_data_script(out, data);
     fprintf(out, "<!--\n%s-->\n<script>\n%s\n</script>\n", view_three_licence, three);
@@ -85,12 +85,13 @@ static enum status check_usage(const struct options *options) {
         const bool is_hdf5 = figures_run_is_hdf5(path);
         has_csv = has_csv || !is_hdf5;
         if (!is_hdf5 && !model)
-            return usage_error(options->command, "%s: a CSV does not contain its model; add --model", path);
+            return options_usage_error(options->command, "%s: a CSV does not contain its model; add --model",
+                                       path);
     }
     if (!has_csv && (model || options->setting_count > 0))
-        return usage_error(options->command,
-                           "%s: all runs are HDF5 files, which contain their models; omit it",
-                           model ? "--model" : "--set");
+        return options_usage_error(options->command,
+                                   "%s: all runs are HDF5 files, which contain their models; omit it",
+                                   model ? "--model" : "--set");
     return STATUS_DONE;
 }
 
@@ -110,7 +111,7 @@ static void put_palette(FILE *out) {
     enum { COLOURS = 10 };
     fputs("\"palette\":[", out);
     for (int i = 0; i < COLOURS; i++)
-        fprintf(out, "%s\"#%06x\"", i ? "," : "", style_quantity(i, COLOURS, 0, 1).colour);
+        fprintf(out, "%s\"#%06x\"", i ? "," : "", figures_style_quantity(i, COLOURS, 0, 1).colour);
     fputs("],\n", out);
 }
 
@@ -118,9 +119,9 @@ static void put_read_run(FILE *out, const struct viewing *viewing, const struct 
                          struct generation *generation) {
     const struct drawn_rows rows = view_drawn_run_rows(run, viewing->run_count);
     fputs("{\"name\":", out);
-    put_json_text(out, run->name);
+    format_json_text(out, run->name);
     fputs(",\"model\":", out);
-    put_json_text(out, generation->model.name);
+    format_json_text(out, generation->model.name);
     fprintf(out, ",\"up\":%d,\n", upward(generation));
     view_drawn_model_put(out, generation);
     fputs(",\n", out);
@@ -160,11 +161,12 @@ static bool open_files(struct viewing *viewing) {
     const struct options *options = viewing->options;
     const char *model = options_text(options, "model");
     for (int i = 0; i < options->operand_count; i++)
-        targets_spare(&viewing->targets, options->operands[i]);
+        system_targets_spare(&viewing->targets, options->operands[i]);
     if (model)
-        targets_spare(&viewing->targets, model);
+        system_targets_spare(&viewing->targets, model);
     viewing->three = page_read_three();
-    viewing->target = viewing->three ? target_open(&viewing->targets, options_text(options, "output")) : NULL;
+    viewing->target =
+        viewing->three ? system_target_open(&viewing->targets, options_text(options, "output")) : NULL;
     bool is_good = viewing->target;
     for (int i = 0; i < viewing->run_count && is_good; i++)
         is_good = figures_run_read(&viewing->runs[i], options->operands[i]);
@@ -174,19 +176,19 @@ static bool open_files(struct viewing *viewing) {
 static const char *title_of(const struct viewing *viewing) {
     const char *title = viewing->runs[0].name;
     for (int i = 1; i < viewing->run_count; i++)
-        title = text_format("%s, %s", title, viewing->runs[i].name);
+        title = format_text("%s, %s", title, viewing->runs[i].name);
     return title;
 }
 
 static enum status write_page(const struct viewing *viewing) {
     char *data;
     size_t size;
-    FILE *out = text_stream(&data, &size);
+    FILE *out = format_stream(&data, &size);
     enum status status = put_data(out, viewing);
     fclose(out);
     if (status == STATUS_DONE) {
         page_put(viewing->target->file, title_of(viewing), viewing->three, data);
-        status = target_finish(viewing->target) ? STATUS_DONE : STATUS_FAULT;
+        status = system_target_finish(viewing->target) ? STATUS_DONE : STATUS_FAULT;
     }
     free(data);
     return status;
@@ -197,9 +199,9 @@ static enum status run_view(const struct options *options) {
     enum status status = check_usage(options);
     if (status != STATUS_DONE)
         return status;
-    viewing.runs = allocate((size_t)viewing.run_count, sizeof *viewing.runs);
+    viewing.runs = format_allocate((size_t)viewing.run_count, sizeof *viewing.runs);
     status = open_files(&viewing) ? write_page(&viewing) : STATUS_FAULT;
-    targets_release(&viewing.targets);
+    system_targets_release(&viewing.targets);
     return status;
 }
 

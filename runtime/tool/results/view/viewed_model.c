@@ -22,21 +22,22 @@ static void take_setting(void *context, const struct motion_fact *fact) {
     struct carried *carried = context;
     char number[NUMBER_LENGTH];
     if (!fact->text && !isfinite(fact->number) && !carried->has_failed) {
-        complain_line(carried->run, 0,
-                      text_format("%s: %s is %g; must be finite", fact->object, fact->name, fact->number));
+        format_complain_line(
+            carried->run, 0,
+            format_text("%s: %s is %g; must be finite", fact->object, fact->name, fact->number));
         carried->has_failed = true;
     }
-    carried->settings = memory_room(&program_memory, carried->settings, carried->count, &carried->room,
+    carried->settings = memory_room(&format_memory, carried->settings, carried->count, &carried->room,
                                     sizeof *carried->settings);
     carried->settings[carried->count++] = (struct setting){
-        .name = text_format("%s", fact->name),
-        .value = text_format("%s", fact->text ? fact->text : exact_text(fact->number, number))};
+        .name = format_text("%s", fact->name),
+        .value = format_text("%s", fact->text ? fact->text : exact_text(fact->number, number))};
 }
 
 static void take_path(void *context, const struct motion_fact *fact) {
     struct carried *carried = context;
     if (fact->text && strcmp(fact->name, "model_file") == 0)
-        carried->path = text_format("%s", fact->text);
+        carried->path = format_text("%s", fact->text);
 }
 
 /* Files that a model requires are in its folder, so their names are sufficient. */
@@ -46,9 +47,9 @@ static void write_file(void *context, const struct motion_fact *fact) {
     const char *name = slash ? slash + 1 : fact->name;
     if (!fact->text || carried->has_failed)
         return;
-    carried->has_failed = !scratch_write(carried->folder, name, fact->text, strlen(fact->text));
+    carried->has_failed = !system_scratch_write(carried->folder, name, fact->text, strlen(fact->text));
     if (carried->path && strcmp(carried->path, fact->name) == 0)
-        carried->file = scratch_file(carried->folder, name);
+        carried->file = system_scratch_file(carried->folder, name);
 }
 
 static bool take_all(struct carried *carried) {
@@ -61,14 +62,14 @@ static bool take_all(struct carried *carried) {
     hdf5_motion_give_facts(reader, "/model_files", write_file, carried);
     hdf5_motion_close(reader);
     if (!carried->has_failed && !carried->file)
-        complain_line(carried->run, 0, "the file does not contain its model");
+        format_complain_line(carried->run, 0, "the file does not contain its model");
     return !carried->has_failed && carried->file;
 }
 
 static enum status read_carried(struct viewed_model *viewed, const char *path,
                                 const struct options *options) {
     struct carried carried = {.folder = &viewed->folder, .run = path};
-    viewed->has_folder = scratch_open(&viewed->folder, scratch_parent(), "refdyn-view-");
+    viewed->has_folder = system_scratch_open(&viewed->folder, system_scratch_parent(), "refdyn-view-");
     if (!viewed->has_folder || !take_all(&carried))
         return STATUS_FAULT;
     struct options reading = {.command = options->command,
@@ -92,7 +93,7 @@ static enum status read_given(struct viewed_model *viewed, const struct options 
 }
 
 static enum status refuse_columns(const struct run *run, const char *fact) {
-    complain_line(run->path, figures_run_is_hdf5(run->path) ? 0 : 1, fact);
+    format_complain_line(run->path, figures_run_is_hdf5(run->path) ? 0 : 1, fact);
     return STATUS_FAULT;
 }
 
@@ -102,12 +103,12 @@ static enum status check_columns(const struct viewed_model *viewed, const struct
     const char *model = generation->model.name;
     if (run->coordinate_count != tree->count)
         return refuse_columns(
-            run, text_format("run: has %d coordinates, but model %s has %d; give --model and --set "
+            run, format_text("run: has %d coordinates, but model %s has %d; give --model and --set "
                              "of the motion",
                              run->coordinate_count, model, tree->count));
     for (int i = 0; i < tree->count; i++)
         if (strcmp(run->columns[run->coordinates + i], tree->frames[i].name) != 0)
-            return refuse_columns(run, text_format("run: coordinate %d is '%s', but in model %s it is '%s'; "
+            return refuse_columns(run, format_text("run: coordinate %d is '%s', but in model %s it is '%s'; "
                                                    "give --model and --set of the motion",
                                                    i + 1, run->columns[run->coordinates + i], model,
                                                    tree->frames[i].name));
@@ -127,5 +128,5 @@ enum status view_model_read(struct viewed_model *viewed, const struct run *run,
 void view_model_release(struct viewed_model *viewed) {
     scene_close(&viewed->scene);
     if (viewed->has_folder)
-        scratch_close(&viewed->folder);
+        system_scratch_close(&viewed->folder);
 }

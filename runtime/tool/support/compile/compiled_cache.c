@@ -1,4 +1,11 @@
-/* The cache of compiled libraries: finds its folder, checks it, seals and loads libraries. */
+/*
+ * The cache of compiled libraries: finds its folder, checks it, seals and loads libraries.
+ *
+ * The program loads and runs the libraries in it, so only this user may own them. The cache refuses folders
+ * that others own or may write into, and accepts only plain files of this user that nobody else may write.
+ * Each library ends with the SHA-256 of its contents, so that a truncated or damaged one is built again
+ * instead of loaded.
+ */
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
@@ -29,7 +36,7 @@ static bool is_ours(const struct stat *status) {
  * has no sticky bit. Other rights do no harm, because the folder of the cache and the libraries are checked
  * when they are opened. */
 static const char *find_open_parent(const char *path) {
-    char *parent = text_format("%s", path);
+    char *parent = format_text("%s", path);
     for (char *slash; (slash = strrchr(parent, '/'));) {
         struct stat status;
         slash[slash == parent] = '\0';
@@ -51,16 +58,16 @@ static const char *find_danger(const struct cache *cache) {
     if (!is_ours(&status))
         return "others may write there (chmod go-w)";
     const char *parent = find_open_parent(cache->path);
-    return parent ? text_format("everybody may rename folders in %s", parent) : NULL;
+    return parent ? format_text("everybody may rename folders in %s", parent) : NULL;
 }
 
 /* ---- Which one ---- */
 
 /* Opens the folder and makes it if it is missing. Returns the reason if that fails; NULL if it is open. */
 static const char *open_folder(struct cache *cache, const char *path, int flags) {
-    if (!folder_make(path, 0700, NULL))
+    if (!system_make_folder(path, 0700, NULL))
         return strerror(errno);
-    cache->path = realpath(path, allocate(PATH_MAX, 1));
+    cache->path = realpath(path, format_allocate(PATH_MAX, 1));
     cache->folder = cache->path ? open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | flags) : -1;
     const char *reason = cache->folder < 0 ? strerror(errno) : find_danger(cache);
     if (reason)
@@ -81,8 +88,8 @@ static bool open_own(struct cache *cache, const char *path) {
  */
 static bool open_xdg(struct cache *cache) {
     const char *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    const char *path = xdg && *xdg == '/'     ? text_format("%s/refdyn", xdg)
-                       : home && *home == '/' ? text_format("%s/.cache/refdyn", home)
+    const char *path = xdg && *xdg == '/'     ? format_text("%s/refdyn", xdg)
+                       : home && *home == '/' ? format_text("%s/.cache/refdyn", home)
                                               : NULL;
     if (!path)
         return false;
@@ -97,7 +104,7 @@ static bool open_xdg(struct cache *cache) {
 
 /* For users without a home. */
 static bool open_temporary(struct cache *cache) {
-    const char *path = text_format("%s/refdyn-%ld", scratch_parent(), (long)geteuid());
+    const char *path = format_text("%s/refdyn-%ld", system_scratch_parent(), (long)geteuid());
     const char *reason = open_folder(cache, path, O_NOFOLLOW);
     if (reason)
         fprintf(stderr, "refdyn: %s: no folder for compiled models: %s; set REFDYN_CACHE or HOME\n", path,
@@ -150,7 +157,7 @@ static bool is_whole(int file, off_t size) {
 /* A descriptor of the library after all checks; -1 if it must not be loaded. */
 static int open_library(const struct cache *cache, const char *key) {
     struct stat status;
-    const char *name = text_format("%s.so", key);
+    const char *name = format_text("%s.so", key);
     const int file = openat(cache->folder, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (file >= 0 && fstat(file, &status) == 0 && S_ISREG(status.st_mode) && is_ours(&status) &&
         is_whole(file, status.st_size))
@@ -165,7 +172,7 @@ void *compile_cache_load(const struct cache *cache, const char *key, int *file) 
     *file = open_library(cache, key);
     if (*file < 0)
         return NULL;
-    const char *path = text_format("/proc/self/fd/%d", *file);
+    const char *path = format_text("/proc/self/fd/%d", *file);
     void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
     if (!library)
         close(*file);
@@ -177,7 +184,7 @@ const char *compile_cache_find(const struct cache *cache, const char *key) {
     if (file < 0)
         return NULL;
     close(file);
-    return text_format("%s/%s.so", cache->path, key);
+    return format_text("%s/%s.so", cache->path, key);
 }
 
 /* Appends the seal to the library, and makes it read-only for others. */
@@ -194,7 +201,7 @@ static bool seal(const char *library) {
 }
 
 bool compile_cache_add(const struct cache *cache, const char *key, const char *library) {
-    const char *name = text_format("%s.so", key);
+    const char *name = format_text("%s.so", key);
     const bool is_good = seal(library) && renameat(AT_FDCWD, library, cache->folder, name) == 0;
     if (!is_good)
         fprintf(stderr, "refdyn: %s/%s: cannot be made: %s\n", cache->path, name, strerror(errno));

@@ -1,5 +1,5 @@
-/* Reads CSV files line by line, and opens text files of users. Files that are no texts are refused with what
- * they are. */
+/* Reads CSV files line by line, and opens text files of users. The reader skips blanks around fields, a byte
+ * order mark, CR before LF, and empty lines. Files that are no texts are refused with what they are. */
 #define _GNU_SOURCE
 #include "runtime/tool/support/format/format.h"
 #include "gen/base/base.h"
@@ -17,26 +17,26 @@ enum { LINE_MOST = 16 << 20, TEXT_MOST = 256 << 20, SHOWN_MOST = 40, SHOWN_TEXT 
 static const char byte_order_mark[] =
     "\xEF\xBB\xBF"; /* the byte order mark of UTF-8, which spreadsheets write */
 
-void complain_line(const char *path, long line, const char *text) {
-    put_plain_text(stderr, path);
+void format_complain_line(const char *path, long line, const char *text) {
+    format_plain_text(stderr, path);
     if (line > 0)
         fprintf(stderr, ":%ld", line);
     fputs(": ", stderr);
     if (strlen(text) > 2 * SHOWN_TEXT) {
-        put_plain_text(stderr, text_format("%.*s", SHOWN_TEXT, text));
+        format_plain_text(stderr, format_text("%.*s", SHOWN_TEXT, text));
         fputs(" ... ", stderr);
         text += strlen(text) - SHOWN_TEXT;
     }
-    put_plain_text(stderr, text);
+    format_plain_text(stderr, text);
     fputc('\n', stderr);
 }
 
-bool csv_complain(const struct csv *csv, const char *format, ...) {
+bool format_csv_complain(const struct csv *csv, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    const char *fact = text_vformat(format, list);
+    const char *fact = format_vtext(format, list);
     va_end(list);
-    complain_line(csv->path, csv->line, text_format("%s: %s", csv->what, fact));
+    format_complain_line(csv->path, csv->line, format_text("%s: %s", csv->what, fact));
     return false;
 }
 
@@ -61,7 +61,7 @@ static const char *fault_of(int file) {
     return S_ISFIFO(about.st_mode) ? "it is a named pipe" : "it is a device or a socket";
 }
 
-FILE *input_open(const char *path, const char **fault) {
+FILE *format_open_input(const char *path, const char **fault) {
     const int file = open(path, O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC);
     *fault = file < 0 ? strerror(errno) : fault_of(file);
     if (!*fault && fcntl(file, F_SETFL, 0) == 0)
@@ -72,7 +72,7 @@ FILE *input_open(const char *path, const char **fault) {
 }
 
 static bool complain_file(const char *path, const char *what, const char *fault) {
-    complain_line(path, 0, text_format("%s: %s; must be a readable file", what, fault));
+    format_complain_line(path, 0, format_text("%s: %s; must be a readable file", what, fault));
     return false;
 }
 
@@ -101,10 +101,10 @@ static int take_bytes(FILE *file, int end, int most, char **text, int *size, int
             break;
         }
         if (count + 1 >= *size) /* one byte for the zero at the end */
-            *text = memory_room(&program_memory, *text, count + 1, size, 1);
+            *text = memory_room(&format_memory, *text, count + 1, size, 1);
         (*text)[count++] = (char)c;
     }
-    *text = memory_room(&program_memory, *text, count, size, 1);
+    *text = memory_room(&format_memory, *text, count, size, 1);
     (*text)[count] = '\0';
     *length = count;
     return c;
@@ -123,9 +123,9 @@ static int read_line(struct csv *csv) {
         return ferror(csv->file) ? failed(complain_file(csv->path, csv->what, strerror(errno))) : 0;
     csv->line++;
     if (end == BYTE_IS_0)
-        return failed(csv_complain(csv, "%s", binary_kind(csv->text)));
+        return failed(format_csv_complain(csv, "%s", binary_kind(csv->text)));
     if (end == TOO_LONG)
-        return failed(csv_complain(csv, "the line has more than %d bytes", LINE_MOST));
+        return failed(format_csv_complain(csv, "the line has more than %d bytes", LINE_MOST));
     csv->is_cut = end == EOF;
     if (length > 0 && csv->text[length - 1] == '\r')
         csv->text[length - 1] = '\0';
@@ -156,7 +156,7 @@ static bool is_blank(const char *line) {
     return line[strspn(line, " \t")] == '\0';
 }
 
-int csv_next(struct csv *csv) {
+int format_csv_next(struct csv *csv) {
     int answer;
     do
         answer = read_line(csv);
@@ -165,8 +165,8 @@ int csv_next(struct csv *csv) {
         return answer;
     const int count = count_fields(csv->text);
     if (count != csv->count)
-        return failed(csv_complain(csv, "%d fields under %d names%s", count, csv->count,
-                                   count > csv->count ? "; numbers are written with a point" : ""));
+        return failed(format_csv_complain(csv, "%d fields under %d names%s", count, csv->count,
+                                          count > csv->count ? "; numbers are written with a point" : ""));
     char *rest = csv->text;
     for (int i = 0; i < count; i++)
         csv->fields[i] = next_field(&rest);
@@ -186,10 +186,11 @@ static bool check_separators(const struct csv *csv) {
         {";", "semicolons part the columns"}, {"\t", "tabs part the columns"}, {"\r", "lines end with \\r"}};
     for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
         if (!strchr(csv->text, ',') && strstr(csv->text, marks[i][0]))
-            return csv_complain(csv, "%s; write commas between columns, points in numbers, \\n after lines",
-                                marks[i][1]);
+            return format_csv_complain(
+                csv, "%s; write commas between columns, points in numbers, \\n after lines", marks[i][1]);
     return *csv->text != '"' ||
-           csv_complain(csv, "the names stand in quotation marks; names and numbers are written without");
+           format_csv_complain(csv,
+                               "the names stand in quotation marks; names and numbers are written without");
 }
 
 static bool check_names(struct csv *csv) {
@@ -198,12 +199,13 @@ static bool check_names(struct csv *csv) {
     qsort(csv->fields, (size_t)csv->count, sizeof *csv->fields, by_text);
     for (int i = 1; i < csv->count && is_good; i++)
         if (strcmp(csv->fields[i - 1], csv->fields[i]) == 0)
-            is_good =
-                csv_complain(csv, "two columns are called '%s'; each needs its own name", csv->fields[i]);
+            is_good = format_csv_complain(csv, "two columns are called '%s'; each needs its own name",
+                                          csv->fields[i]);
     for (int i = 0; i < csv->count && is_good; i++)
         for (const char *at = csv->names[i]; *at && is_good; at++)
             if ((unsigned char)*at < ' ' || *at == 0x7F)
-                is_good = csv_complain(csv, "column %d: a control character in its name; remove it", i + 1);
+                is_good =
+                    format_csv_complain(csv, "column %d: a control character in its name; remove it", i + 1);
     return is_good;
 }
 
@@ -213,43 +215,44 @@ static bool read_names(struct csv *csv) {
         return false;
     csv->line = 1;
     if (answer == 0)
-        return csv_complain(csv, "the file is empty; must have a header and at least one line of numbers");
+        return format_csv_complain(csv,
+                                   "the file is empty; must have a header and at least one line of numbers");
     if (!check_separators(csv))
         return false;
     const bool is_marked = strncmp(csv->text, byte_order_mark, strlen(byte_order_mark)) == 0;
-    csv->header = text_format("%s", csv->text + (is_marked ? strlen(byte_order_mark) : 0));
+    csv->header = format_text("%s", csv->text + (is_marked ? strlen(byte_order_mark) : 0));
     csv->count = count_fields(csv->header);
-    csv->names = allocate((size_t)csv->count, sizeof *csv->names);
-    csv->fields = allocate((size_t)csv->count, sizeof *csv->fields);
+    csv->names = format_allocate((size_t)csv->count, sizeof *csv->names);
+    csv->fields = format_allocate((size_t)csv->count, sizeof *csv->fields);
     char *rest = csv->header;
     for (int i = 0; i < csv->count; i++)
         csv->names[i] = next_field(&rest);
     return check_names(csv);
 }
 
-bool csv_open(struct csv *csv, const char *path, const char *what) {
+bool format_csv_open(struct csv *csv, const char *path, const char *what) {
     *csv = (struct csv){.path = path, .what = what};
     const char *fault;
-    csv->file = input_open(path, &fault);
+    csv->file = format_open_input(path, &fault);
     return csv->file ? read_names(csv) : complain_file(path, what, fault);
 }
 
-int csv_column(const struct csv *csv, const char *name) {
+int format_csv_column(const struct csv *csv, const char *name) {
     return text_index(name, (const char *const *)csv->names, csv->count);
 }
 
-bool csv_number(const struct csv *csv, int i, double *value) {
+bool format_csv_number(const struct csv *csv, int i, double *value) {
     const char *field = csv->fields[i];
     if (text_to_number(field, value))
         return true;
     if (!*field)
-        return csv_complain(csv, "%.*s: the field is empty; must be a finite number", SHOWN_MOST,
-                            csv->names[i]);
-    return csv_complain(csv, "%.*s: '%.*s' is not a finite number%s", SHOWN_MOST, csv->names[i], SHOWN_MOST,
-                        field, message_number_advice(&program_memory, field));
+        return format_csv_complain(csv, "%.*s: the field is empty; must be a finite number", SHOWN_MOST,
+                                   csv->names[i]);
+    return format_csv_complain(csv, "%.*s: '%.*s' is not a finite number%s", SHOWN_MOST, csv->names[i],
+                               SHOWN_MOST, field, message_number_advice(&format_memory, field));
 }
 
-void csv_close(struct csv *csv) {
+void format_csv_close(struct csv *csv) {
     if (csv->file)
         fclose(csv->file);
     csv->file = NULL;
@@ -262,16 +265,17 @@ static bool read_all(FILE *file, char **text, const char *path, const char *what
     const int end = take_bytes(file, EOF, TEXT_MOST, text, &size, &length);
     if (end == EOF)
         return !ferror(file) || complain_file(path, what, strerror(errno));
-    complain_line(path, 0,
-                  end == TOO_LONG ? text_format("%s: larger than %d bytes; must be smaller", what, TEXT_MOST)
-                                  : text_format("%s: %s", what, binary_kind(*text)));
+    format_complain_line(path, 0,
+                         end == TOO_LONG
+                             ? format_text("%s: larger than %d bytes; must be smaller", what, TEXT_MOST)
+                             : format_text("%s: %s", what, binary_kind(*text)));
     return false;
 }
 
-char *read_text(const char *path, const char *what) {
+char *format_read_file(const char *path, const char *what) {
     char *text = NULL;
     const char *fault;
-    FILE *file = input_open(path, &fault);
+    FILE *file = format_open_input(path, &fault);
     const bool is_read = file ? read_all(file, &text, path, what) : complain_file(path, what, fault);
     if (file)
         fclose(file);

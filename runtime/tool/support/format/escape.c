@@ -7,7 +7,7 @@
 
 static const unsigned long replacement = 0xFFFD;
 
-unsigned long utf8_next(const char **at) {
+unsigned long format_utf8_next(const char **at) {
     enum { LONGEST = 4 };
     unsigned code;
     const int count = utf8_decode(*at, strnlen(*at, LONGEST), &code);
@@ -15,7 +15,7 @@ unsigned long utf8_next(const char **at) {
     return count > 0 ? code : replacement;
 }
 
-void put_utf8(FILE *out, unsigned long point) {
+static void put_utf8(FILE *out, unsigned long point) {
     const int followers = point < 0x80 ? 0 : point < 0x800 ? 1 : point < 0x10000 ? 2 : 3;
     static const int leads[] = {0, 0xC0, 0xE0, 0xF0};
     fputc(leads[followers] | (int)(point >> 6 * followers), out);
@@ -28,10 +28,10 @@ static bool is_control(unsigned long point) {
     return point < 0x20 || (point >= 0x7F && point < 0xA0);
 }
 
-void put_json_text(FILE *out, const char *text) {
+void format_json_text(FILE *out, const char *text) {
     fputc('"', out);
     while (*text) {
-        const unsigned long point = utf8_next(&text);
+        const unsigned long point = format_utf8_next(&text);
         if (point == '"' || point == '\\')
             fprintf(out, "\\%c", (int)point);
         else if (is_control(point))
@@ -50,9 +50,9 @@ static const char *xml_name(unsigned long point) {
     return sign ? names[sign - signs] : NULL;
 }
 
-void put_xml_text(FILE *out, const char *text) {
+void format_xml_text(FILE *out, const char *text) {
     while (*text) {
-        const unsigned long point = utf8_next(&text);
+        const unsigned long point = format_utf8_next(&text);
         const bool is_space = point == '\t' || point == '\n';
         const char *name = xml_name(point);
         if (name)
@@ -64,7 +64,7 @@ void put_xml_text(FILE *out, const char *text) {
     }
 }
 
-void put_csv_text(FILE *out, const char *text) {
+void format_csv_text(FILE *out, const char *text) {
     const bool is_quoted = text[strcspn(text, ",\"\r\n")] != '\0';
     if (is_quoted)
         fputc('"', out);
@@ -77,7 +77,7 @@ void put_csv_text(FILE *out, const char *text) {
         fputc('"', out);
 }
 
-void put_shell_text(FILE *out, const char *text) {
+void format_shell_text(FILE *out, const char *text) {
     fputc('\'', out);
     for (; *text; text++)
         if (*text == '\'')
@@ -87,10 +87,10 @@ void put_shell_text(FILE *out, const char *text) {
     fputc('\'', out);
 }
 
-void put_plain_text(FILE *out, const char *text) {
+void format_plain_text(FILE *out, const char *text) {
     while (*text) {
         const char *begin = text;
-        const unsigned long point = utf8_next(&text);
+        const unsigned long point = format_utf8_next(&text);
         if (is_control(point) || (point == replacement && text == begin + 1))
             fprintf(out, "\\x%02x", (unsigned char)*begin);
         else

@@ -1,4 +1,9 @@
-/* The parts that all HDF5 files of the project share: creation, attributes, datasets, scales, messages. */
+/*
+ * The parts that all HDF5 files of the project share: creation, attributes, datasets, scales, messages.
+ *
+ * Equal contents give equal bytes, because no times are kept. Groups list their members in the order of
+ * creation. Texts are UTF-8 of variable length.
+ */
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -34,12 +39,12 @@ const char *hdf5_cause(void) {
     H5Ewalk2(H5E_DEFAULT, H5E_WALK_DOWNWARD, look_at_error, &cause);
     return cause.is_cut_off ? "the file is cut off"
            : cause.number   ? strerror(cause.number)
-                            : text_format("%s", cause.text);
+                            : format_text("%s", cause.text);
 }
 
 static void complain(struct hdf5_file *file, const char *fact, const char *cause) {
-    char *text = text_format("%s%s%s", fact, *cause ? ": " : "", cause);
-    complain_line(file->path, 0, text);
+    char *text = format_text("%s%s%s", fact, *cause ? ": " : "", cause);
+    format_complain_line(file->path, 0, text);
     file->has_failed = true;
 }
 
@@ -52,7 +57,7 @@ bool hdf5_fail(struct hdf5_file *file, const char *fact) {
 bool hdf5_refuse(struct hdf5_file *file, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    char *text = text_vformat(format, list);
+    char *text = format_vtext(format, list);
     va_end(list);
     if (!file->has_failed)
         complain(file, text, "");
@@ -69,7 +74,7 @@ static bool check(struct hdf5_file *file, bool is_good) {
  * that did not fit. */
 static bool begin(struct hdf5_file *file, const char *path) {
     H5dont_atexit();
-    *file = (struct hdf5_file){.id = -1, .path = text_format("%s", path), .text = -1};
+    *file = (struct hdf5_file){.id = -1, .path = format_text("%s", path), .text = -1};
     H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
     file->text = H5Tcopy(H5T_C_S1);
     return H5Tset_size(file->text, H5T_VARIABLE) >= 0 && H5Tset_cset(file->text, H5T_CSET_UTF8) >= 0;
@@ -193,7 +198,7 @@ static bool make_groups_above(struct hdf5_file *file, const char *path) {
     const char *slash = path + 1;
     bool is_good = !file->has_failed;
     while (is_good && (slash = strchr(slash, '/'))) {
-        char *group = text_format("%.*s", (int)(slash++ - path), path);
+        char *group = format_text("%.*s", (int)(slash++ - path), path);
         is_good = make_one_group(file, group);
     }
     return is_good;

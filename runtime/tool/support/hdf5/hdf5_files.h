@@ -1,9 +1,5 @@
-/*
- * Files of HDF5: their columns and layouts, and the functions that read and write them.
- *
- * Parts: the cases of a batch; files of many motions; files of one motion. hdf5_private.h has the parts
- * that only this folder uses.
- */
+/* Files of HDF5: the cases of a batch; files of many motions; files of one motion. A build without HDF5
+ * reports that it cannot read or write them. */
 #ifndef REFDYN_TOOL_HDF5_FILES_H
 #define REFDYN_TOOL_HDF5_FILES_H
 
@@ -11,12 +7,10 @@
 #include <stddef.h>
 
 /*
- * The cases of a batch: what varies between them, and its value in each.
- *
- * A sweep file (sweeps.h) or a table defines them and their order. A column has a name of the model: a
+ * The cases of a batch: what varies between them, and its value in each. A column has a name of the model: a
  * parameter, an input, the start value (NAME) or start rate (NAME_d) of a coordinate, or an option, whose
- * values are texts and may change the structure. The column `inputs` has the files with the input samples
- * of each case.
+ * values are texts and may change the structure. The column `inputs` has the files with the input samples of
+ * each case.
  */
 
 enum varied_kind {
@@ -48,8 +42,7 @@ struct cases {
  * A file of many motions, RUNS.h5: its layout, and its rows, one for each case.
  *
  * The file knows nothing of models. A layout lists what varies, what is kept of each case and under which
- * names, and texts about the whole. `refdyn batch` writes it; `merge`, `plot` and `sim --case` read it. In
- * a build without HDF5 the functions report that.
+ * names, and texts about the whole.
  *
  *   /case              (cases) numbers of the cases, ascending: the dimension scale of all first axes
  *   /cases/NAME        (cases) what varies: numbers, or texts
@@ -98,13 +91,9 @@ struct case_record {
     const double *values; /* (width) NaN if the case does not have the number */
 };
 
-/* ---- Writing ---- */
-
-struct runs_writer;
-
 /* Creates the file `path` for `count` cases. It replaces an existing file and may be the part of a target,
  * which the caller gives its name after closing. The layout must live until then. Returns NULL and reports on
- * stderr if it fails. Rows are written in blocks, so that memory does not grow with `count`. */
+ * stderr if it fails. */
 struct runs_writer *hdf5_runs_create(const char *path, const struct runs_layout *layout, long count);
 /* Writes the next case; numbers ascend. Returns false and reports the error if it cannot. */
 bool hdf5_runs_put(struct runs_writer *writer, const struct case_record *record);
@@ -116,10 +105,6 @@ bool hdf5_runs_share_time(struct runs_writer *writer, double seconds);
 bool hdf5_runs_finish(struct runs_writer *writer);
 /* Releases the writer of a file that is given up. */
 void hdf5_runs_drop(struct runs_writer *writer);
-
-/* ---- Reading ---- */
-
-struct runs_reader;
 
 /* Returns NULL and reports the reason, with the name of the file, if it cannot be read, is no file of runs,
  * or is truncated. */
@@ -139,12 +124,8 @@ bool hdf5_runs_get(struct runs_reader *reader, long row, struct case_record *rec
 const char *hdf5_runs_attribute(const struct runs_reader *reader, const char *name);
 void hdf5_runs_close(struct runs_reader *reader);
 
-/*
- * A file of one motion, RUN.h5: its layout, and its rows, one for each output. It knows nothing of models.
- *
- * The attribute `columns` of a dataset has the names that its numbers have in a CSV of the same motion. In
- * a build without HDF5 the functions report that.
- */
+/* A file of one motion, RUN.h5: its layout, and its rows, one for each output. The attribute `columns` of a
+ * dataset has the names that its numbers have in a CSV of the same motion. */
 
 /* One dataset: the numbers of a row from `first` on. The first dataset is the time, the scale of the others.
  */
@@ -169,8 +150,6 @@ struct motion_layout {
     int part_count, fact_count, width;
 };
 
-struct motion_writer;
-
 /* Creates the file `path`, replacing an existing one. Returns NULL and reports on stderr if it fails. */
 struct motion_writer *hdf5_motion_create(const char *path, const struct motion_layout *layout);
 /* Writes the next row. Returns false and reports the error if it cannot. */
@@ -178,8 +157,6 @@ bool hdf5_motion_put(struct motion_writer *writer, const double *values);
 /* Writes the remaining data to the disk. Returns false and reports the error if it cannot. Releases the
  * writer in any case. */
 bool hdf5_motion_finish(struct motion_writer *writer);
-
-struct motion_reader;
 
 /* Returns whether the file is of this kind; reports nothing. */
 bool hdf5_motion_is_in(const char *path);

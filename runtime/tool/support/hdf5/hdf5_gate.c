@@ -1,16 +1,129 @@
-/* The gate process, which reads HDF5 files and checks every object before it reads its data. hdf5_private.h
- * says what it refuses. */
-#include "runtime/tool/support/hdf5/hdf5_private.h"
-#include "gen/base/base.h"
-#include "runtime/tool/support/format/format.h"
-
+/*
+ * The gate process, which reads HDF5 files for the program.
+ *
+ * The library crashes on some damaged files, and follows links to other files. The gate therefore checks
+ * every object before it reads any of its data. If it crashes, the program reports a damaged file.
+ *
+ * The gate refuses:
+ * - links to other files and names, and two names of one object;
+ * - data in other files (external, virtual), and filters that are not HDF5's own;
+ * - data that are missing or cannot fit into the file;
+ * - names that are not UTF-8, and scales along which a dataset is missing.
+ */
 #include <fcntl.h>
 #include <math.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
+
+#include "gen/base/base.h"
+#include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/hdf5/hdf5_private.h"
+
+/* ---- Answers ---- */
+
+enum {
+    GATE_SECONDS = 1,               /* CPU time that a request may use [s], */
+    GATE_BYTES_PER_SECOND = 1000000 /* and 1 s more for so many bytes of the file */
+};
+
+/* The program receives each answer whole. If the gate cannot answer, it sends a fact instead and ends. */
+struct answers {
+    FILE *out;    /* to the program */
+    FILE *stream; /* the answer that is being written, into `text` */
+    char *text;
+    size_t length;
+    double bytes;     /* size of the file that is read */
+    double text_left; /* bytes of texts that the present request may still use */
+};
+
+static void answers_put_whole(struct answers *answers, int64_t number) {
+    fwrite(&number, sizeof number, 1, answers->stream);
+}
+
+static void answers_put_bytes(struct answers *answers, const char *text, size_t length) {
+    answers_put_whole(answers, (int64_t)length);
+    fwrite(text, 1, length, answers->stream);
+}
+
+static void answers_begin(struct answers *answers, enum gate_answer answer) {
+    answers->stream = format_stream(&answers->text, &answers->length);
+    answers_put_whole(answers, answer);
+}
+
+static void answers_end(struct answers *answers) {
+    fclose(answers->stream);
+    if (fwrite(answers->text, 1, answers->length, answers->out) != answers->length ||
+        fflush(answers->out) != 0)
+        _exit(1);
+    free(answers->text);
+}
+
+/* Sends the fact and ends the process. */
+static _Noreturn void answers_refuse(struct answers *answers, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    const char *text = format_vtext(format, list);
+    va_end(list);
+    answers_begin(answers, GATE_FACT);
+    answers_put_bytes(answers, text, strlen(text));
+    answers_end(answers);
+    _exit(0);
+}
+
+static hid_t answers_good(struct answers *answers, const char *path, hid_t result) {
+    if (result < 0)
+        answers_refuse(answers, "damaged: %s: %s", path, hdf5_cause());
+    return result;
+}
+
+/* ---- Bounds ---- */
+
+static void bound(int resource, rlim_t most) {
+    struct rlimit limit;
+    if (getrlimit(resource, &limit) == 0 && (limit.rlim_max == RLIM_INFINITY || most < limit.rlim_max)) {
+        limit.rlim_cur = most;
+        setrlimit(resource, &limit);
+    }
+}
+
+/* Lengths in a damaged file may request any amount of memory. If the system does not say how much this
+ * process has, only the limits on texts apply. */
+static void bound_memory(const struct answers *answers) {
+    const double more = 1e9 + 4 * answers->bytes;
+    unsigned long long pages = 0;
+    FILE *file = fopen("/proc/self/statm", "r");
+    if (file && fscanf(file, "%llu", &pages) == 1)
+        bound(RLIMIT_AS, (rlim_t)((double)pages * (double)sysconf(_SC_PAGESIZE) + more));
+    if (file)
+        fclose(file);
+}
+
+/* Limits the work of the next request. */
+static void answers_bound_work(struct answers *answers) {
+    struct rusage used;
+    getrusage(RUSAGE_SELF, &used);
+    bound(RLIMIT_CPU, (rlim_t)(used.ru_utime.tv_sec + used.ru_stime.tv_sec + 1 + GATE_SECONDS) +
+                          (rlim_t)(answers->bytes / GATE_BYTES_PER_SECOND));
+    answers->text_left = answers->bytes;
+}
+
+/* Answers go through the socket and concern the file `path`. Limits memory, and the work until the first
+ * request. */
+static void answers_start(struct answers *answers, const char *path, int socket) {
+    struct stat status;
+    *answers = (struct answers){.out = fdopen(socket, "w")};
+    if (!answers->out)
+        _exit(1);
+    answers->bytes = stat(path, &status) == 0 ? (double)status.st_size : 0;
+    bound(RLIMIT_CORE, 0);
+    bound_memory(answers);
+    answers_bound_work(answers);
+}
 
 /* An object of the file. Its path begins with a slash. */
 struct entry {
@@ -62,7 +175,7 @@ static bool is_utf8(const char *text, size_t length) {
 }
 
 static const char *path_of(const char *group, const char *name) {
-    return text_format("%s/%s", strcmp(group, "/") == 0 ? "" : group, name);
+    return format_text("%s/%s", strcmp(group, "/") == 0 ? "" : group, name);
 }
 
 static herr_t take_link(hid_t group, const char *name, const H5L_info_t *info, void *where) {
@@ -70,14 +183,12 @@ static herr_t take_link(hid_t group, const char *name, const H5L_info_t *info, v
     const char *path = path_of(names->path, name);
     (void)group;
     if (!is_utf8(name, strlen(name)))
-        hdf5_answers_refuse(names->gate->answers, "damaged: a name in %s is not UTF-8", names->path);
+        answers_refuse(names->gate->answers, "damaged: a name in %s is not UTF-8", names->path);
     if (info->type == H5L_TYPE_EXTERNAL)
-        hdf5_answers_refuse(names->gate->answers, "%s: is a link to another file, which is not followed",
-                            path);
+        answers_refuse(names->gate->answers, "%s: is a link to another file, which is not followed", path);
     if (info->type != H5L_TYPE_HARD)
-        hdf5_answers_refuse(names->gate->answers, "%s: is a link to another name, which is not followed",
-                            path);
-    names->list = memory_room(&program_memory, names->list, names->count, &names->room, sizeof *names->list);
+        answers_refuse(names->gate->answers, "%s: is a link to another name, which is not followed", path);
+    names->list = memory_room(&format_memory, names->list, names->count, &names->room, sizeof *names->list);
     names->list[names->count++] = path;
     return 0;
 }
@@ -89,20 +200,20 @@ static struct names list_names(struct gate *gate, const char *path) {
                            H5P_DEFAULT) >= 0)
         return names;
     names.count = 0;
-    hdf5_answers_good(gate->answers, path,
-                      H5Literate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_link,
-                                         &names, H5P_DEFAULT));
+    answers_good(gate->answers, path,
+                 H5Literate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_link, &names,
+                                    H5P_DEFAULT));
     return names;
 }
 
 static int add_entry(struct gate *gate, const char *path, int group) {
     H5O_info_t info;
-    hdf5_answers_good(gate->answers, path,
-                      H5Oget_info_by_name2(gate->file, path, &info, H5O_INFO_BASIC, H5P_DEFAULT));
+    answers_good(gate->answers, path,
+                 H5Oget_info_by_name2(gate->file, path, &info, H5O_INFO_BASIC, H5P_DEFAULT));
     if (group >= 0 && info.rc != 1)
-        hdf5_answers_refuse(gate->answers, "%s: has %u names in the file; it must have one", path, info.rc);
+        answers_refuse(gate->answers, "%s: has %u names in the file; it must have one", path, info.rc);
     gate->entries =
-        memory_room(&program_memory, gate->entries, gate->count, &gate->room, sizeof *gate->entries);
+        memory_room(&format_memory, gate->entries, gate->count, &gate->room, sizeof *gate->entries);
     gate->entries[gate->count] =
         (struct entry){.path = path, .address = info.addr, .type = info.type, .group = group, .dataset = -1};
     return gate->count++;
@@ -113,7 +224,7 @@ static void add_entries(struct gate *gate, int group, int depth) {
     const char *path = gate->entries[group].path;
     const struct names names = list_names(gate, path);
     if (depth == DEEPEST)
-        hdf5_answers_refuse(gate->answers, "%s: lies more than %d groups deep", path, (int)DEEPEST);
+        answers_refuse(gate->answers, "%s: lies more than %d groups deep", path, (int)DEEPEST);
     for (int i = 0; i < names.count; i++) {
         const int entry = add_entry(gate, names.list[i], group);
         if (gate->entries[entry].type == H5O_TYPE_GROUP)
@@ -128,15 +239,15 @@ static int compare_places(const void *a, const void *b) {
 }
 
 static void sort_places(struct gate *gate) {
-    gate->places = allocate((size_t)gate->count, sizeof *gate->places);
+    gate->places = format_allocate((size_t)gate->count, sizeof *gate->places);
     for (int i = 0; i < gate->count; i++)
         gate->places[i] = (struct entry_address){gate->entries[i].address, i};
     qsort(gate->places, (size_t)gate->count, sizeof *gate->places, compare_places);
     for (int i = 1; i < gate->count; i++)
         if (gate->places[i].address == gate->places[i - 1].address)
-            hdf5_answers_refuse(gate->answers, "damaged: %s and %s are one object",
-                                gate->entries[gate->places[i - 1].entry].path,
-                                gate->entries[gate->places[i].entry].path);
+            answers_refuse(gate->answers, "damaged: %s and %s are one object",
+                           gate->entries[gate->places[i - 1].entry].path,
+                           gate->entries[gate->places[i].entry].path);
 }
 
 /* The entry that a reference leads to; `what` names it in messages. */
@@ -146,7 +257,7 @@ static const struct entry *referred(struct gate *gate, const char *path, const c
     const struct entry_address *place =
         bsearch(&key, gate->places, (size_t)gate->count, sizeof key, compare_places);
     if (!place)
-        hdf5_answers_refuse(gate->answers, "%s: %s is missing", path, what);
+        answers_refuse(gate->answers, "%s: %s is missing", path, what);
     return &gate->entries[place->entry];
 }
 
@@ -168,8 +279,8 @@ static enum hdf5_kind kind_of(hid_t type) {
 /* Checks that the file has the data of `count` elements, packed no more than HDF5's filters can. */
 static void check_fit(struct gate *gate, const char *path, double count, hid_t type) {
     if (count * (double)H5Tget_size(type) > MOST_PACKED * gate->answers->bytes)
-        hdf5_answers_refuse(gate->answers, "damaged: %s: %.0f values do not fit into a file of %.0f bytes",
-                            path, count, gate->answers->bytes);
+        answers_refuse(gate->answers, "damaged: %s: %.0f values do not fit into a file of %.0f bytes", path,
+                       count, gate->answers->bytes);
 }
 
 /* `count` texts in the form of the memory type: pointers, of which an empty one may be NULL, or fields of one
@@ -184,7 +295,7 @@ static void send_texts(struct gate *gate, hid_t type, const void *texts, size_t 
         size_t length = !text ? 0 : text == field ? strnlen(text, size) : strlen(text);
         while (text == field && is_padded && length > 0 && text[length - 1] == ' ')
             length--;
-        hdf5_answers_put_bytes(gate->answers, text ? text : "", length);
+        answers_put_bytes(gate->answers, text ? text : "", length);
     }
 }
 
@@ -199,14 +310,14 @@ struct attribute {
 
 static struct attribute open_attribute(struct gate *gate, const char *path, const char *name) {
     struct attribute attribute = {
-        .id = hdf5_answers_good(gate->answers, path,
-                                H5Aopen_by_name(gate->file, path, name, H5P_DEFAULT, H5P_DEFAULT))};
-    const hid_t space = hdf5_answers_good(gate->answers, path, H5Aget_space(attribute.id));
-    attribute.type = hdf5_answers_good(gate->answers, path, H5Aget_type(attribute.id));
+        .id = answers_good(gate->answers, path,
+                           H5Aopen_by_name(gate->file, path, name, H5P_DEFAULT, H5P_DEFAULT))};
+    const hid_t space = answers_good(gate->answers, path, H5Aget_space(attribute.id));
+    attribute.type = answers_good(gate->answers, path, H5Aget_type(attribute.id));
     attribute.length = H5Sget_simple_extent_npoints(space);
     attribute.is_list = H5Sget_simple_extent_ndims(space) > 0;
     H5Sclose(space);
-    hdf5_answers_good(gate->answers, path, attribute.length < 0 ? -1 : 0);
+    answers_good(gate->answers, path, attribute.length < 0 ? -1 : 0);
     check_fit(gate, path, (double)attribute.length, attribute.type);
     return attribute;
 }
@@ -219,9 +330,9 @@ static void close_attribute(struct attribute *attribute) {
 /* In heap memory, in the form of `type`. */
 static void *read_attribute(struct gate *gate, const char *path, const struct attribute *attribute,
                             hid_t type) {
-    void *values = allocate_large((size_t)attribute->length + 1, H5Tget_size(type));
+    void *values = format_allocate_large((size_t)attribute->length + 1, H5Tget_size(type));
     if (attribute->length > 0)
-        hdf5_answers_good(gate->answers, path, H5Aread(attribute->id, type, values));
+        answers_good(gate->answers, path, H5Aread(attribute->id, type, values));
     return values;
 }
 
@@ -231,9 +342,9 @@ static void send_attribute(struct gate *gate, const char *path, const char *name
     if (kind != HDF5_OTHER) {
         const hid_t type = kind == HDF5_TEXTS ? attribute.type : H5T_NATIVE_DOUBLE;
         void *values = read_attribute(gate, path, &attribute, type);
-        hdf5_answers_put_whole(gate->answers, kind);
-        hdf5_answers_put_bytes(gate->answers, name, strlen(name));
-        hdf5_answers_put_whole(gate->answers, attribute.is_list ? attribute.length : GATE_SINGLE);
+        answers_put_whole(gate->answers, kind);
+        answers_put_bytes(gate->answers, name, strlen(name));
+        answers_put_whole(gate->answers, attribute.is_list ? attribute.length : GATE_SINGLE);
         if (kind == HDF5_TEXTS)
             send_texts(gate, type, values, (size_t)attribute.length);
         else
@@ -258,16 +369,16 @@ static herr_t take_attribute(hid_t object, const char *name, const H5A_info_t *i
 
 static void send_attributes(struct gate *gate, const char *path) {
     struct described described = {gate, path};
-    hdf5_answers_good(gate->answers, path,
-                      H5Aiterate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_attribute,
-                                         &described, H5P_DEFAULT));
-    hdf5_answers_put_whole(gate->answers, GATE_NO_MORE);
+    answers_good(gate->answers, path,
+                 H5Aiterate_by_name(gate->file, path, H5_INDEX_NAME, H5_ITER_INC, NULL, take_attribute,
+                                    &described, H5P_DEFAULT));
+    answers_put_whole(gate->answers, GATE_NO_MORE);
 }
 
 /* ---- Dimension scales ---- */
 
 static bool has_attribute(struct gate *gate, const char *path, const char *name) {
-    return hdf5_answers_good(gate->answers, path, H5Aexists_by_name(gate->file, path, name, H5P_DEFAULT)) > 0;
+    return answers_good(gate->answers, path, H5Aexists_by_name(gate->file, path, name, H5P_DEFAULT)) > 0;
 }
 
 /* The path of the scale along the second axis; "" if there is none. */
@@ -300,7 +411,7 @@ static void check_datasets_along(struct gate *gate, const char *path) {
         return;
     struct attribute attribute = open_attribute(gate, path, name);
     const hid_t type = H5Tcreate(H5T_COMPOUND, sizeof(hobj_ref_t));
-    hdf5_answers_good(gate->answers, path, H5Tinsert(type, "dataset", 0, H5T_STD_REF_OBJ));
+    answers_good(gate->answers, path, H5Tinsert(type, "dataset", 0, H5T_STD_REF_OBJ));
     hobj_ref_t *references = read_attribute(gate, path, &attribute, type);
     for (hssize_t i = 0; i < attribute.length; i++)
         referred(gate, path, "a dataset along this scale", references[i]);
@@ -318,18 +429,17 @@ static void check_filters(struct gate *gate, const char *path, hid_t creation) {
         const H5Z_filter_t filter =
             H5Pget_filter2(creation, (unsigned)i, &flags, &no_settings, NULL, 0, NULL, &settings);
         if (filter < 0 || filter >= H5Z_FILTER_RESERVED)
-            hdf5_answers_refuse(gate->answers,
-                                "%s: its data are packed by filter %d, which refdyn does not know", path,
-                                filter);
+            answers_refuse(gate->answers, "%s: its data are packed by filter %d, which refdyn does not know",
+                           path, filter);
     }
 }
 
 /* Call it before any request for the size, which would open the files of a virtual dataset. */
 static bool check_storage(struct gate *gate, const char *path, hid_t dataset) {
-    const hid_t creation = hdf5_answers_good(gate->answers, path, H5Dget_create_plist(dataset));
+    const hid_t creation = answers_good(gate->answers, path, H5Dget_create_plist(dataset));
     const H5D_layout_t layout = H5Pget_layout(creation);
     if (layout == H5D_VIRTUAL || H5Pget_external_count(creation) != 0)
-        hdf5_answers_refuse(gate->answers, "%s: its data lie in other files, which are not followed", path);
+        answers_refuse(gate->answers, "%s: its data lie in other files, which are not followed", path);
     check_filters(gate, path, creation);
     const bool is_packed = H5Pget_nfilters(creation) > 0;
     H5Pclose(creation);
@@ -339,22 +449,21 @@ static bool check_storage(struct gate *gate, const char *path, hid_t dataset) {
 static void check_data(struct gate *gate, const struct entry *entry, hid_t type, hid_t space,
                        bool is_packed) {
     const hssize_t count = H5Sget_simple_extent_npoints(space);
-    hdf5_answers_good(gate->answers, entry->path, count < 0 ? -1 : 0);
+    answers_good(gate->answers, entry->path, count < 0 ? -1 : 0);
     check_fit(gate, entry->path, (double)count, type);
     const double stored = (double)H5Dget_storage_size(entry->dataset),
                  needed = (double)count * (double)H5Tget_size(type);
     if (stored < (is_packed ? fmin(needed, 1) : needed))
-        hdf5_answers_refuse(gate->answers, "damaged: %s: data are missing", entry->path);
+        answers_refuse(gate->answers, "damaged: %s: data are missing", entry->path);
 }
 
 /* Opens the dataset, and determines its kind and its sizes. */
 static void look_at_dataset(struct gate *gate, struct entry *entry) {
-    entry->dataset =
-        hdf5_answers_good(gate->answers, entry->path, H5Dopen2(gate->file, entry->path, H5P_DEFAULT));
+    entry->dataset = answers_good(gate->answers, entry->path, H5Dopen2(gate->file, entry->path, H5P_DEFAULT));
     const bool is_packed = check_storage(gate, entry->path, entry->dataset);
-    const hid_t type = hdf5_answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
-                space = hdf5_answers_good(gate->answers, entry->path, H5Dget_space(entry->dataset));
-    entry->rank = (int)hdf5_answers_good(gate->answers, entry->path, H5Sget_simple_extent_ndims(space));
+    const hid_t type = answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
+                space = answers_good(gate->answers, entry->path, H5Dget_space(entry->dataset));
+    entry->rank = (int)answers_good(gate->answers, entry->path, H5Sget_simple_extent_ndims(space));
     entry->kind = kind_of(type);
     if (entry->kind != HDF5_OTHER)
         check_data(gate, entry, type, space, is_packed);
@@ -371,23 +480,23 @@ static void look_at_entries(struct gate *gate) {
         if (entry->type == H5O_TYPE_DATASET)
             look_at_dataset(gate, entry);
         else if (entry->type != H5O_TYPE_GROUP)
-            hdf5_answers_refuse(gate->answers, "%s: is neither a group nor a dataset", entry->path);
+            answers_refuse(gate->answers, "%s: is neither a group nor a dataset", entry->path);
     }
 }
 
 static void send_entry(struct gate *gate, const struct entry *entry) {
-    hdf5_answers_begin(gate->answers, GATE_OBJECT);
-    hdf5_answers_put_whole(gate->answers, entry->group);
-    hdf5_answers_put_whole(gate->answers, entry->kind);
-    hdf5_answers_put_whole(gate->answers, entry->rank);
-    hdf5_answers_put_whole(gate->answers, (int64_t)entry->size[0]);
-    hdf5_answers_put_whole(gate->answers, (int64_t)entry->size[1]);
-    hdf5_answers_put_bytes(gate->answers, entry->path, strlen(entry->path));
+    answers_begin(gate->answers, GATE_OBJECT);
+    answers_put_whole(gate->answers, entry->group);
+    answers_put_whole(gate->answers, entry->kind);
+    answers_put_whole(gate->answers, entry->rank);
+    answers_put_whole(gate->answers, (int64_t)entry->size[0]);
+    answers_put_whole(gate->answers, (int64_t)entry->size[1]);
+    answers_put_bytes(gate->answers, entry->path, strlen(entry->path));
     const char *axis = find_axis(gate, entry->path);
-    hdf5_answers_put_bytes(gate->answers, axis, strlen(axis));
+    answers_put_bytes(gate->answers, axis, strlen(axis));
     check_datasets_along(gate, entry->path);
     send_attributes(gate, entry->path);
-    hdf5_answers_end(gate->answers);
+    answers_end(gate->answers);
 }
 
 static void send_entries(struct gate *gate) {
@@ -397,8 +506,8 @@ static void send_entries(struct gate *gate) {
     look_at_entries(gate);
     for (int i = 0; i < gate->count; i++)
         send_entry(gate, &gate->entries[i]);
-    hdf5_answers_begin(gate->answers, GATE_END);
-    hdf5_answers_end(gate->answers);
+    answers_begin(gate->answers, GATE_END);
+    answers_end(gate->answers);
 }
 
 /* ---- Rows ---- */
@@ -406,9 +515,9 @@ static void send_entries(struct gate *gate) {
 static hid_t select_rows(struct gate *gate, const struct entry *entry, const struct gate_request *request) {
     const hsize_t start[2] = {(hsize_t)request->first, 0},
                   count[2] = {(hsize_t)request->count, entry->size[1]};
-    const hid_t space = hdf5_answers_good(gate->answers, entry->path, H5Dget_space(entry->dataset));
-    hdf5_answers_good(gate->answers, entry->path,
-                      H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL));
+    const hid_t space = answers_good(gate->answers, entry->path, H5Dget_space(entry->dataset));
+    answers_good(gate->answers, entry->path,
+                 H5Sselect_hyperslab(space, H5S_SELECT_SET, start, NULL, count, NULL));
     return space;
 }
 
@@ -432,8 +541,7 @@ static void read_rows(struct gate *gate, const struct entry *entry, const struct
     const hid_t memory = H5Screate_simple(1, &count, NULL), stored = select_rows(gate, entry, request);
     const hid_t transfer = H5Pcreate(H5P_DATASET_XFER);
     H5Pset_vlen_mem_manager(transfer, allocate_text, gate->answers, free_text, NULL);
-    hdf5_answers_good(gate->answers, entry->path,
-                      H5Dread(entry->dataset, type, memory, stored, transfer, values));
+    answers_good(gate->answers, entry->path, H5Dread(entry->dataset, type, memory, stored, transfer, values));
     H5Pclose(transfer);
     H5Sclose(stored);
     H5Sclose(memory);
@@ -441,11 +549,11 @@ static void read_rows(struct gate *gate, const struct entry *entry, const struct
 
 static void send_rows(struct gate *gate, const struct entry *entry, const struct gate_request *request) {
     const size_t count = (size_t)request->count * (entry->size[1] > 0 ? (size_t)entry->size[1] : 1);
-    const hid_t stored = hdf5_answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
+    const hid_t stored = answers_good(gate->answers, entry->path, H5Dget_type(entry->dataset)),
                 type = entry->kind == HDF5_TEXTS ? stored : H5T_NATIVE_DOUBLE;
-    void *values = allocate_large(count + 1, H5Tget_size(type));
+    void *values = format_allocate_large(count + 1, H5Tget_size(type));
     read_rows(gate, entry, request, type, values);
-    hdf5_answers_begin(gate->answers, GATE_ROWS);
+    answers_begin(gate->answers, GATE_ROWS);
     if (entry->kind == HDF5_TEXTS)
         send_texts(gate, type, values, count);
     else
@@ -454,7 +562,7 @@ static void send_rows(struct gate *gate, const struct entry *entry, const struct
         free(((char **)values)[i]);
     free(values);
     H5Tclose(stored);
-    hdf5_answers_end(gate->answers);
+    answers_end(gate->answers);
 }
 
 /* ---- The process ---- */
@@ -484,7 +592,7 @@ static void open_file(struct gate *gate, const char *path) {
     H5Pset_file_locking(access, false, true);
     gate->file = H5Fopen(path, H5F_ACC_RDONLY, access);
     if (gate->file < 0)
-        hdf5_answers_refuse(gate->answers, "cannot be read: %s", hdf5_cause());
+        answers_refuse(gate->answers, "cannot be read: %s", hdf5_cause());
     H5Pclose(access);
 }
 
@@ -492,12 +600,12 @@ void hdf5_gate_serve(const char *path, int socket) {
     struct answers answers;
     struct gate gate = {.answers = &answers};
     struct gate_request request;
-    hdf5_answers_start(&answers, path, socket);
+    answers_start(&answers, path, socket);
     part_from_program();
     open_file(&gate, path);
     send_entries(&gate);
     while (get_request(socket, &request)) {
-        hdf5_answers_bound_work(&answers);
+        answers_bound_work(&answers);
         send_rows(&gate, &gate.entries[request.object], &request);
     }
     _exit(0);

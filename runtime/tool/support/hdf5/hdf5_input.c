@@ -19,7 +19,7 @@
 
 static bool complain(struct hdf5_input *input, const char *fact) {
     if (!input->has_failed && !input->is_quiet)
-        complain_line(input->path, 0, fact);
+        format_complain_line(input->path, 0, fact);
     input->has_failed = true;
     return false;
 }
@@ -27,7 +27,7 @@ static bool complain(struct hdf5_input *input, const char *fact) {
 bool hdf5_input_refuse(struct hdf5_input *input, const char *format, ...) {
     va_list list;
     va_start(list, format);
-    char *text = text_vformat(format, list);
+    char *text = format_vtext(format, list);
     va_end(list);
     return complain(input, text);
 }
@@ -69,7 +69,7 @@ static char *get_text(struct hdf5_input *input, bool is_of_row) {
     if (!get_within(input, 0, input->bytes + MORE, &length))
         return NULL;
     const size_t size = (size_t)length + 1;
-    char *text = is_of_row ? allocate_large(size, 1) : memory_get(&input->memory, size);
+    char *text = is_of_row ? format_allocate_large(size, 1) : memory_get(&input->memory, size);
     if (get_block(input, text, 1, (size_t)length))
         return text;
     if (is_of_row)
@@ -211,7 +211,7 @@ static bool start_gate(struct hdf5_input *input) {
 
 static bool read_objects(struct hdf5_input *input, const char *path, const char *what) {
     *input = (struct hdf5_input){
-        .path = text_format("%s", path), .memory = arena_start(), .socket = -1, .is_quiet = !what};
+        .path = format_text("%s", path), .memory = format_arena_start(), .socket = -1, .is_quiet = !what};
     return check_readable(input, what ? what : "") && start_gate(input) && get_objects(input);
 }
 
@@ -338,8 +338,8 @@ void hdf5_input_make_room(struct hdf5_input *input, int width, int text_width) {
     input->width = width;
     input->text_width = text_width;
     input->block = hdf5_rows_in_block(width, text_width);
-    input->values = allocate_large((size_t)input->block * (size_t)width + 1, sizeof *input->values);
-    input->texts = allocate_large((size_t)input->block * (size_t)text_width + 1, sizeof *input->texts);
+    input->values = format_allocate_large((size_t)input->block * (size_t)width + 1, sizeof *input->values);
+    input->texts = format_allocate_large((size_t)input->block * (size_t)text_width + 1, sizeof *input->texts);
 }
 
 static bool get_numbers(struct hdf5_input *input, const struct hdf5_taken *taken) {

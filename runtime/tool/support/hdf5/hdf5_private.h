@@ -1,9 +1,5 @@
-/*
- * The parts of files of HDF5 that only this folder uses.
- *
- * Parts: files that are written; the gate process and its answers; files that are read; rows that are
- * written; names in the files.
- */
+/* The parts of files of HDF5 that only this folder uses: files that are written; the gate process and its
+ * answers; files that are read; rows that are written. */
 #ifndef REFDYN_TOOL_HDF5_PRIVATE_H
 #define REFDYN_TOOL_HDF5_PRIVATE_H
 
@@ -15,14 +11,8 @@
 
 #include "gen/base/base.h"
 
-/*
- * The parts that all HDF5 files of the project share: creation, writing, closing, and the messages of
- * errors.
- *
- * Equal contents give equal bytes, because no times are kept. Groups list their members in the order of
- * creation. Texts are UTF-8 of variable length. All functions report one error for a file, on stderr, as
- * FILE: fact; after that they do nothing and return false.
- */
+/* Files that are written: creation, attributes, datasets, closing, and the messages of errors. All functions
+ * report one error for a file, on stderr, as FILE: fact; after that they do nothing and return false. */
 
 /* Attributes of a file: its content, and the version of its layout. */
 #define HDF5_CONTENT "content"
@@ -79,17 +69,9 @@ bool hdf5_make_scale(struct hdf5_file *file, const char *path, hid_t stored, hid
 bool hdf5_attach_scale(struct hdf5_file *file, hid_t dataset, const char *scale, unsigned axis);
 
 /*
- * The gate: a separate process that reads HDF5 files for the program.
- *
- * The library crashes on some damaged files, and follows links to other files. The gate therefore checks
- * every object before it reads any of its data. If it crashes, the program reports a damaged file. The
- * program itself calls no function of HDF5 to read; hdf5_input.c checks what the gate sends.
- *
- * The gate refuses:
- * - links to other files and names, and two names of one object;
- * - data in other files (external, virtual), and filters that are not HDF5's own;
- * - data that are missing or cannot fit into the file;
- * - names that are not UTF-8, and scales along which a dataset is missing.
+ * The gate: a separate process that reads HDF5 files for the program, and checks every object before it reads
+ * any of its data. hdf5_gate.c says what it refuses. The program itself calls no function of HDF5 to read;
+ * hdf5_input.c checks what the gate sends.
  *
  * Through the socket go numbers of 8 bytes, in the byte order of the machine, and texts as length and bytes:
  * first all objects, then one answer for each request. An answer begins with an enum gate_answer.
@@ -112,55 +94,15 @@ struct gate_request {
 };
 
 enum {
-    GATE_SECONDS = 1,                /* CPU time that a request may use [s], */
-    GATE_BYTES_PER_SECOND = 1000000, /* and 1 s more for so many bytes of the file */
-    GATE_SINGLE = -1,                /* count of an attribute that is not a list */
-    GATE_NO_MORE = -1                /* instead of a kind: the object has no more attributes */
+    GATE_SINGLE = -1, /* count of an attribute that is not a list */
+    GATE_NO_MORE = -1 /* instead of a kind: the object has no more attributes */
 };
 
 /* Serves the file until the other end of the socket is closed. Does not return. */
 _Noreturn void hdf5_gate_serve(const char *path, int socket);
 
-/*
- * Answers that the gate for HDF5 files sends to the program (hdf5_private.h has the order), and its limits of
- * time, memory and texts.
- *
- * The program receives each answer whole. If the gate cannot answer, it sends a fact instead and ends.
- */
-
-struct answers {
-    FILE *out;    /* to the program */
-    FILE *stream; /* the answer that is being written, into `text` */
-    char *text;
-    size_t length;
-    double bytes;     /* size of the file that is read */
-    double text_left; /* bytes of texts that the present request may still use */
-};
-
-/* Answers go through the socket and concern the file `path`. Limits memory, and the work until the first
- * request. */
-void hdf5_answers_start(struct answers *answers, const char *path, int socket);
-/* Limits the work of the next request. */
-void hdf5_answers_bound_work(struct answers *answers);
-
-void hdf5_answers_begin(struct answers *answers, enum gate_answer answer);
-void hdf5_answers_put_whole(struct answers *answers, int64_t number);
-void hdf5_answers_put_bytes(struct answers *answers, const char *text, size_t length);
-void hdf5_answers_end(struct answers *answers);
-
-/* Sends the fact and ends the process. */
-_Noreturn void hdf5_answers_refuse(struct answers *answers, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-/* Returns `result` of a function of HDF5. If that is an error, refuses the object with it as the fact. */
-hid_t hdf5_answers_good(struct answers *answers, const char *path, hid_t result);
-
-/*
- * An HDF5 file that is read: all its objects with their attributes, and rows of its datasets. Rows are read
- * in blocks, so that memory does not grow with their number.
- *
- * A separate process reads the file. The functions report one error for a file, on stderr, as FILE: fact;
- * after that they do nothing and return false.
- */
+/* An HDF5 file that is read: all its objects with their attributes, and rows of its datasets. Rows are read
+ * in blocks, so that memory does not grow with their number. Errors are reported as above. */
 
 struct hdf5_attribute {
     const char *name;
@@ -276,28 +218,5 @@ bool hdf5_rows_put(struct hdf5_rows *rows, const double *values, const char *con
 /* Writes the rows that are held to the file. */
 bool hdf5_rows_flush(struct hdf5_rows *rows);
 void hdf5_rows_release(struct hdf5_rows *rows);
-
-/* Names on which the writer and the reader of a file of one motion agree. */
-
-#define MOTION_CONTENT "refdyn motion"
-#define MOTION_COLUMNS "columns" /* of each dataset, by number */
-
-enum { MOTION_VERSION = 1 };
-
-/* Names on which the writer and the reader of a file of runs agree. */
-
-#define RUNS_CONTENT "refdyn runs"
-#define RUNS_BATCH_COUNT "batch_cases" /* of the whole batch; a file may have a part of it */
-#define RUNS_KIND "kind"
-#define RUNS_TARGET "target"
-
-enum { RUNS_VERSION = 1 };
-
-/* The datasets at the top, whose numbers come first in a row. */
-enum { RUNS_NUMBER, RUNS_STATUS, RUNS_STEPS, RUNS_CPU, RUNS_HEAD_COUNT };
-
-/* By enum varied_kind. */
-extern const char *const runs_kinds[];
-enum { RUNS_KIND_COUNT = 6 };
 
 #endif

@@ -16,7 +16,7 @@ bool hdf5_rows_add(struct hdf5_rows *rows, struct hdf5_column column) {
         return false;
     if (rows->column_count == rows->column_room) {
         rows->column_room = 2 * rows->column_room + 16;
-        struct hdf5_column *more = allocate_large((size_t)rows->column_room, sizeof *more);
+        struct hdf5_column *more = format_allocate_large((size_t)rows->column_room, sizeof *more);
         if (rows->column_count)
             memcpy(more, rows->columns, (size_t)rows->column_count * sizeof *more);
         free(rows->columns);
@@ -51,8 +51,8 @@ void hdf5_rows_make_room(struct hdf5_rows *rows, int width, int text_width) {
     rows->width = width;
     rows->text_width = text_width;
     rows->room = hdf5_rows_in_block(width, text_width);
-    rows->values = allocate_large((size_t)rows->room * (size_t)width + 1, sizeof *rows->values);
-    rows->texts = allocate_large((size_t)rows->room * (size_t)text_width + 1, sizeof *rows->texts);
+    rows->values = format_allocate_large((size_t)rows->room * (size_t)width + 1, sizeof *rows->values);
+    rows->texts = format_allocate_large((size_t)rows->room * (size_t)text_width + 1, sizeof *rows->texts);
 }
 
 /* ---- One column of the block ---- */
@@ -118,7 +118,7 @@ bool hdf5_rows_flush(struct hdf5_rows *rows) {
 
 /* In heap memory, because there is one for each row. */
 static char *heap_copy(const char *text) {
-    return strcpy(allocate_large(strlen(text) + 1, 1), text);
+    return strcpy(format_allocate_large(strlen(text) + 1, 1), text);
 }
 
 bool hdf5_rows_put(struct hdf5_rows *rows, const double *values, const char *const *texts) {

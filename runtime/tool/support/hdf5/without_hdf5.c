@@ -7,7 +7,7 @@ static const char absent[] = "this refdyn is built without HDF5, CSV is what it 
 struct runs_writer *hdf5_runs_create(const char *path, const struct runs_layout *layout, long count) {
     (void)layout;
     (void)count;
-    complain_line(path, 0, absent);
+    format_complain_line(path, 0, absent);
     return NULL;
 }
 
@@ -30,7 +30,7 @@ void hdf5_runs_drop(struct runs_writer *writer) {
 }
 
 struct runs_reader *hdf5_runs_open(const char *path) {
-    complain_line(path, 0, absent);
+    format_complain_line(path, 0, absent);
     return NULL;
 }
 
@@ -70,7 +70,7 @@ void hdf5_runs_close(struct runs_reader *reader) {
 
 struct motion_writer *hdf5_motion_create(const char *path, const struct motion_layout *layout) {
     (void)layout;
-    complain_line(path, 0, absent);
+    format_complain_line(path, 0, absent);
     return NULL;
 }
 
@@ -87,7 +87,7 @@ bool hdf5_motion_is_in(const char *path) {
 }
 
 struct motion_reader *hdf5_motion_open(const char *path) {
-    complain_line(path, 0, absent);
+    format_complain_line(path, 0, absent);
     return NULL;
 }
 

@@ -1,4 +1,5 @@
-/* Handlers of the signals that end the program: they undo what was begun, or note the signal. */
+/* Handlers of the signals that end the program: they undo what was begun, or note the signal. Signals that
+ * the caller ignores stay ignored, except SIGCHLD. */
 #include "runtime/tool/support/system/system.h"
 
 #include <stddef.h>
@@ -23,7 +24,7 @@ static const struct {
 
 enum { SIGNAL_COUNT = sizeof signals / sizeof signals[0] };
 
-volatile sig_atomic_t interrupted;
+volatile sig_atomic_t system_interrupted;
 static volatile sig_atomic_t is_deferring;
 static bool is_accepted;
 static struct undo *volatile undos;
@@ -52,8 +53,8 @@ static void end_by(int number) {
 }
 
 static void on_signal(int number) {
-    if (is_deferring && !interrupted) {
-        interrupted = number;
+    if (is_deferring && !system_interrupted) {
+        system_interrupted = number;
         if (signals[place_of(number)].is_repeated)
             signal(number, SIG_IGN);
         return;
@@ -69,7 +70,7 @@ static void fill_set(sigset_t *set) {
         sigaddset(set, signals[i].number);
 }
 
-void interrupt_catch(void) {
+void system_interrupt_catch(void) {
     struct sigaction action = {.sa_handler = on_signal}, before;
     fill_set(&action.sa_mask);
     signal(SIGCHLD,
@@ -79,45 +80,45 @@ void interrupt_catch(void) {
             sigaction(signals[i].number, &action, NULL);
 }
 
-void interrupt_defer(bool is_deferred) {
+void system_interrupt_defer(bool is_deferred) {
     is_deferring = is_deferred;
 }
 
-bool interrupt_is_new(void) {
-    return interrupted && !is_accepted;
+bool system_interrupt_is_new(void) {
+    return system_interrupted && !is_accepted;
 }
 
-void interrupt_accept(void) {
+void system_interrupt_accept(void) {
     is_accepted = true;
 }
 
-void interrupt_hold(sigset_t *before) {
+void system_interrupt_hold(sigset_t *before) {
     sigset_t all;
     fill_set(&all);
     sigprocmask(SIG_BLOCK, &all, before);
 }
 
-void interrupt_release(const sigset_t *before) {
+void system_interrupt_release(const sigset_t *before) {
     sigprocmask(SIG_SETMASK, before, NULL);
 }
 
-void undo_add(struct undo *undo, void (*call)(void *what), void *what) {
+void system_undo_add(struct undo *undo, void (*call)(void *what), void *what) {
     *undo = (struct undo){.call = call, .what = what, .next = undos};
     undos = undo; /* the entry is complete when a signal handler sees it */
 }
 
-void undo_forget(struct undo *undo) {
+void system_undo_forget(struct undo *undo) {
     sigset_t before;
-    interrupt_hold(&before);
+    system_interrupt_hold(&before);
     struct undo *volatile *place = &undos;
     while (*place && *place != undo)
         place = &(*place)->next;
     if (*place)
         *place = undo->next;
-    interrupt_release(&before);
+    system_interrupt_release(&before);
 }
 
-void interrupt_finish(void) {
-    if (interrupted)
-        end_by(interrupted);
+void system_interrupt_finish(void) {
+    if (system_interrupted)
+        end_by(system_interrupted);
 }

@@ -1,4 +1,11 @@
-/* The files that a command writes. Each grows as NAME.part, locked, and gets its name when it is complete. */
+/*
+ * The files that a command writes.
+ *
+ * They are opened before the work, so that the user learns at once what cannot be written. Each grows as
+ * NAME.part, which is locked, so that two programs never write one file, and gets its name when it is
+ * complete. Links are followed and stay links. A path that is no plain file, such as /dev/null or a pipe, is
+ * written directly.
+ */
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -15,23 +22,23 @@
 enum { LINKS_MOST = 40 /* as many links as Linux follows */, TRIES = 100 };
 
 static bool refuse(const char *name, const char *fact) {
-    put_plain_text(stderr, name);
+    format_plain_text(stderr, name);
     fprintf(stderr, ": output: %s\n", fact);
     return false;
 }
 
 static bool refuse_for(const char *name, const char *what) {
-    return refuse(name, text_format("%s: %s", what, strerror(errno)));
+    return refuse(name, format_text("%s: %s", what, strerror(errno)));
 }
 
 /* ---- Where it will be ---- */
 
 /* Returns the target of a link; NULL with errno. */
 static char *follow(char *path) {
-    char *text = allocate(PATH_MAX + 1, 1);
+    char *text = format_allocate(PATH_MAX + 1, 1);
     if (readlink(path, text, PATH_MAX) < 0)
         return NULL;
-    return *text == '/' ? text : text_format("%s/%s", dirname(path), text);
+    return *text == '/' ? text : format_text("%s/%s", dirname(path), text);
 }
 
 /* Links in these folders lead to open files, such as /dev/stdout, which have no name that could be replaced.
@@ -42,7 +49,7 @@ static bool is_of_system(const char *path) {
 
 /* Sets target->path, or leaves it NULL for a file that is written directly. */
 static bool find_path(struct target *target) {
-    char *path = text_format("%s", target->name);
+    char *path = format_text("%s", target->name);
     struct stat status = {.st_mode = S_IFREG};
     int links = 0;
     while (lstat(path, &status) == 0 && S_ISLNK(status.st_mode) && !is_of_system(path)) {
@@ -59,7 +66,7 @@ static bool find_path(struct target *target) {
 
 /* A folder with the sticky bit, in which files belong to their users. */
 static bool is_in_common_folder(const char *path, struct stat *folder) {
-    return stat(dirname(text_format("%s", path)), folder) == 0 && (folder->st_mode & S_ISVTX);
+    return stat(dirname(format_text("%s", path)), folder) == 0 && (folder->st_mode & S_ISVTX);
 }
 
 /* Reports a file that renaming may not replace. */
@@ -97,7 +104,7 @@ static const char *find_owner(const struct targets *targets, const struct target
 static bool check_apart(const struct targets *targets, const struct target *target, const char *path) {
     struct stat status;
     const char *owner = stat(path, &status) == 0 ? find_owner(targets, target, &status) : NULL;
-    return !owner || refuse(target->name, text_format("%s is the file %s, which this command also reads or "
+    return !owner || refuse(target->name, format_text("%s is the file %s, which this command also reads or "
                                                       "writes; give another name",
                                                       path, owner));
 }
@@ -150,7 +157,7 @@ static bool empty_part(const struct target *target, int file) {
 
 static bool take_part(const struct targets *targets, struct target *target) {
     struct stat before;
-    target->part = text_format("%s.part", target->path);
+    target->part = format_text("%s.part", target->path);
     const bool is_new = lstat(target->part, &before) != 0;
     if (!check_apart(targets, target, target->path) || !check_apart(targets, target, target->part))
         return false;
@@ -159,7 +166,7 @@ static bool take_part(const struct targets *targets, struct target *target) {
         return false;
     /* Checks again: a file system may treat two names as one. */
     if (check_apart(targets, target, target->part) && empty_part(target, file)) {
-        undo_add(&target->undo, remove_part, target);
+        system_undo_add(&target->undo, remove_part, target);
         target->file = fdopen(file, "w");
         target->lock = fcntl(file, F_DUPFD_CLOEXEC, 0);
         return true;
@@ -196,16 +203,16 @@ static bool open_target(const struct targets *targets, struct target *target, co
     if (!check_present(target))
         return false;
     sigset_t before;
-    interrupt_hold(
+    system_interrupt_hold(
         &before); /* no signal comes between the creation of the file and the entry that undoes it */
     const bool is_taken = take_part(targets, target);
-    interrupt_release(&before);
+    system_interrupt_release(&before);
     return is_taken;
 }
 
-struct target *target_open(struct targets *targets, const char *path) {
-    struct target *target = allocate(1, sizeof *target);
-    *target = (struct target){.name = text_format("%s", path ? path : "stdout"), .lock = -1};
+struct target *system_target_open(struct targets *targets, const char *path) {
+    struct target *target = format_allocate(1, sizeof *target);
+    *target = (struct target){.name = format_text("%s", path ? path : "stdout"), .lock = -1};
     if (open_target(targets, target, path) && target->file) {
         target->next = targets->first;
         targets->first = target;
@@ -214,25 +221,25 @@ struct target *target_open(struct targets *targets, const char *path) {
     return NULL;
 }
 
-void targets_spare(struct targets *targets, const char *path) {
-    targets->spared = memory_room(&program_memory, targets->spared, targets->spared_count,
+void system_targets_spare(struct targets *targets, const char *path) {
+    targets->spared = memory_room(&format_memory, targets->spared, targets->spared_count,
                                   &targets->spared_room, sizeof *targets->spared);
-    targets->spared[targets->spared_count++] = text_format("%s", path);
+    targets->spared[targets->spared_count++] = format_text("%s", path);
 }
 
 /* Called when a signal ends the program. */
 static void remove_folders(void *what) {
     const struct targets *targets = what;
-    folder_unmake(targets->folders);
+    system_unmake_folder(targets->folders);
 }
 
-bool targets_make_folder(struct targets *targets, const char *path) {
+bool system_targets_make_folder(struct targets *targets, const char *path) {
     sigset_t before;
-    interrupt_hold(&before);
-    const bool is_made = folder_make(path, 0777, &targets->folders);
+    system_interrupt_hold(&before);
+    const bool is_made = system_make_folder(path, 0777, &targets->folders);
     if (is_made)
-        undo_add(&targets->undo, remove_folders, targets);
-    interrupt_release(&before);
+        system_undo_add(&targets->undo, remove_folders, targets);
+    system_interrupt_release(&before);
     if (!is_made)
         return refuse_for(*path ? path : "''", "the folder cannot be made");
     return faccessat(AT_FDCWD, path, W_OK | X_OK, AT_EACCESS) == 0 ||
@@ -241,12 +248,12 @@ bool targets_make_folder(struct targets *targets, const char *path) {
 
 /* ---- The end ---- */
 
-void target_keep_part(struct target *target) {
+void system_target_keep_part(struct target *target) {
     target->is_used = true;
-    undo_forget(&target->undo);
+    system_undo_forget(&target->undo);
 }
 
-void target_drop_part(struct target *target) {
+void system_target_drop_part(struct target *target) {
     target->is_used = false;
 }
 
@@ -254,7 +261,7 @@ static bool refuse_rest(const struct target *target) {
     return refuse_for(target->part ? target->part : target->name, "not all could be written");
 }
 
-bool target_write(struct target *target, const char *text, size_t length) {
+bool system_target_write(struct target *target, const char *text, size_t length) {
     const bool is_good = fwrite(text, 1, length, target->file) == length && fflush(target->file) == 0;
     return is_good || refuse_rest(target);
 }
@@ -269,34 +276,34 @@ static bool close_file(struct target *target) {
     return is_good || refuse_rest(target);
 }
 
-bool target_close_part(struct target *target) {
-    target_keep_part(target);
+bool system_target_close_part(struct target *target) {
+    system_target_keep_part(target);
     return close_file(target);
 }
 
-bool target_finish(struct target *target) {
+bool system_target_finish(struct target *target) {
     if (!close_file(target))
         return false;
     if (target->path && rename(target->part, target->path) != 0)
         return refuse_for(target->name, "cannot be made");
-    target_keep_part(target);
+    system_target_keep_part(target);
     return true;
 }
 
 static void release(struct target *target) {
     if (!target->is_used && target->lock >= 0)
         unlink(target->part);
-    undo_forget(&target->undo);
+    system_undo_forget(&target->undo);
     if (target->file && target->file != stdout)
         fclose(target->file);
     if (target->lock >= 0)
         close(target->lock);
 }
 
-void targets_release(struct targets *targets) {
+void system_targets_release(struct targets *targets) {
     for (struct target *target = targets->first; target; target = target->next)
         release(target);
-    undo_forget(&targets->undo);
-    folder_unmake(targets->folders);
+    system_undo_forget(&targets->undo);
+    system_unmake_folder(targets->folders);
     *targets = (struct targets){.first = NULL};
 }

@@ -22,13 +22,13 @@ static bool is_program(const char *path) {
     return stat(path, &status) == 0 && S_ISREG(status.st_mode) && access(path, X_OK) == 0;
 }
 
-char *process_find(const char *name) {
+char *system_process_find(const char *name) {
     const char *path = strchr(name, '/') ? "" : getenv("PATH");
     if (strchr(name, '/') && is_program(name))
-        return text_format("%s", name);
+        return format_text("%s", name);
     while (path && *path && *name) {
         const size_t length = strcspn(path, ":");
-        char *file = length ? text_format("%.*s/%s", (int)length, path, name) : text_format("./%s", name);
+        char *file = length ? format_text("%.*s/%s", (int)length, path, name) : format_text("./%s", name);
         if (is_program(file))
             return file;
         path += length + (path[length] == ':');
@@ -74,8 +74,8 @@ static char **make_environment(const char *folder) {
     int count = 0, kept = 0;
     while (environ[count])
         count++;
-    char **list = allocate((size_t)count + 2, sizeof *list);
-    list[kept++] = text_format("%s%s", name, folder);
+    char **list = format_allocate((size_t)count + 2, sizeof *list);
+    list[kept++] = format_text("%s%s", name, folder);
     for (int i = 0; i < count; i++)
         if (strncmp(environ[i], name, strlen(name)) != 0)
             list[kept++] = environ[i];
@@ -95,7 +95,7 @@ static void replace_running(pid_t old, pid_t new) {
         }
 }
 
-void process_kill_all(void) {
+void system_process_kill_all(void) {
     for (int i = 0; i < RUNNING_MOST; i++) {
         const pid_t leader = running[i];
         if (leader == 0)
@@ -116,20 +116,20 @@ static int spawn(struct process *process, const struct scratch *scratch, const c
     int error = posix_spawnattr_init(&attributes);
     if (error)
         return error;
-    interrupt_hold(&before);
+    system_interrupt_hold(&before);
     error = set_attributes(&attributes, scratch, &before);
     if (!error) /* posix_spawnp does not write to argv */
         error = posix_spawnp(&process->pid, argv[0], actions, &attributes, (char *const *)argv,
                              scratch ? make_environment(scratch->path) : environ);
     if (!error && scratch)
         replace_running(0, process->pid);
-    interrupt_release(&before);
+    system_interrupt_release(&before);
     posix_spawnattr_destroy(&attributes);
     return error;
 }
 
-int process_start(struct process *process, const struct scratch *scratch, const char *const *argv,
-                  const char *input, const char *output, const char *errors) {
+int system_process_start(struct process *process, const struct scratch *scratch, const char *const *argv,
+                         const char *input, const char *output, const char *errors) {
     posix_spawn_file_actions_t actions;
     int error = posix_spawn_file_actions_init(&actions);
     if (error)
@@ -159,17 +159,17 @@ static bool has_running(const struct process *processes, int count) {
 }
 
 /* Polls, because a signal that comes just before a blocking call would not end that call. */
-int process_wait(struct process *processes, int count) {
+int system_process_wait(struct process *processes, int count) {
     const struct timespec pause = {.tv_nsec = 2000000}; /* short compared with any of these programs */
-    while (has_running(processes, count) && !interrupt_is_new()) {
+    while (has_running(processes, count) && !system_interrupt_is_new()) {
         int status;
         struct rusage usage;
         sigset_t before;
-        interrupt_hold(&before);
+        system_interrupt_hold(&before);
         const pid_t pid = wait4(-1, &status, WNOHANG, &usage);
         if (pid > 0)
             replace_running(pid, 0);
-        interrupt_release(&before);
+        system_interrupt_release(&before);
         const int i = pid > 0 ? find(processes, count, pid) : -1;
         if (pid < 0)
             return -1;

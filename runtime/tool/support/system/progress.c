@@ -1,8 +1,9 @@
-/* A progress bar on stderr. */
+/* Clocks, and a progress bar on stderr. */
 #include "runtime/tool/support/system/system.h"
 
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { BAR_WIDTH = 40 };
@@ -10,23 +11,41 @@ enum { BAR_WIDTH = 40 };
 static const double silent_seconds = 1;    /* shorter work shows no bar */
 static const double refresh_seconds = 0.1; /* ten drawings a second look smooth and cost nothing */
 
-void progress_start(struct progress *progress, const char *what) {
-    *progress =
-        (struct progress){.what = what, .started = wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
+static double seconds_of(clockid_t clock) {
+    struct timespec now;
+    clock_gettime(clock, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+double system_wall_seconds(void) {
+    return seconds_of(CLOCK_MONOTONIC);
+}
+
+double system_process_cpu_seconds(void) {
+    return seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+}
+
+double system_cpu_seconds(void) {
+    return seconds_of(CLOCK_THREAD_CPUTIME_ID);
+}
+
+void system_progress_start(struct progress *progress, const char *what) {
+    *progress = (struct progress){
+        .what = what, .started = system_wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
 }
 
 static bool is_due_at(const struct progress *progress, double now) {
     return now - progress->started >= silent_seconds && now - progress->drawn >= refresh_seconds;
 }
 
-bool progress_is_due(const struct progress *progress) {
-    return progress->is_terminal && is_due_at(progress, wall_seconds());
+bool system_progress_is_due(const struct progress *progress) {
+    return progress->is_terminal && is_due_at(progress, system_wall_seconds());
 }
 
-void progress_show(struct progress *progress, double fraction) {
+void system_progress_show(struct progress *progress, double fraction) {
     if (!progress->is_terminal)
         return;
-    double now = wall_seconds(), elapsed = now - progress->started;
+    double now = system_wall_seconds(), elapsed = now - progress->started;
     if (!is_due_at(progress, now))
         return;
     char bar[BAR_WIDTH + 1] = "";
@@ -41,7 +60,7 @@ void progress_show(struct progress *progress, double fraction) {
     progress->is_shown = true;
 }
 
-void progress_end(struct progress *progress) {
+void system_progress_end(struct progress *progress) {
     if (progress->is_shown)
         fputs("\r\033[K", stderr);
     progress->is_shown = false;

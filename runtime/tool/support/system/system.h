@@ -1,9 +1,5 @@
-/*
- * What the program needs of the operating system.
- *
- * Parts: signals that end the program; files that a command writes; folders; other programs; a progress
- * bar; clocks.
- */
+/* What the program needs of the operating system: signals that end the program; files that a command writes;
+ * folders; other programs; a progress bar; clocks. */
 #ifndef REFDYN_TOOL_SYSTEM_H
 #define REFDYN_TOOL_SYSTEM_H
 
@@ -11,19 +7,13 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <sys/types.h>
-#include <time.h>
 
-/*
- * Signals that end the program: SIGHUP, SIGINT, SIGPIPE, SIGQUIT, SIGTERM, SIGXCPU, SIGXFSZ.
- *
- * Each ends the program at once, after the program has undone what it began. While signals are deferred, as
- * in a motion whose rows are worth keeping, the first one is only noted; interrupt_finish then ends the
- * program by it. A second one acts at once. Signals that the caller ignores stay ignored. The exception is
- * SIGCHLD, without which the ends of compilers and converters would go unseen.
- */
+/* Signals that end the program, after the program has undone what it began. While signals are deferred, as in
+ * a motion whose rows are worth keeping, the first one is only noted; system_interrupt_finish then ends the
+ * program by it. A second one acts at once. */
 
 /* The signal that was noted while signals were deferred; 0 if there is none. */
-extern volatile sig_atomic_t interrupted;
+extern volatile sig_atomic_t system_interrupted;
 
 /* Something to undo when a signal ends the program. `call` may use async-signal-safe functions only. */
 struct undo {
@@ -33,32 +23,25 @@ struct undo {
 };
 
 /* Call it at the start of the program. */
-void interrupt_catch(void);
-void interrupt_defer(bool is_deferred);
+void system_interrupt_catch(void);
+void system_interrupt_defer(bool is_deferred);
 /* Returns whether a signal is noted and not yet accepted. Programs that work for this one then end. */
-bool interrupt_is_new(void);
+bool system_interrupt_is_new(void);
 /* Accepts the noted signal: this program has stopped its work, and programs that it starts from now on finish
  * it. */
-void interrupt_accept(void);
-/* Holds signals until interrupt_release, so that no signal comes between an action and the entry that undoes
- * it. `before` keeps the earlier signal mask. */
-void interrupt_hold(sigset_t *before);
-void interrupt_release(const sigset_t *before);
-void undo_add(struct undo *undo, void (*call)(void *what), void *what);
+void system_interrupt_accept(void);
+/* Holds signals until system_interrupt_release, so that no signal comes between an action and the entry that
+ * undoes it. `before` keeps the earlier signal mask. */
+void system_interrupt_hold(sigset_t *before);
+void system_interrupt_release(const sigset_t *before);
+void system_undo_add(struct undo *undo, void (*call)(void *what), void *what);
 /* Does nothing for an entry that was not added, or is already forgotten. */
-void undo_forget(struct undo *undo);
+void system_undo_forget(struct undo *undo);
 /* Ends the program by the noted signal; returns if there is none. */
-void interrupt_finish(void);
+void system_interrupt_finish(void);
 
-/*
- * The files that a command writes.
- *
- * They are opened before the work, so that the user learns at once what cannot be written. At the end they
- * are complete under their names, or they are not there. A file grows as NAME.part, which is locked, so
- * that two programs never write one file. Links are followed and stay links. A path that is no plain file,
- * such as /dev/null or a pipe, is written directly. No output may be a file that the command reads, or
- * another of its outputs, under any name.
- */
+/* The files that a command writes. At the end they are complete under their names, or they are not there. No
+ * output may be a file that the command reads, or another of its outputs, under any name. */
 
 struct target {
     FILE *file; /* to write to; NULL once it is closed */
@@ -81,37 +64,34 @@ struct targets {
 };
 
 /* Declares a file that the command reads: no target may be this file. */
-void targets_spare(struct targets *targets, const char *path);
+void system_targets_spare(struct targets *targets, const char *path);
 /* Makes a folder for targets; reports on stderr if it cannot. */
-bool targets_make_folder(struct targets *targets, const char *path);
+bool system_targets_make_folder(struct targets *targets, const char *path);
 /* Opens a target; path NULL is stdout. Returns NULL and reports on stderr if it cannot be written. */
-struct target *target_open(struct targets *targets, const char *path);
+struct target *system_target_open(struct targets *targets, const char *path);
 /* From now on the contents stay as NAME.part, however the program ends. */
-void target_keep_part(struct target *target);
-/* Reverses target_keep_part for a target that is still empty. */
-void target_drop_part(struct target *target);
+void system_target_keep_part(struct target *target);
+/* Reverses system_target_keep_part for a target that is still empty. */
+void system_target_drop_part(struct target *target);
 /* Writes a text to the disk, before any target gets its name. Returns false and reports it if not all could
  * be written. */
-bool target_write(struct target *target, const char *text, size_t length);
+bool system_target_write(struct target *target, const char *text, size_t length);
 /* Closes the file and gives it its final name. Returns false and reports on stderr if not all could be
  * written. */
-bool target_finish(struct target *target);
+bool system_target_finish(struct target *target);
 /* Closes the file and leaves it as NAME.part. Returns false and reports it if not all could be written. */
-bool target_close_part(struct target *target);
+bool system_target_close_part(struct target *target);
 /* Removes targets that were neither finished nor kept, and the folders made for them. */
-void targets_release(struct targets *targets);
+void system_targets_release(struct targets *targets);
 
 /* As mkdir -p; `mode` applies to the last folder. Returns false with errno if the folder is not there at the
  * end. If made is not NULL, it becomes a list of the new folders, outermost first, NULL at the end. */
-bool folder_make(const char *path, mode_t mode, char ***made);
+bool system_make_folder(const char *path, mode_t mode, char ***made);
 /* Removes the empty folders of the list. A signal handler may call it. */
-void folder_unmake(char **made);
+void system_unmake_folder(char **made);
 
-/*
- * A temporary folder, in which other programs work. A lock shows that it is in use. A signal that ends this
- * program kills the programs and removes the folder. After SIGKILL the folder stays, without its lock, until
- * the next start removes it.
- */
+/* A temporary folder, in which other programs work. A signal that ends this program kills the programs and
+ * removes the folder. After SIGKILL the folder stays until the next start removes it. */
 struct scratch {
     char *path;
     int lock; /* descriptor of the folder */
@@ -120,22 +100,20 @@ struct scratch {
 
 /* Makes PREFIXxxxxxx in folder `parent`, and removes folders there that dead programs have left. Reports an
  * error on stderr. */
-bool scratch_open(struct scratch *scratch, const char *parent, const char *prefix);
+bool system_scratch_open(struct scratch *scratch, const char *parent, const char *prefix);
 /* Kills programs that still run, and removes the folder. */
-void scratch_close(struct scratch *scratch);
+void system_scratch_close(struct scratch *scratch);
 /* The path of a file in it. */
-const char *scratch_file(const struct scratch *scratch, const char *name);
+const char *system_scratch_file(const struct scratch *scratch, const char *name);
 /* Writes a file in the folder; reports on stderr if it cannot. */
-bool scratch_write(const struct scratch *scratch, const char *name, const char *text, size_t length);
+bool system_scratch_write(const struct scratch *scratch, const char *name, const char *text, size_t length);
 /* Copies a file to `out`. Returns false with errno if the file cannot be read. */
-bool file_copy(const char *path, FILE *out);
+bool system_copy_file(const char *path, FILE *out);
 /* $TMPDIR, or /tmp. */
-const char *scratch_parent(void);
+const char *system_scratch_parent(void);
 
-/*
- * Other programs, started without a shell. The wait for them returns what they used. Each program that works
- * in a temporary folder leads a process group, so that it ends with all that it has started.
- */
+/* Other programs, started without a shell. Each that works in a temporary folder leads a process group, so
+ * that it ends with all that it has started. */
 
 struct process {
     pid_t pid;    /* 0 if it does not run */
@@ -144,17 +122,17 @@ struct process {
 };
 
 /* The file of a program, found along PATH; NULL if there is none. */
-char *process_find(const char *name);
+char *system_process_find(const char *name);
 /* Starts argv[0], found along PATH. Its temporary files go to the folder. If the folder is NULL, the program
  * has the unchanged environment and the group of this program. Standard input is file `input` (NULL: empty),
  * standard output goes to file `output`, standard error to file `errors` (NULL: the same file). Returns 0, or
  * errno if it could not be started. */
-int process_start(struct process *process, const struct scratch *scratch, const char *const *argv,
-                  const char *input, const char *output, const char *errors);
+int system_process_start(struct process *process, const struct scratch *scratch, const char *const *argv,
+                         const char *input, const char *output, const char *errors);
 /* Waits until one of the programs ends and returns its index; -1 if none runs, or a new signal is noted. */
-int process_wait(struct process *processes, int count);
+int system_process_wait(struct process *processes, int count);
 /* Kills the programs in temporary folders, and waits for their ends. A signal handler may call it. */
-void process_kill_all(void);
+void system_process_kill_all(void);
 
 /* A progress bar on stderr, if stderr is a terminal and the work takes more than a second. */
 
@@ -164,33 +142,16 @@ struct progress {
     bool is_terminal, is_shown;
 };
 
-void progress_start(struct progress *progress, const char *what);
+void system_progress_start(struct progress *progress, const char *what);
 /* Returns whether the bar would be drawn now. Until then, other output before the bar can wait. */
-bool progress_is_due(const struct progress *progress);
+bool system_progress_is_due(const struct progress *progress);
 /* Draws the bar if it is due; fraction from 0 to 1. */
-void progress_show(struct progress *progress, double fraction);
-void progress_end(struct progress *progress);
+void system_progress_show(struct progress *progress, double fraction);
+void system_progress_end(struct progress *progress);
 
-/* Clocks, in seconds. */
-
-static inline double clock_seconds(clockid_t clock) {
-    struct timespec now;
-    clock_gettime(clock, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-static inline double wall_seconds(void) {
-    return clock_seconds(CLOCK_MONOTONIC);
-}
-
-/* Processor time of all threads of the program. */
-static inline double process_cpu_seconds(void) {
-    return clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
-}
-
-/* Processor time of the calling thread. */
-static inline double cpu_seconds(void) {
-    return clock_seconds(CLOCK_THREAD_CPUTIME_ID);
-}
+/* Clocks, in seconds: wall clock; processor time of all threads of the program, and of the calling thread. */
+double system_wall_seconds(void);
+double system_process_cpu_seconds(void);
+double system_cpu_seconds(void);
 
 #endif

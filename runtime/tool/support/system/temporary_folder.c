@@ -21,18 +21,18 @@
 
 enum { RANDOM_LENGTH = 6, TRIES = 100, DESCRIPTORS = 8 };
 
-bool folder_make(const char *path, mode_t mode, char ***made) {
-    char **list = allocate(strlen(path) + 2, sizeof *list);
-    char *part = text_format("%s", path);
+bool system_make_folder(const char *path, mode_t mode, char ***made) {
+    char **list = format_allocate(strlen(path) + 2, sizeof *list);
+    char *part = format_text("%s", path);
     int count = 0;
     for (char *slash = strchr(part + (*part != '\0'), '/'); slash; slash = strchr(slash + 1, '/')) {
         *slash = '\0';
         if (mkdir(part, 0777) == 0)
-            list[count++] = text_format("%s", part);
+            list[count++] = format_text("%s", part);
         *slash = '/';
     }
     if (mkdir(part, mode) == 0)
-        list[count++] = text_format("%s", part);
+        list[count++] = format_text("%s", part);
     const int reason = errno;
     struct stat status;
     const bool is_there = stat(part, &status) == 0 && S_ISDIR(status.st_mode);
@@ -42,7 +42,7 @@ bool folder_make(const char *path, mode_t mode, char ***made) {
     return is_there;
 }
 
-void folder_unmake(char **made) {
+void system_unmake_folder(char **made) {
     int count = 0;
     while (made && made[count])
         count++;
@@ -82,7 +82,7 @@ static void remove_dead(const char *parent, const char *prefix) {
     for (struct dirent *entry; folder && (entry = readdir(folder));) {
         if (strncmp(entry->d_name, prefix, length) != 0 || strlen(entry->d_name) != length + RANDOM_LENGTH)
             continue;
-        char *path = text_format("%s/%s", parent, entry->d_name);
+        char *path = format_text("%s/%s", parent, entry->d_name);
         const int lock = lock_folder(path);
         if (lock >= 0) {
             remove_tree(path);
@@ -97,7 +97,7 @@ static void remove_dead(const char *parent, const char *prefix) {
  */
 static bool make_locked(struct scratch *scratch, const char *parent, const char *prefix) {
     for (int i = 0; i < TRIES; i++) {
-        scratch->path = text_format("%s/%sXXXXXX", parent, prefix);
+        scratch->path = format_text("%s/%sXXXXXX", parent, prefix);
         if (!mkdtemp(scratch->path))
             return false;
         scratch->lock = lock_folder(scratch->path);
@@ -109,10 +109,11 @@ static bool make_locked(struct scratch *scratch, const char *parent, const char 
     return false;
 }
 
-/* A signal ends the program. Its handler may not allocate, so that another program removes the folder. */
+/* A signal ends the program. Its handler may not format_allocate, so that another program removes the folder.
+ */
 static void undo_scratch(void *what) {
     const struct scratch *scratch = what;
-    process_kill_all();
+    system_process_kill_all();
     const pid_t remover = fork();
     if (remover == 0) {
         execl("/bin/rm", "rm", "-rf", "--", scratch->path, (char *)NULL);
@@ -122,36 +123,36 @@ static void undo_scratch(void *what) {
         continue;
 }
 
-bool scratch_open(struct scratch *scratch, const char *parent, const char *prefix) {
+bool system_scratch_open(struct scratch *scratch, const char *parent, const char *prefix) {
     sigset_t before;
     *scratch = (struct scratch){.lock = -1};
     char *folder = realpath(parent, NULL); /* an absolute path, so that no name begins like an option */
     if (folder)
         remove_dead(folder, prefix);
-    interrupt_hold(&before);
+    system_interrupt_hold(&before);
     const bool is_open = folder && make_locked(scratch, folder, prefix);
     if (is_open)
-        undo_add(&scratch->undo, undo_scratch, scratch);
+        system_undo_add(&scratch->undo, undo_scratch, scratch);
     else
         fprintf(stderr, "refdyn: %s: cannot make a temporary folder: %s\n", parent, strerror(errno));
-    interrupt_release(&before);
+    system_interrupt_release(&before);
     free(folder);
     return is_open;
 }
 
-void scratch_close(struct scratch *scratch) {
-    process_kill_all(); /* after a noted signal, which ends the wait for a compiler */
+void system_scratch_close(struct scratch *scratch) {
+    system_process_kill_all(); /* after a noted signal, which ends the wait for a compiler */
     remove_tree(scratch->path);
-    undo_forget(&scratch->undo);
+    system_undo_forget(&scratch->undo);
     close(scratch->lock);
 }
 
-const char *scratch_file(const struct scratch *scratch, const char *name) {
-    return text_format("%s/%s", scratch->path, name);
+const char *system_scratch_file(const struct scratch *scratch, const char *name) {
+    return format_text("%s/%s", scratch->path, name);
 }
 
-bool scratch_write(const struct scratch *scratch, const char *name, const char *text, size_t length) {
-    const char *path = scratch_file(scratch, name);
+bool system_scratch_write(const struct scratch *scratch, const char *name, const char *text, size_t length) {
+    const char *path = system_scratch_file(scratch, name);
     FILE *file = fopen(path, "w");
     bool is_good = file && fwrite(text, 1, length, file) == length;
     is_good = file && fclose(file) == 0 && is_good;
@@ -160,7 +161,7 @@ bool scratch_write(const struct scratch *scratch, const char *name, const char *
     return is_good;
 }
 
-bool file_copy(const char *path, FILE *out) {
+bool system_copy_file(const char *path, FILE *out) {
     FILE *file = fopen(path, "rb");
     for (int c; file && (c = getc(file)) != EOF;)
         putc(c, out);
@@ -170,7 +171,7 @@ bool file_copy(const char *path, FILE *out) {
     return is_good;
 }
 
-const char *scratch_parent(void) {
+const char *system_scratch_parent(void) {
     const char *folder = getenv("TMPDIR");
     return folder && *folder ? folder : "/tmp";
 }

@@ -1,6 +1,9 @@
 /*
- * Reads XML with expat. The file goes through the parser in pieces, whose handlers grow the tree. A program
- * that was built without expat reports that instead.
+ * Reads XML with expat. The file goes through the parser in pieces, whose handlers grow the tree. Text
+ * between elements is skipped. A program that was built without expat reports that instead.
+ *
+ * Files with a document type are refused, so that no entity is ever read, inside the file or from outside.
+ * Files that are larger or deeper than any robot's are refused, too.
  */
 #include "runtime/tool/support/xml/xml.h"
 #include "runtime/tool/support/format/format.h"
@@ -25,7 +28,7 @@ struct reading {
 
 static void refuse(struct reading *reading, const char *fact) {
     reading->is_refused = true;
-    complain_line(reading->path, (long)XML_GetCurrentLineNumber(reading->parser), fact);
+    format_complain_line(reading->path, (long)XML_GetCurrentLineNumber(reading->parser), fact);
     XML_StopParser(reading->parser, XML_FALSE);
 }
 
@@ -33,10 +36,10 @@ static struct xml_attribute *keep_attributes(const char **list) {
     int count = 0;
     while (list[2 * count])
         count++;
-    struct xml_attribute *kept = allocate((size_t)count + 1, sizeof *kept);
+    struct xml_attribute *kept = format_allocate((size_t)count + 1, sizeof *kept);
     for (int i = 0; i < count; i++)
-        kept[i] = (struct xml_attribute){memory_text(&program_memory, list[2 * i]),
-                                         memory_text(&program_memory, list[2 * i + 1])};
+        kept[i] = (struct xml_attribute){memory_text(&format_memory, list[2 * i]),
+                                         memory_text(&format_memory, list[2 * i + 1])};
     return kept;
 }
 
@@ -45,15 +48,15 @@ static void XMLCALL begin_element(void *context, const char *name, const char **
     if (reading->is_refused)
         return;
     if (reading->depth == DEPTH_MOST) {
-        refuse(reading, text_format("XML: elements are nested more than %d deep", DEPTH_MOST));
+        refuse(reading, format_text("XML: elements are nested more than %d deep", DEPTH_MOST));
         return;
     }
     if (++reading->count > COUNT_MOST) {
-        refuse(reading, text_format("XML: more than %d elements", COUNT_MOST));
+        refuse(reading, format_text("XML: more than %d elements", COUNT_MOST));
         return;
     }
-    struct xml_element *element = allocate(1, sizeof *element), *parent = reading->open;
-    *element = (struct xml_element){.name = memory_text(&program_memory, name),
+    struct xml_element *element = format_allocate(1, sizeof *element), *parent = reading->open;
+    *element = (struct xml_element){.name = memory_text(&format_memory, name),
                                     .line = (int)XML_GetCurrentLineNumber(reading->parser),
                                     .attributes = keep_attributes(attributes),
                                     .parent = parent};
@@ -86,14 +89,14 @@ static void XMLCALL refuse_document_type(void *context, const char *name, const 
 
 static bool complain_of_syntax(const struct reading *reading) {
     if (!reading->is_refused)
-        complain_line(reading->path, (long)XML_GetCurrentLineNumber(reading->parser),
-                      text_format("XML: %s; must be a well-formed file",
-                                  XML_ErrorString(XML_GetErrorCode(reading->parser))));
+        format_complain_line(reading->path, (long)XML_GetCurrentLineNumber(reading->parser),
+                             format_text("XML: %s; must be a well-formed file",
+                                         XML_ErrorString(XML_GetErrorCode(reading->parser))));
     return false;
 }
 
 static bool complain_of_file(const char *path, const char *fault) {
-    complain_line(path, 0, text_format("URDF: %s; must be a readable file", fault));
+    format_complain_line(path, 0, format_text("URDF: %s; must be a readable file", fault));
     return false;
 }
 
@@ -107,7 +110,7 @@ static bool read_pieces(struct reading *reading, FILE *file) {
             return complain_of_file(reading->path, strerror(errno));
         total += length;
         if (total > BYTES_MOST) {
-            complain_line(reading->path, 0, text_format(too_large, BYTES_MOST));
+            format_complain_line(reading->path, 0, format_text(too_large, BYTES_MOST));
             return false;
         }
         if (XML_Parse(reading->parser, piece, (int)length, length == 0) != XML_STATUS_OK)
@@ -118,14 +121,14 @@ static bool read_pieces(struct reading *reading, FILE *file) {
 
 struct xml_element *xml_read(const char *path) {
     const char *fault;
-    FILE *file = input_open(path, &fault);
+    FILE *file = format_open_input(path, &fault);
     if (!file) {
         complain_of_file(path, fault);
         return NULL;
     }
     struct reading reading = {.path = path, .parser = XML_ParserCreate(NULL)};
     if (!reading.parser)
-        program_memory.fail(program_memory.context);
+        format_memory.fail(format_memory.context);
     XML_SetUserData(reading.parser, &reading);
     XML_SetElementHandler(reading.parser, begin_element, end_element);
     XML_SetStartDoctypeDeclHandler(reading.parser, refuse_document_type);
@@ -138,7 +141,7 @@ struct xml_element *xml_read(const char *path) {
 #else
 
 struct xml_element *xml_read(const char *path) {
-    complain_line(path, 0, "this refdyn is built without expat, which reads XML");
+    format_complain_line(path, 0, "this refdyn is built without expat, which reads XML");
     return NULL;
 }
 

@@ -1,11 +1,5 @@
-/*
- * Reads an XML file as a tree of elements with their attributes and lines. Text between elements is
- * skipped.
- *
- * Files with a document type are refused, so that no entity is ever read, inside the file or from outside.
- * Files that are larger or deeper than any robot's are refused, too. Errors go to stderr as FILE:LINE:
- * WHAT: fact; what to do.
- */
+/* Reads an XML file as a tree of elements with their attributes and lines. Errors go to stderr as FILE:LINE:
+ * WHAT: fact; what to do. */
 #ifndef REFDYN_TOOL_XML_H
 #define REFDYN_TOOL_XML_H
 

@@ -32,7 +32,7 @@ function placePoint(placement, at) {
                                   placement[3 * row + 2] * at[2] + placement[9 + row]);
 }
 
-/* A frame from its list in the data, as view.h describes it. */
+/* A frame from its list in the data, as drawn_model.c describes it. */
 function readFrame(list) {
     const constant = identityPlacement();
     constant.splice(9, 3, ...list.slice(4, 7));
@@ -153,7 +153,7 @@ function growBox(box, place) {
     }
 }
 
-/* Both ends of the axis of a shape, from its list in the data, as view.h describes it. */
+/* Both ends of the axis of a shape, from its list in the data, as drawn_model.c describes it. */
 function growBoxByShape(box, run, shape) {
     const placement = placementOf(run, shape[1]), origin = shape.slice(14, 17);
     growBox(box, placePoint(placement, origin));

@@ -8,7 +8,7 @@
 const MARK = {stick: 0.0045, joint: 0.013, point: 0.011, triad: 0.06};
 const SIZE = {thread: 0.0022, arrow: 0.25, letter: 0.036};
 
-/* Shapes of length and width 1; a box and a cylinder begin at x = 0 and are along x, as in view.h. */
+/* Shapes of length and width 1; a box and a cylinder begin at x = 0 and are along x, as in drawn_model.c. */
 function unitShape(kind, bore, sides) {
     if (kind === 0)
         return new THREE.SphereBufferGeometry(0.5, sides, 0.7 * sides);

@@ -1,5 +1,5 @@
 /* The values of the options of one call: a list of those that are given, by name. */
-#include "runtime/tool/support/command_line/command_line.h"
+#include "runtime/tool/support/options/options.h"
 #include "gen/base/base.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -41,7 +41,7 @@ bool options_is(const struct options *options, const char *name, const char *tex
 /* Puts the value at `place`, in a new list, because copies of the struct may share the present one. */
 static void put_value(struct options *options, int place, struct option_value value) {
     const int count = options->value_count > place ? options->value_count : place + 1;
-    struct option_value *values = allocate((size_t)count, sizeof *values);
+    struct option_value *values = format_allocate((size_t)count, sizeof *values);
     for (int i = 0; i < options->value_count; i++)
         values[i] = options->values[i];
     values[place] = value;

@@ -1,14 +1,211 @@
-/* Reads the command line by the tables of options, and checks that it is complete. */
-#include "runtime/tool/support/command_line/command_line.h"
-#include "gen/base/base.h"
-#include "refdyn.h"
-#include "runtime/tool/support/format/format.h"
-
+/* Reads the command line by the tables of options, and checks that it is complete; prints usage lines, --help
+ * and the messages of wrong usage from the same tables. */
+#include <assert.h>
 #include <getopt.h>
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
+
+#include "gen/base/base.h"
+#include "refdyn.h"
+#include "runtime/tool/support/options/options.h"
+#include "runtime/tool/support/format/format.h"
+
+/* ---- The options of a command ---- */
+
+enum { OPTIONS_MOST = 40 };
+
+/* An option that a command knows. */
+struct known_option {
+    const struct option_rule *rule;
+    bool is_needed;
+};
+
+static const struct option_rule common_rules[] = {
+    {"output", "FILE", OPTION_TEXT, "where results go", NULL, NULL},
+    {"help", NULL, OPTION_HELP, "this text", NULL, NULL},
+    {.name = NULL}};
+
+static const struct option_rule *find_in(const struct option_rule *table, const char *name, size_t length) {
+    for (; table && table->name; table++)
+        if (strlen(table->name) == length && strncmp(table->name, name, length) == 0)
+            return table;
+    return NULL;
+}
+
+/* The rule of this name in the tables of the command, or NULL. */
+static const struct option_rule *option_find(const struct command *command, const char *name, size_t length) {
+    const struct option_rule *rule = find_in(common_rules, name, length);
+    for (int i = 0; i < OPTION_TABLES && !rule; i++)
+        rule = find_in(command->tables[i], name, length);
+    return rule;
+}
+
+/* In the order of the help, --help last. Returns how many. */
+static int command_options(const struct command *command, struct known_option list[static OPTIONS_MOST]) {
+    int count = 0;
+    for (const char *at = command->options; *at; at += strspn(at, " ")) {
+        const size_t length = strcspn(at, " !");
+        list[count].rule = option_find(command, at, length);
+        assert(list[count].rule && count < OPTIONS_MOST - 2);
+        at += length;
+        list[count].is_needed = *at == '!';
+        at += list[count++].is_needed;
+    }
+    list[count++] = (struct known_option){&common_rules[1], false};
+    return count;
+}
+
+static bool option_is_output(const struct option_rule *rule) {
+    return rule == &common_rules[0];
+}
+
+static bool option_may_repeat(const struct option_rule *rule) {
+    return rule->kind == OPTION_SETTING || rule->kind == OPTION_TEXTS;
+}
+
+/* "-o" or "--NAME". */
+static const char *option_shown(const struct option_rule *rule) {
+    return option_is_output(rule) ? "-o" : format_text("--%s", rule->name);
+}
+
+/* ---- Usage and help ---- */
+
+static const char *argument_of(const struct command *command, const struct option_rule *rule) {
+    if (option_is_output(rule))
+        return command->output;
+    return rule->argument ? rule->argument : "";
+}
+
+/* The help; a list takes the place of its "%s". */
+static const char *help_of(const struct command *command, const struct option_rule *rule) {
+    const char *mark = rule->list ? strstr(rule->help, "%s") : NULL;
+    return mark ? format_text("%.*s%s%s", (int)(mark - rule->help), rule->help, rule->list(command), mark + 2)
+                : rule->help;
+}
+
+static const char *words_of(const struct command *command, const struct option_rule *rule) {
+    struct text text = {.memory = &format_memory};
+    for (int i = 0; rule->words && rule->words[i]; i++)
+        text_add(&text, "%s%s", i ? " " : "", rule->words[i]);
+    for (const char *at = rule->list ? rule->list(command) : ""; *at; at++)
+        if (*at != ',')
+            text_add(&text, "%c", *at);
+    return text.length ? text.data : "";
+}
+
+bool options_describe(const struct command *command, int number, struct option_text *text) {
+    struct known_option known[OPTIONS_MOST];
+    if (number >= command_options(command, known))
+        return false;
+    const struct option_rule *rule = known[number].rule;
+    *text = (struct option_text){.name = rule->name,
+                                 .argument = argument_of(command, rule),
+                                 .help = help_of(command, rule),
+                                 .words = words_of(command, rule),
+                                 .is_output = option_is_output(rule),
+                                 .is_needed = known[number].is_needed,
+                                 .may_repeat = option_may_repeat(rule),
+                                 .is_list = rule->kind == OPTION_LIST || rule->kind == OPTION_FREEING_LIST};
+    return true;
+}
+
+static void print_usage(const struct command *command, FILE *out) {
+    struct known_option known[OPTIONS_MOST];
+    const int count = command_options(command, known) - 1; /* without --help */
+    fprintf(out, "usage: refdyn %s %s", command->name, command->operands);
+    for (int i = 0; i < count; i++) {
+        const char *argument = argument_of(command, known[i].rule);
+        fprintf(out, known[i].is_needed ? " %s%s%s" : " [%s%s%s]", option_shown(known[i].rule),
+                *argument ? " " : "", argument);
+    }
+    fputc('\n', out);
+}
+
+static void print_command_help(const struct command *command) {
+    enum { WIDTH = 28 };
+    struct option_text option;
+    print_usage(command, stdout);
+    printf("\n%s\n\n%s\noptions:\n", command->purpose, command->help);
+    for (int i = 0; options_describe(command, i, &option); i++) {
+        const int width = printf("  %s--%s %s", option.is_output ? "-o, " : "", option.name, option.argument);
+        printf("%*s%s\n", width < WIDTH ? WIDTH - width : 1, "", option.help);
+    }
+    puts("\nexit status: 0 done; 1 error in the model, the state or a file; 2 wrong usage; 3 the numbers "
+         "failed");
+}
+
+static void print_help(const struct command *const *commands) {
+    puts("usage: refdyn COMMAND ARGUMENTS\n\n"
+         "Refdyn turns a Lua model of a robot with flexible links into C code of its dynamics,\n"
+         "and computes its equilibria, frequencies and programme-constrained motions.\n\ncommands:");
+    for (; *commands; commands++)
+        printf("  %-11s%s\n", (*commands)->name, (*commands)->purpose);
+    puts("\nrefdyn COMMAND --help explains a command; --version prints the version.");
+}
+
+/* ---- Wrong usage ---- */
+
+enum status options_usage_error(const struct command *command, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    fprintf(stderr, "refdyn %s: ", command->name);
+    vfprintf(stderr, format, list);
+    fputc('\n', stderr);
+    va_end(list);
+    print_usage(command, stderr);
+    return STATUS_USAGE;
+}
+
+static const struct option_origin *find_origin(const struct options *options, const char *option) {
+    for (int i = 0; i < options->origin_count; i++)
+        if (strcmp(options->origins[i].option, option) == 0)
+            return &options->origins[i];
+    return NULL;
+}
+
+enum status options_error(const struct options *options, const char *option, const char *format, ...) {
+    const struct option_origin *origin = find_origin(options, option);
+    va_list list;
+    if (origin)
+        fprintf(stderr, "%s: %s", origin->place, origin->field);
+    else
+        fprintf(stderr, "refdyn %s: --%s", options->command->name, option);
+    va_start(list, format);
+    vfprintf(stderr, format, list);
+    va_end(list);
+    fputc('\n', stderr);
+    if (origin)
+        return STATUS_FAULT;
+    print_usage(options->command, stderr);
+    return STATUS_USAGE;
+}
+
+/* The command that differs from `name` only by its end, such as "sim" for "simulate", or by capitals. */
+static const char *meant_command(const struct command *const *commands, const char *name) {
+    for (; *commands; commands++) {
+        const size_t own = strlen((*commands)->name), given = strlen(name);
+        if (given > 1 && strncasecmp((*commands)->name, name, own < given ? own : given) == 0)
+            return (*commands)->name;
+    }
+    return NULL;
+}
+
+/* Reports a name that is no command. */
+static enum status command_error(const struct command *const *commands, const char *name) {
+    const char *meant = meant_command(commands, name), *dot = strrchr(name, '.');
+    fprintf(stderr, "refdyn: unknown command '%s'; use one of", name);
+    for (int i = 0; commands[i]; i++)
+        fprintf(stderr, "%s %s", i ? "," : "", commands[i]->name);
+    if (dot && strcmp(dot, ".lua") == 0)
+        fprintf(stderr, "; a command comes first: refdyn check %s", name);
+    else if (meant)
+        fprintf(stderr, "; write refdyn %s", meant);
+    fputs("\nusage: refdyn COMMAND ARGUMENTS\n", stderr);
+    return STATUS_USAGE;
+}
 
 /* ---- Lists and choices ---- */
 
@@ -29,19 +226,19 @@ void options_give(const struct options *options,
                                               : options->values[k].text);
     }
     for (int i = 0; i < options->setting_count; i++)
-        take(context, "set", text_format("%s=%s", options->settings[i].name, options->settings[i].value));
+        take(context, "set", format_text("%s=%s", options->settings[i].name, options->settings[i].value));
 }
 
 const char **options_list(const char *list) {
-    char *rest = list ? text_format("%s", list) : NULL;
-    const char **items = allocate(list ? strlen(list) + 2 : 1, sizeof *items);
+    char *rest = list ? format_text("%s", list) : NULL;
+    const char **items = format_allocate(list ? strlen(list) + 2 : 1, sizeof *items);
     for (int i = 0; rest; i++)
         items[i] = strsep(&rest, ",");
     return items;
 }
 
 enum status options_choose(const struct options *options, const char *name, int *place) {
-    struct text known = {.memory = &program_memory};
+    struct text known = {.memory = &format_memory};
     const char *word = options_text(options, name);
     const char *meant = NULL; /* the same word in other capitals */
     *place = 0;
@@ -55,8 +252,8 @@ enum status options_choose(const struct options *options, const char *name, int 
             meant = words[*place];
         text_add(&known, "%s%s", *place ? ", " : "", words[*place]);
     }
-    return option_error(options, name, ": '%s' is not one of %s%s%s", word, known.data,
-                        meant ? "; write " : "", meant ? meant : "");
+    return options_error(options, name, ": '%s' is not one of %s%s%s", word, known.data,
+                         meant ? "; write " : "", meant ? meant : "");
 }
 
 const char *const options_places[] = {"initial", "statics", NULL};
@@ -105,30 +302,30 @@ static enum status wrong_option(const struct reading *reading, char **argv, int 
     const char *word = is_letter && argv[optind] ? argv[optind] : ""; /* its other letters are still ahead */
     for (int i = 0; i < reading->known_count; i++)
         if (*word == '-' && strcmp(reading->known[i].rule->name, word + 1) == 0)
-            return usage_error(command, "unknown option %s; write --%s", word, word + 1);
+            return options_usage_error(command, "unknown option %s; write --%s", word, word + 1);
     if (answer == ':')
-        return usage_error(command, "%s needs a value", given);
+        return options_usage_error(command, "%s needs a value", given);
     const char *near = is_letter || optopt ? NULL : nearest_option(reading, given + 2);
     if (near)
-        return usage_error(command, "unknown option %s; the nearest is --%s", given, near);
-    return usage_error(command, optopt && !is_letter ? "%s: this option takes no value" : "unknown option %s",
-                       given);
+        return options_usage_error(command, "unknown option %s; the nearest is --%s", given, near);
+    return options_usage_error(
+        command, optopt && !is_letter ? "%s: this option takes no value" : "unknown option %s", given);
 }
 
 static enum status read_number(struct options *options, const struct option_rule *rule, const char *text) {
     enum { LARGEST = 1000000 };
     double value;
     const bool is_number = text_to_number(text, &value);
-    const char *advice = message_number_advice(&program_memory, text);
+    const char *advice = message_number_advice(&format_memory, text);
     if (rule->kind == OPTION_INDEX && !(is_number && value >= 0 && value == floor(value)))
-        return usage_error(options->command, "--%s: '%s' is not a whole number of at least 0%s", rule->name,
-                           text, advice);
+        return options_usage_error(options->command, "--%s: '%s' is not a whole number of at least 0%s",
+                                   rule->name, text, advice);
     if (rule->kind != OPTION_INDEX && !(is_number && value > 0))
-        return usage_error(options->command, "--%s: '%s' is not a positive number%s", rule->name, text,
-                           advice);
+        return options_usage_error(options->command, "--%s: '%s' is not a positive number%s", rule->name,
+                                   text, advice);
     if (rule->kind == OPTION_COUNT && (value > LARGEST || value != floor(value)))
-        return usage_error(options->command, "--%s: %s is not a whole number up to %d", rule->name, text,
-                           LARGEST);
+        return options_usage_error(options->command, "--%s: %s is not a whole number up to %d", rule->name,
+                                   text, LARGEST);
     options_set_number(options, rule->name, value);
     return STATUS_DONE;
 }
@@ -137,9 +334,9 @@ enum status options_check_list(const struct command *command, const char *name, 
     const char **items = options_list(list);
     for (int i = 0; items[i]; i++) {
         if (!*items[i])
-            return usage_error(command, "--%s: '%s' has an empty item", name, list);
+            return options_usage_error(command, "--%s: '%s' has an empty item", name, list);
         if (text_index(items[i], items, i) >= 0)
-            return usage_error(command, "--%s: '%s' is given twice; give it once", name, items[i]);
+            return options_usage_error(command, "--%s: '%s' is given twice; give it once", name, items[i]);
     }
     return STATUS_DONE;
 }
@@ -147,7 +344,8 @@ enum status options_check_list(const struct command *command, const char *name, 
 static enum status read_words(struct options *options, const struct option_rule *rule, const char *text) {
     options_set_text(options, rule->name, text);
     if (rule->kind == OPTION_TEXT)
-        return *text ? STATUS_DONE : usage_error(options->command, "--%s: the value is empty", rule->name);
+        return *text ? STATUS_DONE
+                     : options_usage_error(options->command, "--%s: the value is empty", rule->name);
     return rule->kind == OPTION_FREEING_LIST && !*text
                ? STATUS_DONE
                : options_check_list(options->command, rule->name, text);
@@ -156,12 +354,12 @@ static enum status read_words(struct options *options, const struct option_rule 
 static enum status add_setting(struct options *options, char *text) {
     char *equals = strchr(text, '=');
     if (!equals || equals == text)
-        return usage_error(options->command, "--set: '%s' is not of the form NAME=VALUE", text);
+        return options_usage_error(options->command, "--set: '%s' is not of the form NAME=VALUE", text);
     *equals = '\0'; /* argv may be changed; the name ends here */
     for (int i = 0; i < options->setting_count; i++)
         if (strcmp(options->settings[i].name, text) == 0)
-            return usage_error(options->command, "--set %s: given twice, as '%s' and as '%s'", text,
-                               options->settings[i].value, equals + 1);
+            return options_usage_error(options->command, "--set %s: given twice, as '%s' and as '%s'", text,
+                                       options->settings[i].value, equals + 1);
     options->settings[options->setting_count++] = (struct setting){.name = text, .value = equals + 1};
     return STATUS_DONE;
 }
@@ -170,14 +368,15 @@ static enum status add_text(struct options *options, const struct option_rule *r
     const char *other;
     for (int i = 0; (other = options_repeated(options, rule->name, i)); i++)
         if (strcmp(other, text) == 0)
-            return usage_error(options->command, "--%s: '%s' is given twice; give it once", rule->name, text);
+            return options_usage_error(options->command, "--%s: '%s' is given twice; give it once",
+                                       rule->name, text);
     options_add_text(options, rule->name, text);
     return STATUS_DONE;
 }
 
 static enum status read_option(struct options *options, const struct option_rule *rule) {
     if (!option_may_repeat(rule) && options_has(options, rule->name))
-        return usage_error(options->command, "%s is given twice", option_shown(rule));
+        return options_usage_error(options->command, "%s is given twice", option_shown(rule));
     switch (rule->kind) {
     case OPTION_FLAG:
         options_set_flag(options, rule->name);
@@ -207,8 +406,8 @@ static enum status check_ending(const struct options *options) {
     const bool is_table = shown && strncmp(shown, "RUN", 3) == 0;
     for (size_t i = 0; is_table && dot && i < sizeof others / sizeof *others; i++)
         if (strcmp(dot, others[i][0]) == 0)
-            return usage_error(options->command, "-o: '%s' must be a table, FILE.csv or FILE.h5%s", output,
-                               others[i][1]);
+            return options_usage_error(options->command, "-o: '%s' must be a table, FILE.csv or FILE.h5%s",
+                                       output, others[i][1]);
     return STATUS_DONE;
 }
 
@@ -233,17 +432,18 @@ static enum status check_operands(const struct options *options) {
     const bool many = strstr(command->operands, "...") != NULL;
     const int most = 1 + (strchr(command->operands, ' ') != NULL);
     if (options->operand_count == 0 && !has_any(options, command->replaces_operands))
-        return usage_error(command, "%s is missing", command->operands);
+        return options_usage_error(command, "%s is missing", command->operands);
     for (int i = 0; i < options->operand_count; i++)
         if (!*options->operands[i])
-            return usage_error(command, "%s is an empty text", command->operands);
+            return options_usage_error(command, "%s is an empty text", command->operands);
     for (int i = 0; i < options->operand_count; i++)
         if (begins_with_dash(options->operands[i]))
-            return usage_error(command, "'%s' begins with a typographic dash; an option begins with --",
-                               options->operands[i]);
+            return options_usage_error(command,
+                                       "'%s' begins with a typographic dash; an option begins with --",
+                                       options->operands[i]);
     if (options->operand_count > most && !many)
-        return usage_error(command, "unexpected operand '%s'; give only %s", options->operands[most],
-                           command->operands);
+        return options_usage_error(command, "unexpected operand '%s'; give only %s", options->operands[most],
+                                   command->operands);
     return STATUS_DONE;
 }
 
@@ -254,7 +454,8 @@ static enum status check_complete(const struct reading *reading) {
         return status;
     for (int i = 0; i < reading->known_count && !has_any(options, options->command->replaces_needed); i++)
         if (reading->known[i].is_needed && !options_has(options, reading->known[i].rule->name))
-            return usage_error(options->command, "%s is missing", option_shown(reading->known[i].rule));
+            return options_usage_error(options->command, "%s is missing",
+                                       option_shown(reading->known[i].rule));
     return check_ending(options);
 }
 
@@ -333,6 +534,6 @@ bool options_read(const struct command *const *commands, int argc, char **argv, 
         *status = command_error(commands, argv[1]);
         return false;
     }
-    options->settings = allocate((size_t)argc, sizeof *options->settings);
+    options->settings = format_allocate((size_t)argc, sizeof *options->settings);
     return read_command(argc - 1, argv + 1, options, status);
 }

@@ -4,11 +4,9 @@
  * Each command is a struct command in its own file. It names its options, and the tables that declare them:
  * its own table, and those of the folders whose functions read the options. From these tables follow the
  * reading of argv, --help, the messages of wrong usage, the completion of shells and the manual page.
- *
- * Parts: options and commands; values of one call; reading argv; messages.
  */
-#ifndef REFDYN_TOOL_COMMAND_LINE_H
-#define REFDYN_TOOL_COMMAND_LINE_H
+#ifndef REFDYN_TOOL_OPTIONS_H
+#define REFDYN_TOOL_OPTIONS_H
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -18,14 +16,12 @@
 /* Exit statuses of the program. */
 enum status { STATUS_DONE, STATUS_FAULT, STATUS_USAGE, STATUS_NUMBERS };
 
-/* Was the program built with the methods of GSL? */
+/* Was the program built with the methods of GSL, and with files of HDF5? */
 #ifdef REFDYN_HAS_GSL
 enum { HAS_METHODS_OF_GSL = 1 };
 #else
 enum { HAS_METHODS_OF_GSL = 0 };
 #endif
-
-/* Was it built with files of HDF5? */
 #ifdef REFDYN_HAS_HDF5
 enum { HAS_HDF5 = 1 };
 #else
@@ -121,19 +117,18 @@ struct options {
 };
 
 bool options_has(const struct options *options, const char *name);
-/* Returns NULL if the option is not given. */
+/* These return NULL or 0 if the option is not given. */
 const char *options_text(const struct options *options, const char *name);
-/* Returns 0 if the option is not given. */
 double options_number(const struct options *options, const char *name);
 /* The text number `place` of an option that may be repeated; NULL after the last one. */
 const char *options_repeated(const struct options *options, const char *name, int place);
 /* Returns whether the option is given and has this text. */
 bool options_is(const struct options *options, const char *name, const char *text);
-/* Adds a text to an option that may be repeated. */
-void options_add_text(struct options *options, const char *name, const char *text);
-/* These set an option; copies of the struct that were made before keep their value. */
+/* These set an option, or add a text to one that may be repeated; copies of the struct that were made before
+ * keep their value. */
 void options_set_flag(struct options *options, const char *name);
 void options_set_text(struct options *options, const char *name, const char *text);
+void options_add_text(struct options *options, const char *name, const char *text);
 void options_set_number(struct options *options, const char *name, double number);
 
 /* Calls `take` with each option that is given, in the order of the help: its long name, and its value as text
@@ -143,7 +138,7 @@ void options_give(const struct options *options,
 /* The items of a list "a,b", NULL after the last one; none for list NULL. */
 const char **options_list(const char *list);
 /* Sets *place to the place of the option's value among the words of its rule, 0 if it is not given. Reports
- * any other value as option_error does. */
+ * any other value as options_error does. */
 enum status options_choose(const struct options *options, const char *name, int *place);
 /* The words of --from and --at. */
 extern const char *const options_places[];
@@ -162,33 +157,10 @@ enum status options_check_list(const struct command *command, const char *name, 
 /* Messages. */
 
 /* Reports a wrong value of an option. The format follows the option's name: ": '7' is ..." or " must be ...".
- * As usage_error; or, if a file has set the option, with FILE:LINE, and returns STATUS_FAULT. */
-enum status option_error(const struct options *options, const char *option, const char *format, ...)
+ * As options_usage_error; or, if a file has set the option, with FILE:LINE, and returns STATUS_FAULT. */
+enum status options_error(const struct options *options, const char *option, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 /* Reports "refdyn COMMAND: ..." and the usage line on stderr; returns STATUS_USAGE. */
-enum status usage_error(const struct command *command, const char *format, ...)
+enum status options_usage_error(const struct command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
-/* Reports a name that is no command. */
-enum status command_error(const struct command *const *commands, const char *name);
-/* Prints --help of one command, or of the program. */
-void print_command_help(const struct command *command);
-void print_help(const struct command *const *commands);
-
-/* Parts that only this folder uses. */
-
-enum { OPTIONS_MOST = 40 };
-/* An option that a command knows. */
-struct known_option {
-    const struct option_rule *rule;
-    bool is_needed;
-};
-/* In the order of the help, --help last. Returns how many. */
-int command_options(const struct command *command, struct known_option list[static OPTIONS_MOST]);
-/* The rule of this name in the tables of the command, or NULL. */
-const struct option_rule *option_find(const struct command *command, const char *name, size_t length);
-/* "-o" or "--NAME". */
-const char *option_shown(const struct option_rule *rule);
-bool option_is_output(const struct option_rule *rule);
-bool option_may_repeat(const struct option_rule *rule);
-
 #endif
