@@ -183,8 +183,7 @@ static const struct {
 } libraries[] = {
     {"_G", "assert error getmetatable ipairs pairs rawequal rawget rawlen rawset require select setmetatable "
            "tonumber tostring type _VERSION"},
-    {"string",
-     "byte char find format gmatch gsub len lower match pack packsize rep reverse sub unpack upper"},
+    {"string", "byte char find format gmatch gsub len lower match rep reverse sub upper"},
     {"table", "concat insert move pack remove sort unpack"},
     {"math",
      "abs acos asin atan ceil cos cosh deg exp floor fmod frexp huge ldexp log log10 max maxinteger min "
@@ -209,11 +208,8 @@ static const struct library_entry {
     {"string", "gsub", replace_work, NULL},
     {"string", "lower", text_work, NULL},
     {"string", "match", pattern_work, NULL},
-    {"string", "pack", text_work, NULL},
-    {"string", "packsize", text_work, NULL},
     {"string", "rep", repeat_work, NULL},
     {"string", "reverse", text_work, NULL},
-    {"string", "unpack", text_work, NULL},
     {"string", "upper", text_work, NULL},
     {"table", "concat", concat_steps, NULL},
     {"table", "insert", shift_steps, NULL},
