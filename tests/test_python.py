@@ -133,7 +133,7 @@ def test_is_found_by_cmake(package, tmp_path):
 
 
 def test_extension_knows_every_quantity():
-    known = re.findall(r"\bX\((\w+)\)", (SOURCE / "runtime" / "refdyn_model.h").read_text())
+    known = re.findall(r"\bREFDYN_ENTRY\((\w+)\)", (SOURCE / "runtime" / "refdyn_model.h").read_text())
     assert sorted(json.loads(refdyn("compile", REFERENCE).stdout)["quantities"]) == sorted([*known, "J", "Jd_qd"])  # which have a table of their own
 
 
