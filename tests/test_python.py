@@ -126,6 +126,22 @@ def test_wheel_is_without_gsl(package):
         assert done.returncode == 2 and f"--method: '{method}' needs GSL; build refdyn with it\n" in done.stderr
 
 
+def test_imports_are_light(package, wheel):
+    """The command and `import refdyn` load no package, quantities no xarray."""
+    heavy = "{'numpy', 'xarray', 'h5py', 'subprocess', 'typing'} & set(sys.modules)"
+    for name in ("refdyn", "refdyn.launcher"):
+        assert run(wheel[1], "-S", "-c", f"import sys; sys.path.append({str(package.prefix.parent)!r}); import {name}; print({heavy})") == "set()\n"
+    assert "from refdyn.launcher import main" in (wheel[1].parent / "refdyn").read_text()
+    said = run(wheel[1], "-c", f"import sys, refdyn; model = refdyn.Model({str(MODELS / 'pendulum.lua')!r}); model.M(model.q0); print('xarray' in sys.modules, model.statics().sizes)")
+    assert said.startswith("False "), said
+
+
+def test_names_of_the_package(package):
+    assert set(package.__all__) | {"__version__"} <= set(dir(package)) and package.__version__ == VERSION
+    with pytest.raises(AttributeError, match="module 'refdyn' has no attribute 'model_of'"):
+        package.model_of
+
+
 def test_is_found_by_cmake(package, tmp_path):
     """Headers and library are in the folders of find_package."""
     refdyn("gen", REFERENCE, "--set", "name=manipulator_rigid", "--set", "n_rfe=1", "-o", tmp_path / "emitted")

@@ -1,4 +1,4 @@
 """Runs the program: `python -m refdyn`."""
-from .program import main
+from .launcher import main
 
 main()

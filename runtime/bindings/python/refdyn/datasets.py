@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
-import xarray
 
 from .names import has_masked
 from .program import text_of
 from .wording import shown
 
 if TYPE_CHECKING:
+    import xarray
+
     from .model import Model
 
 AXES = ("x", "y", "z")
@@ -25,7 +26,13 @@ TIME_AXES = {"at": "t_at", "history": "t"}
 
 
 def variable(dims: Iterable[str], values: Any, unit: str | None = None) -> xarray.Variable:
+    import xarray  # takes half a second, which quantities do not need
     return xarray.Variable(tuple(dims), values, {"units": unit} if unit else {})
+
+
+def dataset(variables: Mapping[str, xarray.Variable], coords: Mapping[str, Any] | None = None, *, attrs: Mapping[str, Any]) -> xarray.Dataset:
+    import xarray
+    return xarray.Dataset(variables, coords, attrs)
 
 
 def put(variables: dict[str, xarray.Variable], name: str, kind: str, value: xarray.Variable) -> None:
@@ -75,7 +82,7 @@ def of_equilibrium(model: Model, result: Mapping[str, Any], held: Collection[str
     put(variables, "lambda", "row", variable(("row",), np.array(result["lambda"], dtype=float)))
     put(variables, "row", "row", variable(("row",), np.array(result["rows"], dtype=str)))
     keys = ("residual", "phi", "stability", "unstable", "neutral", "potential", "criterion")
-    return xarray.Dataset(variables, attrs={**attrs, **plain({key: result[key] for key in keys})})
+    return dataset(variables, attrs={**attrs, **plain({key: result[key] for key in keys})})
 
 
 def complex_of(result: Mapping[str, Any]) -> np.ndarray:
@@ -96,7 +103,7 @@ def of_modes(model: Model, result: Mapping[str, Any], attrs: Mapping[str, Any]) 
     coords = {"mode": np.arange(1, free + 1), "coordinate": list(model.coordinates), "point": points, "axis": list(AXES),
               "unit": ("coordinate", [model.units[name] for name in model.coordinates])}
     keys = ("at", "t", "held", "phi", "residual", "unstable")
-    return xarray.Dataset(data, coords, {**attrs, **plain({key: result[key] for key in keys})})
+    return dataset(data, coords, attrs={**attrs, **plain({key: result[key] for key in keys})})
 
 
 # ---- Motions ----
@@ -113,7 +120,7 @@ def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, 
     data = {name: variable(("t",), table[:, i], units.get(name)) for i, name in enumerate(names)}
     for name, row in residuals(model, data):
         data[name].attrs["long_name"] = row
-    return xarray.Dataset(data, attrs={**attrs, **plain(facts)})
+    return dataset(data, attrs={**attrs, **plain(facts)})
 
 
 def residuals(model: Model, names: Iterable[str]) -> list[tuple[str, str]]:
@@ -204,7 +211,7 @@ def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> 
             put(variables, name + ("_start" if is_start else ""), "case", varied)
         for group in ("final", "at", "extremes", "norms", "history"):
             put_group(variables, group, file.get(group, {}))
-        return xarray.Dataset(variables, attrs={**attrs, **plain(json.load(summary_file))})
+        return dataset(variables, attrs={**attrs, **plain(json.load(summary_file))})
 
 
 def text_of_attribute(item: Any, name: str) -> str:

@@ -5,7 +5,6 @@ import os
 import pathlib
 import re
 import subprocess
-import sys
 import tempfile
 import warnings
 from collections.abc import Collection, Mapping, Sequence
@@ -14,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from . import wording
+from .launcher import PROGRAM
 from .names import one_real
 
 prefix = pathlib.Path(__file__).absolute().parent  # has the folders bin, lib and include that `cmake --install` writes
-PROGRAM = prefix / "bin" / "refdyn"
 
 FAULT, USAGE, NUMBERS = 1, 2, 3  # exit statuses
 PRIVATE = wording.PRIVATE
@@ -131,7 +130,7 @@ def private_folder() -> tempfile.TemporaryDirectory[str]:
 def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: Collection[str] = ()) -> tuple[str, list[str]]:
     """Runs the program; returns its output and the facts of its warnings. Facts that are not in `warned` become warnings.
     `places` maps folders to their names in messages."""
-    done = subprocess.run([str(PROGRAM), *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace")
+    done = subprocess.run([PROGRAM, *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace")
     said = wording.shown(done.stderr, places)
     found = warnings_of(said)
     for text in found:
@@ -140,8 +139,3 @@ def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: 
     if done.returncode:
         raise failure(done.returncode, WARNING.sub("", said))
     return done.stdout, [fact_of(text) for text in found]
-
-
-def main() -> None:
-    """Runs the command `refdyn`."""
-    os.execv(PROGRAM, ["refdyn", *sys.argv[1:]])
