@@ -217,7 +217,7 @@ static const char *wrong_pass(struct memory *memory, const char *pass) {
     const char *known = "";
     for (int i = 0; i < PASSES; i++)
         known = memory_format(memory, "%s %s", known, passes[i].name);
-    return memory_format(memory, "no pass is called '%s', known:%s", pass, known);
+    return memory_format(memory, "'%s' is not a pass; use one of%s", pass, known);
 }
 
 const char *gen_pass(int number) {

@@ -392,7 +392,7 @@ enum {
 /** A state where the rows lose rank, and that a step has passed. */
 struct refdyn_crossing {
     double t;       /**< its time [s] */
-    double t_begin; /**< begin of the step that led through it [s] */
+    double t_begin; /**< beginning of the step that led through it [s] */
     double t_end;   /**< end of that step [s] */
     double error;   /**< estimate for that step: largest change of a position, and of a rate times its length
                          [rad, or `length`] */
@@ -440,7 +440,7 @@ struct refdyn_refused_crossing {
     int tries;               /**< number of attempts */
     enum refdyn_refusal why; /**< reason of the last one */
     double t;                /**< when the rows would lose rank [s] */
-    double t_begin;          /**< begin of the last attempted step [s] */
+    double t_begin;          /**< beginning of the last attempted step [s] */
     double stretch;          /**< its length [s] */
 };
 
@@ -488,7 +488,7 @@ struct refdyn_integrator {
                               options.balance */
     int is_undetermined; /**< 1: a singular state is so near that qdd is the derivative of the interpolated
                               qd instead of a solution of the equations */
-    double t_begin;      /**< begin of the last accepted step [s] */
+    double t_begin;      /**< beginning of the last accepted step [s] */
     double t_end;        /**< end of the last accepted step [s] */
     struct refdyn_residual start; /**< residuals of the state given to refdyn_integrator_start */
     int start_is_off;             /**< 1: that state was off the programme: refdyn_is_consistent with
@@ -534,10 +534,10 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
  * next call starts with the action of the event. With a fixed step, the interval from the last output to
  * t_out is divided into ceil(interval/step) equal steps; the i-th begins at from + i (to - from)/count.
  *
- * Errors: > 0 from a fixed step whose evaluation failed, or a tangent at the begin of a step; STEP_TOO_SMALL,
- * TOO_MANY_STEPS; EVENT_ENDS, at the time of the event; EVENTS_ACCUMULATE, EVENT_NOT_MET, SLIDES; REFUSED at
- * an event that sets a parameter, where work->p then has the refused value; BAD_OPTION if t_out is before t.
- * The integrator then stays at the last accepted state, with cause and failed_t set;
+ * Errors: > 0 from a fixed step whose evaluation failed, or a tangent at the beginning of a step;
+ * STEP_TOO_SMALL, TOO_MANY_STEPS; EVENT_ENDS, at the time of the event; EVENTS_ACCUMULATE, EVENT_NOT_MET,
+ * SLIDES; REFUSED at an event that sets a parameter, where work->p then has the refused value; BAD_OPTION if
+ * t_out is before t. The integrator then stays at the last accepted state, with cause and failed_t set;
  * refdyn_integrator_refresh evaluates that state again. */
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
 /** Sets the end of the motion: no step reaches beyond t, and the automatic choice tries no method that cannot

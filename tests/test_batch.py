@@ -238,8 +238,8 @@ def test_one_case_again_takes_no_options(arguments, message, done, tmp_path):
     ("/", "model", "[]", "has no attributes for its model and options"),
     ("/", "options", "[]", "has no attributes for its model and options"),
     ("/", "options", '{"set": {"torque": 3}, "until": 0.5}', "torque"),
-    ("cases/mass", "kind", "option", "/cases/mass: has no form of a file of runs"),
-    ("cases/pieces", "kind", "parameter", "/cases/pieces: has no form of a file of runs")])
+    ("cases/mass", "kind", "option", "/cases/mass: does not have the form of a file of runs"),
+    ("cases/pieces", "kind", "parameter", "/cases/pieces: does not have the form of a file of runs")])
 def test_one_case_of_a_damaged_file(where, name, value, message, done, tmp_path):
     import shutil
     shutil.copy(done, tmp_path / "runs.h5")

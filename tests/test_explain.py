@@ -22,7 +22,7 @@ def test_same_text_each_time(pass_name, tmp_path):
 def test_wrong_passes_are_told(tmp_path):
     for wrong in ("schedule", "Plan", "expand,roll"):
         done = refdyn("gen", REFERENCE, "--explain", wrong, status=2)
-        assert f"--explain: no pass is called '{wrong}', known: {' '.join(PASSES)}\n" in done.stderr and done.stdout == ""
+        assert f"--explain: '{wrong}' is not a pass; use one of {' '.join(PASSES)}\n" in done.stderr and done.stdout == ""
     done = refdyn("gen", REFERENCE, "--explain", "plan", "-o", tmp_path / "out", status=2)
     assert "--explain prints and writes no files; leave out -o" in done.stderr and not (tmp_path / "out").exists()
     assert all(name in refdyn("gen", "--help").stdout for name in PASSES)

@@ -114,8 +114,8 @@ def test_plot_draws_it_as_the_csv(tmp_path):
 
 
 @pytest.mark.parametrize("how, fact", [
-    (lambda f: f["q"].resize(10, 0), "/q: has no form of a motion as refdyn sim writes it"),
-    (lambda f: f["q"].attrs.__setitem__("columns", ["a"]), "/q: has no form of a motion as refdyn sim writes it"),
+    (lambda f: f["q"].resize(10, 0), "/q: does not have the form of a motion as refdyn sim writes it"),
+    (lambda f: f["q"].attrs.__setitem__("columns", ["a"]), "/q: does not have the form of a motion as refdyn sim writes it"),
     (lambda f: f.attrs.__setitem__("layout_version", 2), "is a motion as refdyn sim writes it in layout 2, this refdyn reads layout 1"),
     (lambda f: [f[name].resize(0, 0) for name in datasets(f) if f[name].maxshape[0] is None], "there are no rows in it"),
 ])

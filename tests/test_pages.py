@@ -84,6 +84,22 @@ def test_files_that_a_page_names_exist(page):
     assert not missing_files(text)
 
 
+def rows_without_header(text):
+    """First rows of tables that no line |---| follows, as after an empty line within a table."""
+    lines = re.sub(r"^```.*?^```", "", text, flags=re.M | re.S).splitlines()
+    return [line for before, line, after in zip(["", *lines], lines, [*lines[1:], ""])
+            if line.startswith("|") and not before.startswith("|") and not re.fullmatch(r"\|[-:| ]+\|", after)]
+
+
+def test_rows_without_header_are_seen():
+    assert rows_without_header("| a | b |\n|---|---|\n| 1 | 2 |\n\n| 3 | 4 |\n") == ["| 3 | 4 |"]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_tables_of_a_page_are_whole(page):
+    assert not rows_without_header(text_of(page))
+
+
 def test_files_that_comments_name_exist():
     missing = {}
     for path in C_FILES:

@@ -205,7 +205,7 @@ def rename(file, name):
     (lambda f: f.attrs.__delitem__("content"), "is no file of runs as refdyn batch writes it"),
     (lambda f: f.attrs.__delitem__("batch_cases"), "attribute batch_cases is missing"),
     (lambda f: f["final"].create_dataset("u", data=np.zeros(3)), "/final/u: has 3 rows and not one for each of 20 cases"),
-    (lambda f: f["final"].create_dataset("u", data=np.zeros((20, 2, 2))), "/final/u: has no form of a file of runs"),
+    (lambda f: f["final"].create_dataset("u", data=np.zeros((20, 2, 2))), "/final/u: does not have the form of a file of runs"),
 ])
 def test_merge_refuses_changed_files(tmp_path, how, fact):
     a, b = make(tmp_path / "a.h5", 0, 1, 20), make(tmp_path / "b.h5", 20, 1, 20)

@@ -218,7 +218,7 @@ void force_derivatives_add_product(struct builder *b, int target, int left, int 
 void required_values_find(struct derivation *d);
 bool required_values_exist(const struct derivation *d);
 bool spatial_jacobian_exists(const struct derivation *d);
-/* Excludes a comparison e that only detects rounding: it is no kink of the model. Call it before
+/* Excludes a comparison e that only detects rounding and is not a kink of the model. Call it before
  * time_events_find. */
 void time_events_leave_out(struct plan *plan, expression e);
 /* Sets breaks, switches and pace of the plan from its functions. */

@@ -89,7 +89,7 @@ static void break_cycle(const struct reader *reader, struct entry *entries, int 
     int at = 0;
     while (entries[at].position >= 0)
         at++;
-    for (int i = 0; i < count; i++) /* so many steps lead into the cycle */
+    for (int i = 0; i < count; i++) /* after at most `count` steps, `at` is in the cycle */
         at = entries[at].parent;
     int first = at;
     for (int i = entries[at].parent; i != at; i = entries[i].parent)

@@ -234,11 +234,11 @@ static void check_segment(const struct look *look, const struct link *link, cons
             "link %s: beam: rho = %.6g kg/m^3, very small; if it is in g/cm^3, convert it to kg/m^3",
             link->name, rho);
     if (thickness > beam_length / 3)
-        message_warning(
-            look->messages, link->place,
-            "link %s: beam: a section %.3g m thick on a length of %.3g m is no slender beam; if it is in mm, "
-            "convert it to m",
-            link->name, thickness, beam_length);
+        message_warning(look->messages, link->place,
+                        "link %s: beam: a section %.3g m thick on a length of %.3g m is not a slender beam; "
+                        "if it is in mm, "
+                        "convert it to m",
+                        link->name, thickness, beam_length);
 }
 
 static void check_spring(const struct look *look, const struct link *link, const struct joint *joint) {

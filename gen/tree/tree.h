@@ -161,8 +161,8 @@ struct recursion recursion_over(struct memory *memory, struct graph *g, const st
 bool recursion_outward(struct recursion *recursion, int *i);
 /* The same inward; begin with *i = tree->count. */
 bool recursion_inward(struct recursion *recursion, int *i);
-/* The next frame with a joint, outward from *i = -1; in runs inside a loop. The caller must go through the
- * tree to its end. */
+/* The next frame with a joint, outward from *i = -1; in runs inside a loop. The caller must continue to the
+ * end of the tree. */
 bool recursion_next_joint(struct graph *g, const struct tree *tree, int *i);
 /* A sum over all frames with a joint and all elements: its terms, beginning with *i = -1, and their total. */
 struct recursion recursion_sum(struct memory *memory, struct graph *g, const struct tree *tree);

@@ -21,7 +21,7 @@ static const struct command *const commands[] = {
     &export_command, &bench_command, &report_command,  &new_command,  &completion_command, NULL};
 
 /* A closed standard descriptor would become the descriptor of the next file, and messages would go into that
- * file. It is opened such that it is taken and its use still fails. */
+ * file. This function occupies it, in a mode in which its use still fails. */
 static void take_descriptors(void) {
     for (int i = STDIN_FILENO; i <= STDERR_FILENO; i++)
         if (fcntl(i, F_GETFD) < 0 && open("/dev/null", i == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0)

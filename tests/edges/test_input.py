@@ -137,7 +137,7 @@ STATES = {
     "no number": ('{"q": [1, NaN]}', 1, "state: invalid token near 'NaN'; must be one JSON object of finite numbers"),
     "a number in hexadecimal": ('{"t": 0x1}', 1, "state: '}' expected near 'x'; must be one JSON object of finite numbers"),
     "more behind": ('{"t": 0}\n{"t": 1}', 2, "state: end of file expected near '{'; must be one JSON object of finite numbers"),
-    "more behind a zero byte": ('{"t": 0}\0{"t": 1}', 0, "state: a byte is 0; must be a text"),
+    "more behind a zero byte": ('{"t": 0}\0{"t": 1}', 0, "state: contains a byte 0; must be text"),
     "a comma behind": ('{"t": 0,\n}', 2, "state: string or '}' expected near '}'; must be one JSON object of finite numbers"),
     "cut off": ('{"t": 0,\n"q": [1', 2, "state: ']' expected near end of file; must be one JSON object of finite numbers"),
     "empty": ("", 1, "state: '[' or '{' expected near end of file; must be one JSON object of finite numbers"),

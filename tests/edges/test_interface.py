@@ -200,7 +200,7 @@ static void other_versions(void) {
     CHECK(model->interface_version == REFDYN_MODEL_VERSION && (const void *)&model->interface_version == (const void *)model);
 }
 
-/* A table of version 0 had its name, a pointer, at its begin. */
+/* A table of version 0 had its name, a pointer, at its beginning. */
 static void table_without_version(void) {
     struct refdyn_model wrong = *model;
     const char *name = "manipulator";

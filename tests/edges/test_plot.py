@@ -148,9 +148,9 @@ MESSAGES = {
     "missing_cell": r":3: run: a_psi: the field is empty", "text_cell": r":2: run: a_psi: 'one' is not a finite number",
     "half_number": r":2: run: a_psi: '1abc' is not a finite", "nan": r":2: run: a_psi: 'nan' is not a finite", "infinite": r":2: run: a_psi: '-inf'",
     "too_large": r":2: run: a_psi: '1e999'", "hexadecimal": r":2: run: a_psi: '0x10'", "twice": r":1: run: two columns are called 'a_psi'",
-    "twice_time": r":1: run: two columns are called 't'", "no_time": r":1: run: the header does not begin with t", "zero_byte": r":2: run: a byte is 0",
+    "twice_time": r":1: run: two columns are called 't'", "no_time": r":1: run: the header does not begin with t", "zero_byte": r":2: run: contains a byte 0",
     "escape": r":1: run: column 2: a control character", "bytes": r":1: run: ", "quoted": r":2: run: 3 fields under 4 names",
-    "old_ends": r":1: run: column 3: a control character", "cell_escape": r":2: run: a_psi: '\\x1b\[31m' is no", "semicolons": r":1: run: semicolons part the columns; write commas",
+    "old_ends": r":1: run: column 3: a control character", "cell_escape": r":2: run: a_psi: '\\x1b\[31m' is no", "semicolons": r":1: run: semicolons separate the columns; write commas",
 }
 
 

@@ -138,8 +138,8 @@ def unname(file, name):
     ("energy", write(5, -np.inf), "energy: row 5 has no finite number"),
     ("t", drop, "the scale of an axis is missing"),
     ("qd", drop, "a dataset along this scale is missing"),
-    ("q", unname, "/q: has no form of a motion as refdyn sim writes it"),
-    ("t", unname, "/t: has no form of a motion as refdyn sim writes it")])
+    ("q", unname, "/q: does not have the form of a motion as refdyn sim writes it"),
+    ("t", unname, "/t: does not have the form of a motion as refdyn sim writes it")])
 def test_a_motion_is_whole_and_finite(made, tmp_path, name, how, fact):
     path = shutil.copy(made / "run.h5", tmp_path / "run.h5")
     with h5py.File(path, "r+") as file:
@@ -166,7 +166,7 @@ def test_parameters_of_a_motion_are_finite(made, tmp_path):
     ("steps", write(1, -7), "/steps: row 1 has -7; must be a number of steps", "plot merge"),
     ("cases/m", write(1, np.nan), "/cases/m: case 1 has nan; must be finite", "sim"),
     ("cases/b_z", write(1, -np.inf), "/cases/b_z: case 1 has -inf; must be finite", "sim"),
-    ("cases/m", lambda file, name: file[name].attrs.__delitem__("kind"), "/cases/m: has no form of a file of runs", "plot merge sim"),
+    ("cases/m", lambda file, name: file[name].attrs.__delitem__("kind"), "/cases/m: does not have the form of a file of runs", "plot merge sim"),
     ("/", lambda file, name: file.attrs.__setitem__("model", file.attrs["model"].replace("9.81", "1.62")),
      "damaged: attribute model does not match model_hash", "sim")])
 def test_a_batch_is_whole(made, tmp_path, name, how, fact, which):

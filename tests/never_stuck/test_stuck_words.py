@@ -275,21 +275,21 @@ def test_states(tmp_path):
         state.write_text(text)
         assert said(tmp_path, model(LEAD), "--state", state, command="eval") == [f"state.json:1: {message}"]
     state.write_bytes('{"q": [0]}'.encode("utf-16"))
-    assert said(tmp_path, model(LEAD), "--state", state, command="eval") == ["state.json: state: it is in UTF-16; must be a text in UTF-8"]
+    assert said(tmp_path, model(LEAD), "--state", state, command="eval") == ["state.json: state: it is in UTF-16; must be text in UTF-8"]
     state.write_bytes('{"q": [0]}'.encode("utf-8-sig"))
     said(tmp_path, model(LEAD), "--state", state, command="eval", status=0)
 
 
 SEPARATORS = "write commas between columns, points in numbers, \\n after lines"
 TABLES = {
-    "k;tau\n1,5;2\n": f"1: cases: semicolons part the columns; {SEPARATORS}", "k\ttau\n1\t2\n": f"1: cases: tabs part the columns; {SEPARATORS}",
-    "k\r1\r2\r": f"1: cases: lines end with \\r; {SEPARATORS}", '"k"\n1\n': "1: cases: the names stand in quotation marks; names and numbers are written without",
+    "k;tau\n1,5;2\n": f"1: cases: semicolons separate the columns; {SEPARATORS}", "k\ttau\n1\t2\n": f"1: cases: tabs separate the columns; {SEPARATORS}",
+    "k\r1\r2\r": f"1: cases: lines end with \\r; {SEPARATORS}", '"k"\n1\n': "1: cases: the names are in quotation marks; remove them, also from numbers",
     "k\n1,5\n": "2: cases: 2 fields under 1 names; numbers are written with a point",
     "k\n−1\n": "2: cases: k: '−1' is not a finite number; it contains U+2212 (a typographic dash or minus sign): write -",
     "k\n1 N m\n": "2: cases: k: '1 N m' is not a finite number; write the number alone, in SI units and radians",
     "k [N m]\n1\n": "1: k [N m]: unknown name; use a parameter, an input, an option, a coordinate, its rate NAME_d or inputs, without a unit",
-    "k\n1\n".encode("utf-16"): "1: cases: it is in UTF-16; must be a text in UTF-8",
-    b"PK\3\4\0\0": "1: cases: it is a workbook or an archive; must be a text",
+    "k\n1\n".encode("utf-16"): "1: cases: it is in UTF-16; must be text in UTF-8",
+    b"PK\3\4\0\0": "1: cases: it is a workbook or an archive; must be text",
 }
 
 

@@ -28,7 +28,7 @@ static const double stride_least = 0.25;
 static const double straight = 1e-3;
 /* Below this Newton's iteration ends the work. */
 static const double near_enough = 1e-7;
-/* Until a state was found, places to begin are no farther away than this. */
+/* Until a state is found, the search begins at places within this distance. */
 static const double first_ball = 2;
 /* Smallest part that is tried: of the first one, and of a correction. */
 static const double part_least = 1.0 / 64, shortest = 1e-4;
@@ -188,8 +188,8 @@ static int turns(const struct search *search, int j) {
     return strcmp(search->work->model->coordinates[j].unit, "rad") == 0;
 }
 
-/* q (n) with coordinates j and k (-1: none) so many turns on; returns whether that is nearer and on the
- * programme, else q stays. */
+/* Moves q (n) by whole turns of coordinates j and k (-1: none) if that is nearer and on the programme.
+ * Returns whether it is; otherwise q stays. */
 static int turn(const struct search *search, double *q, int j, int j_turns, int k, int k_turns) {
     const size_t bytes = (size_t)search->work->n * sizeof *q;
     const double now = distance(search, q);

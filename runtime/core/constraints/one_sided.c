@@ -72,8 +72,8 @@ static void extend_basis(struct refdyn_one_sided *problem, int size) {
     problem->triangle[size * problem->count + size] = length;
 }
 
-/* How the multipliers of the conditions that act answer to one of the split normal: N_A^T share = normal - z.
- */
+/* Computes the change of the active conditions' multipliers for a multiplier 1 of the split normal:
+ * N_A^T share = normal - z. */
 static void solve_shares(struct refdyn_one_sided *problem) {
     for (int a = problem->active_count - 1; a >= 0; a--) {
         problem->share[a] /= problem->triangle[a * problem->count + a];

@@ -103,9 +103,9 @@ void refdyn_linear_mark_factors(struct refdyn_linear *linear, const struct refdy
  * (m x n). */
 double *refdyn_linear_take_directions(struct refdyn_linear *linear);
 
-/* The largest |eigenvalue| [1/s] of the linearised equations at the begin of a step, and its damping ratio,
- * to some per cent. Overwrites `rates` (2 n + 1 + m) of the state and the scratch `room` (2 n); factors are
- * lost. Errors: NOT_FINITE, MATRIX_SINGULAR. */
+/* The largest |eigenvalue| [1/s] of the linearised equations at the beginning of a step, and its damping
+ * ratio, to some per cent. Overwrites `rates` (2 n + 1 + m) of the state and the scratch `room` (2 n);
+ * factors are lost. Errors: NOT_FINITE, MATRIX_SINGULAR. */
 int refdyn_linear_spectrum(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *state, double *rates, double *room, double *rate, double *damping);
 

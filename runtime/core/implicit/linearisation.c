@@ -121,7 +121,6 @@ int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace
     return take_tangent(linear, work, t, q, rates);
 }
 
-/* Of vectors column by column. */
 /* Columns of K, or of D, of a chain. */
 static void take_columns(struct refdyn_linear *linear, int is_damping, double *matrix) {
     const int n = linear->n;

@@ -239,12 +239,12 @@ static int ends_with_stage(const struct refdyn_collocation_table *table) {
     return table->c[table->stages - 1] == 1;
 }
 
-/* The acceleration at the begin is that of the last stage before: the equations give
- * what stiffness makes of its rounding. */
+/* Uses the acceleration of the last stage before as that at the beginning: in that of the equations,
+ * stiffness would amplify the rounding of the state. */
 static double unsmooth_error(struct refdyn_step *step, const struct stages_of_one *stages, double h) {
     const int n = step->n, size = table_of(step)->stages * n;
     const double *first = memory_of(step)->last_h > 0 ? stages->last + size - n : step->rates + n;
-    double *a = stages->missing; /* and the parts behind it */
+    double *a = stages->missing; /* and the parts after it */
     memcpy(a, first, (size_t)n * sizeof *a);
     memcpy(a + n, stages->now, (size_t)size * sizeof *a);
     return error_of_kink(step, a, h);

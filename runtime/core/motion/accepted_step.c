@@ -13,7 +13,7 @@
 
 /* ---- One step ---- */
 
-/* The tangent at the begin, which the steps of some methods need. If there is none, the automatic method
+/* The tangent at the beginning, which the steps of some methods need. If there is none, the automatic method
  * continues with another one. */
 static int attempt_prepare(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
@@ -27,7 +27,7 @@ static int attempt_prepare(struct refdyn_motion *motion) {
     return status;
 }
 
-/* The end of the last step becomes the begin of the next one, on the right side of a time event. */
+/* The end of the last step becomes the beginning of the next one, on the right side of a time event. */
 static void go_on_from_end(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     const double t = refdyn_time_events_right_of(&motion->time_events, step->t_end);
@@ -189,7 +189,7 @@ static int attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
     return REFDYN_OK;
 }
 
-/* The step is over already where events are due at its begin, and after fixed and special steps. */
+/* The step is over already where events are due at its beginning, and after fixed and special steps. */
 static int attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt) {
     *attempt = (struct refdyn_attempt){.is_over = 0};
     const int status = begin(motion);

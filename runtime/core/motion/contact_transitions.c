@@ -114,7 +114,7 @@ static int look(struct refdyn_motion *motion, double t, const double *state) {
     return REFDYN_OK;
 }
 
-/* Error that the gap may have at the begin of the step. */
+/* Error that the gap may have at the beginning of the step. */
 static void find_reach(struct refdyn_contacts *contacts) {
     for (int k = 0; k < contacts->count; k++)
         contacts->reach[k] = fmax(contacts->tolerance * contacts->scale[k], contacts->rounding[k]);
@@ -282,7 +282,7 @@ static int stays_pressed(struct refdyn_motion *motion, int k, const double *qdd,
     return status;
 }
 
-/* Finds the contacts that come to rest at the begin of the step. */
+/* Finds the contacts that come to rest at the beginning of the step. */
 static int find_resting(struct refdyn_motion *motion, const double *qdd, int *found) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const struct refdyn_step *step = &motion->step;
@@ -442,7 +442,8 @@ static double moved_by(const struct refdyn_motion *motion, int k) {
     return fabs(contacts->rate[k]) * fmax(refdyn_state_events_blur(motion->step.t_begin), contacts->late);
 }
 
-/* Is contact k closed at the begin of the step? It is if it is due, or if its gap is 0 within rounding. */
+/* Is contact k closed at the beginning of the step? It is if it is due, or if its gap is 0 within rounding.
+ */
 static int is_closed(const struct refdyn_motion *motion, int k) {
     const struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const double moved = moved_by(motion, k);
@@ -466,7 +467,7 @@ static int find_inside(struct refdyn_motion *motion) {
     return REFDYN_OK;
 }
 
-/* The gaps at the begin of the step. */
+/* The gaps at the beginning of the step. */
 static int begin(struct refdyn_motion *motion) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     memset(contacts->rate_rounding, 0, (size_t)contacts->count * sizeof *contacts->rate_rounding);

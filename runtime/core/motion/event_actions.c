@@ -1,7 +1,7 @@
 /*
  * What happens where a step has ended on zeros of values: actions of events, and kinks.
  *
- * In: what is due, and the result of event_terms. Out: the state at the begin of the step, inputs and
+ * In: what is due, and the result of event_terms. Out: the state at the beginning of the step, inputs and
  * parameters, or REFDYN_SLIDES.
  *
  * An impact follows Newton's law: with g the value, dg/dt after it is -e dg/dt before, by an impulse along
@@ -125,8 +125,8 @@ void refdyn_kinks_see_before(struct refdyn_state_events *events, const struct re
 
 /* ---- Kinks: jumps that lead back to themselves ---- */
 
-/* state := that at the begin of the step, with rates that change the value of kink i so much. Returns 0 if no
- * rate changes it. */
+/* state := the state at the beginning of the step, with rates that add `change` to the value of kink i.
+ * Returns 0 if no rate changes it. */
 static int move(const struct refdyn_motion *motion, int i, double change, double *state) {
     const struct refdyn_state_events *events = &motion->state_events;
     const struct refdyn_step *step = &motion->step;
@@ -327,7 +327,7 @@ void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new) {
     refdyn_control_leave_interval(&motion->control);
 }
 
-/* The motion continues from the begin of the step, and forgets the steps before. */
+/* The motion continues from the beginning of the step, and forgets the steps before. */
 static int go_on(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     refdyn_motion_break_off(motion, 1);

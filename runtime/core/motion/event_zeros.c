@@ -1,8 +1,8 @@
 /*
  * Zeros of events and kinks in a step that was taken.
  *
- * In: the step, and the sides of zero on which the values were at its begin. Out: where a shorter step should
- * end, or what is due at the end of this one. Each value is sampled in nine places of the method's
+ * In: the step, and the sides of zero on which the values were at its beginning. Out: where a shorter step
+ * should end, or what is due at the end of this one. Each value is sampled in nine places of the method's
  * interpolant. Where it has changed its sign, or a parabola through three samples says that it may have been
  * beyond zero in between, the first zero is located by the Illinois form of regula falsi (Dowell and Jarratt,
  * BIT 11:168-174, 1971). The step is taken again to there; what it then misses is found by Newton's method,
@@ -96,9 +96,9 @@ static int find_leave(struct refdyn_state_events *events, struct refdyn_step *st
     return REFDYN_OK;
 }
 
-/* A value may leave zero at the begin and return before the first sample. The parabola through the begin,
- * with its rate, and the first sample shows where it returns; half of that is where it is farthest. If the
- * interpolant shows nothing there, the predicted return counts. */
+/* A value may leave zero at the beginning and return before the first sample. The parabola through the
+ * beginning, with its rate, and the first sample shows where it returns; half of that is where it is
+ * farthest. If the interpolant shows nothing there, the predicted return counts. */
 static int find_return(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
                        double rise, double *theta) {
     const double part = 1.0 / SAMPLES, first = sample(events, 1, i);
@@ -221,7 +221,7 @@ static int take_samples(struct refdyn_state_events *events, struct refdyn_step *
     return status;
 }
 
-/* A kink at the begin of the step is passed. Nothing happens there unless rows turn. */
+/* A kink at the beginning of the step is passed. Nothing happens there unless rows turn. */
 static int is_passed(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double theta,
                      double least) {
     if (!refdyn_state_events_is_kink(events, i) || !(theta * (step->t_end - step->t_begin) < least))

@@ -1,14 +1,14 @@
 /*
  * Rows that fade out towards a time event.
  *
- * The part of a row that is its own may become smaller and smaller and be 0 from the event on, as the part of
- * y in x + (1 - ramp(t, 0.5, 1)) y next to a row x. Until then such rows determine the motion, but near the
- * event rounding dominates them: the rounding of phi is divided by the row's own part, and that of
+ * The part of a row that no other row has may fall to 0 until the event, as the part of y in
+ * x + (1 - ramp(t, 0.5, 1)) y next to a row x. Until then such rows determine the motion, but near the
+ * event rounding dominates them: the rounding of phi is divided by that part, and that of
  * accelerations by its square. The motion itself is smooth. So one step of gauss12 ends at the event: its
  * last stage is 0.034 of the step before it, and nothing is evaluated nearer.
  *
- * In: the begin of a step, and the event ahead. Out: whether rows lose rank there without a jump, and that
- * step, with its stages on the programme. The next step begins with the remaining rows.
+ * In: the beginning of a step, and the event ahead. Out: whether rows lose rank there without a jump, and
+ * that step, with its stages on the programme. The next step begins with the remaining rows.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -23,8 +23,8 @@
 static const double error_share = 2;
 /* The same for fixed steps [rad, or length]. */
 static const double error_fixed = 1e-8;
-/* So many ordinary steps ahead it is looked for: short steps, such as those of rk4, end too near the event.
- */
+/* The event is examined from this many ordinary steps ahead, because short steps, such as those of rk4, end
+ * too near it. */
 static const double reach = 1024;
 /* As a part of the step: nearer to its end, the polynomial is more accurate than the rows. */
 static const double near_part = 0.05;

@@ -27,19 +27,20 @@ struct refdyn_ahead {
     int (*seen)(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
 };
 
-/* A motion begins; what happens where the last step ended (errors: those of refdyn_rows_take_new and
- * refdyn_event_actions_take); the nearest obstacle on which an ordinary step may end. */
+/* These begin a motion; do what happens where the last step ended (errors: those of refdyn_rows_take_new and
+ * refdyn_event_actions_take); and find the nearest obstacle on which an ordinary step may end. */
 void refdyn_obstacles_start(struct refdyn_motion *motion);
 int refdyn_obstacles_leave(struct refdyn_motion *motion);
 void refdyn_obstacles_find(struct refdyn_motion *motion, double t_out, struct refdyn_ahead *ahead);
 /* Takes a special step if an obstacle within reach of ordinary steps of h needs one. Returns 1 if that was
  * done; then state_new at t_end is the new state. Otherwise ahead->stop leaves space for the special step. */
 int refdyn_obstacles_step(struct refdyn_motion *motion, double h, struct refdyn_ahead *ahead);
-/* A step is good, and its end complete: *t is where a shorter one has to end because of an obstacle in the
- * step; t_begin: no step may be taken; INFINITY: the step stands. An error refuses it. */
+/* Examines a step whose error is small and whose end is complete. *t: a shorter step has to end there,
+ * because an obstacle is in the step; t_begin: no step may be taken; INFINITY: the step is accepted. An error
+ * refuses it. */
 int refdyn_obstacles_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
-/* A step was refused, with this status or, if that is 0, for its error. Returns the time of the obstacle that
- * may have caused this, where a shorter step should end; INFINITY: none. */
+/* After a step was refused, with this status or, if that is 0, for its error. Returns the time of the
+ * obstacle that may have caused this, where a shorter step should end; INFINITY: none. */
 double refdyn_obstacles_cause(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, int status);
 /* The nearer of the end of the motion and the caller's limit that is still ahead; INFINITY: neither is. */
 double refdyn_motion_bound(const struct refdyn_motion *motion);
@@ -48,7 +49,7 @@ double refdyn_motion_resolution(const struct refdyn_motion *motion, double t);
 
 /* ---- One accepted step (accepted_step.c) ---- */
 
-/* A step that is tried. */
+/* A step in progress. */
 struct refdyn_attempt {
     struct refdyn_ahead ahead;
     double h, t_new;      /* length and end of the step to take [s] */
@@ -69,18 +70,20 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
 void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_attempt *attempt,
                              double error);
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
-/* Are options.step_limit steps tried? */
+/* Returns whether options.step_limit steps have been tried. */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 
 /* Motions whose steps a batch takes side by side: statuses in addition to those of refdyn.h. LEFT_TO_MOTION:
- * the motion takes the step itself: it needs what the others lack, or its numbers are not finite. */
+ * the motion takes the step itself, because the others cannot share it or its numbers are not finite. */
 enum { REFDYN_HALTED = 1000, REFDYN_LEFT_TO_MOTION };
 
-/* Steps towards t_out until the batch may take one: HALTED, and *attempt says which. Otherwise t_out is
- * reached or the motion has failed, as with refdyn_integrator_to. *attempt is over before the first call. */
+/* Advances towards t_out until the batch may take a step, which *attempt describes, and returns HALTED.
+ * Otherwise t_out is reached or the motion has failed, as with refdyn_integrator_to. *attempt is over before
+ * the first call. */
 int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
                            struct refdyn_attempt *attempt);
-/* The step at which it halted was taken, with OK, LEFT_TO_MOTION or an error of the method. */
+/* Call it after taking the step at which the motion halted, with OK, LEFT_TO_MOTION or an error of the
+ * method. */
 void refdyn_integrator_judge(struct refdyn_integrator *integrator, struct refdyn_attempt *attempt, int taken);
 
 /* ---- The parts of steps (attempt.c) ---- */
@@ -92,13 +95,14 @@ struct refdyn_failure {
 };
 void refdyn_motion_failed(struct refdyn_motion *motion, int cause, double t);
 
-/* The method's attempt from t_begin to t_new, with the gains of a step of h; the same, noting a failure; its
- * end on the programme, with partition, rates and work; the record of an accepted step. */
+/* The first takes the method's attempt from t_begin to t_new, with the gains of a step of h; the second also
+ * records a failure. The third completes its end on the programme, with partition, rates and work; the fourth
+ * records it as accepted. */
 int refdyn_motion_take(struct refdyn_motion *motion, double t_new, double h);
 int refdyn_motion_try(struct refdyn_motion *motion, double t_new, double h);
 int refdyn_motion_complete(struct refdyn_motion *motion);
 int refdyn_motion_accept(struct refdyn_motion *motion, double h);
-/* Between them, steps are special: by this method, with stages that the guide brings onto the programme. */
+/* Between these two calls, steps use this method, and the guide brings their stages onto the programme. */
 void refdyn_special_step_begin(struct refdyn_motion *motion, enum refdyn_method method,
                                const struct refdyn_stage_guide *guide);
 void refdyn_special_step_end(struct refdyn_motion *motion);
@@ -133,10 +137,10 @@ double refdyn_control_least(double t_begin, double t_out);
 /* Times that are nearer to t than this are the same time. */
 double refdyn_time_resolution(double t);
 
-/* Adaptive steps begin, or those of another method: with h; 0: refdyn_control_find chooses it. */
+/* Begins adaptive steps, or those of another method, with h; 0: refdyn_control_find chooses it. */
 void refdyn_control_begin(struct refdyn_step_control *control, double h);
-/* Chooses the first step towards t_stop if none is proposed. It does not depend on the outputs. Where nothing
- * moves it is `interval`. */
+/* Chooses the first step towards t_stop if none is proposed. It does not depend on the outputs. If nothing
+ * moves, it is `interval`. */
 void refdyn_control_find(struct refdyn_step_control *control, const struct refdyn_step *step, double t_stop,
                          double interval);
 /* Drops a proposed step that is shorter than `least`, as after a very short step to a requested time; the
@@ -145,19 +149,20 @@ void refdyn_control_drop(struct refdyn_step_control *control, double least);
 void refdyn_control_bound(struct refdyn_step_control *control, double h);
 /* The step to try: the proposed one, shortened to end on t_stop or to leave more than half of itself. */
 double refdyn_control_clip(const struct refdyn_step_control *control, double t_begin, double t_stop);
-/* Proposes the next step after one of h with this error in tolerances. It was accepted; or its error was too
- * large, INFINITY where the step could not be evaluated. */
+/* Both propose the next step after one of h with this error in tolerances: after an accepted step; after a
+ * refused one, whose error is INFINITY if the step could not be evaluated. */
 void refdyn_control_accepted(struct refdyn_step_control *control,
                              const struct refdyn_method_definition *method, double h, double error);
 void refdyn_control_refused(struct refdyn_step_control *control,
                             const struct refdyn_method_definition *method, double h, double error);
-/* A step of h failed: the next ones are at most a part of it. */
+/* After a failed step of h: limits the next ones to a part of it. */
 void refdyn_control_failed(struct refdyn_step_control *control, double h);
 
 /* Fixed steps of at most h from t_begin to t_out, unless that interval is under way. Error: STEP_TOO_SMALL.
  */
 int refdyn_control_plan(struct refdyn_step_control *control, double h, double t_begin, double t_out);
-/* Length of these steps, and the end of the next one. It was taken. The next one begins elsewhere. */
+/* The first returns the length of these steps, and the end of the next one. Call the second after taking that
+ * step, the third if the next one begins elsewhere. */
 double refdyn_control_fixed(const struct refdyn_step_control *control, double *t_new);
 void refdyn_control_fixed_done(struct refdyn_step_control *control);
 void refdyn_control_leave_interval(struct refdyn_step_control *control);
@@ -176,16 +181,16 @@ struct refdyn_automatic {
 
 /* Begins the first trial, at the start of a motion. */
 void refdyn_automatic_start(struct refdyn_motion *motion);
-/* After an accepted step: counts, judges, and asks for another method (its `next`) where that is due. */
+/* After an accepted step: counts it, judges trials, and sets `next`, the method of the next step. */
 void refdyn_automatic_after_step(struct refdyn_motion *motion);
 /* The tolerance with which the errors of the method in use are as large as those of the others. */
 double refdyn_automatic_tolerance(const struct refdyn_motion *motion);
 /* After a step that could not be evaluated. Returns 1 if the automatic choice has changed to the explicit
- * method, since the tangent at the begin of the step is not finite: no smaller step changes that. */
+ * method, because the tangent at the beginning of the step is not finite, which no smaller step changes. */
 int refdyn_automatic_after_failure(struct refdyn_motion *motion);
 /* The motion continues from a time before the end of its last step, by `back` [s]. */
 void refdyn_automatic_go_back(struct refdyn_motion *motion, double back);
-/* Changes to the method that was asked for. */
+/* Changes to the method that `next` names. */
 void refdyn_automatic_take_up(struct refdyn_motion *motion);
 
 /* ---- The programme: projections along directions that suit the method (programme.c) ---- */
@@ -200,10 +205,10 @@ struct refdyn_programme {
 
 void refdyn_programme_lay_out(struct refdyn_programme *programme, const struct refdyn_model *model,
                               struct layout *layout);
-/* The directions have to be computed again. */
+/* Marks the directions as out of date. */
 void refdyn_programme_forget(struct refdyn_programme *programme);
-/* Moves a state (2 n) at t onto the programme. The row terms of the state are in the workspace, afterwards
- * those of the new one. Errors: those of refdyn_project. */
+/* Moves a state (2 n) at t onto the programme. The workspace must have the row terms of the state; afterwards
+ * it has those of the new one. Errors: those of refdyn_project. */
 int refdyn_programme_meet(struct refdyn_programme *programme, struct refdyn_step *step, double t,
                           double *state);
 /* Its part for methods that do not project by their matrix: computes directions for the state, unless the
@@ -212,8 +217,8 @@ int refdyn_programme_align(struct refdyn_programme *programme, struct refdyn_ste
                            const double *state);
 /* Where a batch that has factored a step's matrix writes its directions (m x n, of all rows in order). */
 double *refdyn_programme_take_directions(struct refdyn_programme *programme, struct refdyn_linear *linear);
-/* Does a projection change velocities by a larger part of the largest than any error of a step, and, over a
- * time h, by more than positions may change? Both states (2 n). */
+/* Returns whether a projection changes velocities, relative to the largest, by more than any error of a step
+ * does, and by more than positions may change in a time h. Both states (2 n). */
 int refdyn_programme_moves_velocities(const struct refdyn_step *step, const double *before,
                                       const double *after, double h);
 /* The largest change of a position by a projection that does not refuse the step. */
@@ -232,11 +237,12 @@ void refdyn_parameters_lay_out(struct refdyn_parameters *parameters, const struc
 /* From here to _leave the workspace evaluates with the motion's parameters. */
 void refdyn_parameters_enter(struct refdyn_parameters *parameters, struct refdyn_workspace *work);
 void refdyn_parameters_leave(struct refdyn_parameters *parameters, struct refdyn_workspace *work);
-/* Between them: sets the caller's parameter at a place of p, and copies the caller's values; only copies. */
+/* Between the two calls: the first sets the caller's parameter at a place of p and copies the caller's
+ * values; the second only copies them. */
 void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_workspace *work, int place,
                            double value);
 void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_model *model);
-/* The gains that the options ask for, for a step of h; INFINITY: none. */
+/* Sets the gains that the options request for a step of h; INFINITY: no gains. */
 void refdyn_parameters_set_gains(struct refdyn_parameters *parameters, const struct refdyn_model *model,
                                  const struct refdyn_options *options, double h);
 
@@ -246,23 +252,23 @@ void refdyn_parameters_set_gains(struct refdyn_parameters *parameters, const str
 struct refdyn_time_events {
     int count, next;  /* of known ones; the first of them that lies ahead */
     double *times;    /* (count) ascending [s] */
-    double *switches; /* (4 switch_count) values that change sign at others, at times after a step's begin */
-    double switched;  /* the last of these that was found [s] */
+    double *switches; /* (4 switch_count) values whose sign changes at the other events, at times in a step */
+    double switched;  /* the last of the other events that was found [s] */
 };
 
 void refdyn_time_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
                                 struct layout *layout);
-/* Computes the known ones for the present parameters and inputs; none is passed yet. t, q and qd: any. */
+/* Computes the known events for the present parameters and inputs, none of them passed. t, q and qd: any. */
 void refdyn_time_events_take(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
                              const double *q, const double *qd);
 /* t, or the right side of a time event that is there: where functions have the values with which the motion
  * continues. */
 double refdyn_time_events_right_of(const struct refdyn_time_events *events, double t);
-/* Entry in the list of obstacles: the next one after the begin of the step. The step evaluates nothing after
- * it, and continues nothing across one at its begin. */
+/* Entry in the list of obstacles: the next time event after the beginning of the step. The step evaluates
+ * nothing after it, and does not extrapolate across a time event at its beginning. */
 double refdyn_time_events_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead);
 
-/* Three places where a value is positive, and the values: may it be below zero between them? */
+/* Three places where a value is positive, and the values. Between them it may be below zero. */
 struct refdyn_dip {
     double x[3], v[3];
 };
@@ -282,32 +288,35 @@ struct refdyn_residuals_before {
 
 void refdyn_rows_lay_out(struct refdyn_residuals_before *before, const struct refdyn_model *model,
                          struct layout *layout);
-/* After a step was taken: do the rows change at the time event at its end? Row terms in the workspace and
- * scratch of projections are lost. The second function sets the answer: `rows_change` is written only by
- * row_changes.c. */
+/* After a step: the first examines whether the rows change at the time event at its end, and the second sets
+ * the answer. Row terms in the workspace and scratch of projections are lost. `rows_change` is written only
+ * by row_changes.c. */
 void refdyn_rows_look_at_end(struct refdyn_motion *motion);
 void refdyn_rows_change_at_end(struct refdyn_motion *motion, int change);
-/* Do coefficients of rows jump at the time event that limits the step, at the state from which it begins? The
- * workspace then holds the row terms after the event. */
+/* Returns whether coefficients of rows jump at the time event that limits the step, at the state from which
+ * the step begins. Afterwards the workspace has the row terms after the event. */
 int refdyn_rows_jump_at(struct refdyn_motion *motion, double t);
 /* The time at which rates and rows of t, inside the last step or at its end, are evaluated. */
 double refdyn_rows_side_of(const struct refdyn_motion *motion, double t);
-/* If rows have changed where the last step ended: the state and rates from which the next step begins. Entry
- * in the list of obstacles, at time events. Errors: those of refdyn_project and refdyn_rates; ROWS_UNMET. */
+/* Entry in the list of obstacles, at time events: if rows have changed where the last step ended, computes
+ * the state and rates from which the next step begins. Errors: those of refdyn_project and refdyn_rates;
+ * ROWS_UNMET. */
 int refdyn_rows_take_new(struct refdyn_motion *motion);
 
-/* Notes the residuals of this state, from the row terms in the workspace: of a state before a jump; of a
- * state that the caller sees. A motion starts: no state was seen before. */
+/* Record the residuals of this state, from the row terms in the workspace: the first of a state before a
+ * jump, the second of a state that the caller sees. The third, at the start of a motion: no state was seen.
+ */
 void refdyn_rows_note(struct refdyn_motion *motion, const double *state);
 void refdyn_rows_note_seen(struct refdyn_motion *motion, const double *state);
 void refdyn_rows_forget_seen(struct refdyn_motion *motion);
-/* Have the rows jumped since the state at the begin of the step was noted? Error: NOT_FINITE. */
+/* *have: whether rows have jumped since the state at the beginning of the step was recorded. Error:
+ * NOT_FINITE. */
 int refdyn_rows_have_jumped(struct refdyn_motion *motion, int *have);
-/* When rows have jumped: rates at the begin of the step jump with them, and the change of energy counts as
- * work. Errors: those of refdyn_project and refdyn_impulse_of_rows; ROWS_UNMET. */
+/* After rows have jumped: makes the rates at the beginning of the step jump with them, and counts the change
+ * of energy as work. Errors: those of refdyn_project and refdyn_impulse_of_rows; ROWS_UNMET. */
 int refdyn_rows_meet(struct refdyn_motion *motion);
-/* When the step begins at the state that was seen last: the caller may have set it since; otherwise it jumps
- * with its rows. Errors: those of refdyn_rows_meet. */
+/* If the step begins at the state that the caller saw last: lets it jump with its rows, unless the caller has
+ * set it since. Errors: those of refdyn_rows_meet. */
 int refdyn_rows_meet_seen(struct refdyn_motion *motion);
 
 /* ---- Rows that fade out (fading_rows.c) ---- */
@@ -325,19 +334,19 @@ int refdyn_fading_memory_size(const struct refdyn_model *model);
 void refdyn_fading_start(struct refdyn_motion *motion);
 double refdyn_fading_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead);
 int refdyn_fading_step(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
-/* Did the last step end at such an event? */
+/* Returns whether the last step ended at an event at which rows fade out. */
 int refdyn_fading_is_on(const struct refdyn_motion *motion);
-/* A step is refused: the partition is that of its begin again. Returns 0 if the rank is lost there already:
+/* After a refused step: restores the partition of its beginning. Returns 0 if the rank is lost there already;
  * then the motion ends. */
 int refdyn_fading_refuse(struct refdyn_motion *motion);
-/* Is t so near the event that rows do not determine its accelerations? */
+/* Returns whether t is so near the event that rows do not determine the accelerations. */
 int refdyn_fading_is_near(const struct refdyn_motion *motion, double t);
 
 /* ---- Singular states: options.singular = REFDYN_PASS (singular_crossing.c) ---- */
 
 /* `struct refdyn_singular_crossing` is written only by singular_crossing.c. */
 struct refdyn_singular_crossing {
-    double *unpassed;  /* state and rates before the special step, for when it is refused */
+    double *unpassed;  /* state and rates before the special step, in case it is refused */
     double t, gap;     /* when the rows lose rank [s]; time from there to the nearest stage, in steps */
     double stretch;    /* longest step through the state that the error should allow [s]; INFINITY: unknown */
     int count, *rows;  /* (m) independent rows, in the order of the model */
@@ -354,7 +363,7 @@ void refdyn_crossing_start(struct refdyn_motion *motion);
 double refdyn_crossing_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead);
 int refdyn_crossing_step(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
 int refdyn_crossing_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
-/* Is t so near a state passed that rows do not determine its accelerations? */
+/* Returns whether t is so near a passed state that rows do not determine the accelerations. */
 int refdyn_crossing_is_near(const struct refdyn_motion *motion, double t);
 
 /* ---- Contacts: their modes (state_events.c), and transitions by impacts (contact_transitions.c) ---- */
@@ -407,13 +416,13 @@ int refdyn_contacts_force_rates(struct refdyn_contacts *contacts, const struct r
 int refdyn_contact_of(const struct refdyn_contacts *contacts, int event);
 
 /*
- * The step's begin is the start of a motion, and all contacts are free. Contacts that are closed there
+ * The step's beginning is the start of a motion, and all contacts are free. Contacts that are closed there
  * without a rate rest or touch from the start; *is_changed: there are any. Other closed contacts are due.
  * Errors: CONTACT_INSIDE, and those of refdyn_contact_transitions_take.
  */
 int refdyn_contact_transitions_start(struct refdyn_motion *motion, int *is_changed);
 /*
- * Contacts that are due close or let go at the step's begin. Changes their modes and the rates there;
+ * Contacts that are due close or let go at the step's beginning. Changes their modes and the rates there;
  * *has_rates: rates have changed. Errors: those of refdyn_accelerate; CONTACT_DRIVEN, CONTACTS_UNMET,
  * CONTACT_INSIDE and EVENTS_ACCUMULATE, where work->fault.row is the row of a contact.
  */
@@ -423,28 +432,28 @@ void refdyn_contact_transitions_release(struct refdyn_motion *motion);
 
 /* ---- State events (state_events.c), their zeros (event_zeros.c) and actions (event_actions.c) ---- */
 
-enum { REFDYN_EVENT_SAMPLES = 8 }; /* of a step, after its begin */
+enum { REFDYN_EVENT_SAMPLES = 8 }; /* of a step, after its beginning */
 
 struct refdyn_state_events {
     int count, named; /* values: events of the model, then kinks; of them, events */
-    int *side;        /* (count) of zero where each value is: -1, 1; 0: on zero, without a rate that tells */
+    int *side;        /* (count) of zero where each value is: -1, 1; 0: on zero, and the rate is unclear */
     int *side_end;    /* (count) the same at the end of the step that is examined */
     int *towards;     /* (count) the side to which the last crossing that was found leads */
     int *due;         /* (due_count) those that happen at the end of the last step, ascending */
     int due_count, due_named; /* of those due, events */
     int *returns;             /* (count) short steps that have stayed at a kink whose jump leads back */
-    double *samples;          /* ((REFDYN_EVENT_SAMPLES + 1) x count) values at the begin and in the step */
-    double *sizes;  /* (count) largest |value| since the start: below a part of it, that of a kink is zero */
-    double *zeros;  /* (count) what counts as zero in the step: values at its begin that are just beyond */
-    double *turned; /* (count) largest rate of a kink at which rows have turned */
-    double *values; /* (count) of the state that is examined */
-    double *rates;  /* (count) of the values before what is due happens */
-    double *risen;  /* (count) largest |value| of an event since it last happened; INFINITY: it never has */
-    double *terms;  /* result of event_terms */
-    double *room;   /* (2 n + 1) a state in the step; (n) jump of rates */
+    double *samples; /* ((REFDYN_EVENT_SAMPLES + 1) x count) values at the beginning and in the step */
+    double *sizes;   /* (count) largest |value| since the start: below a part of it, that of a kink is zero */
+    double *zeros;   /* (count) counts as zero in the step: a value at its beginning that is just beyond */
+    double *turned;  /* (count) largest rate of a kink at which rows have turned */
+    double *values;  /* (count) of the state that is examined */
+    double *rates;   /* (count) of the values before the due events happen */
+    double *risen;   /* (count) largest |value| of an event since it last happened; INFINITY: it never has */
+    double *terms;   /* result of event_terms */
+    double *room;    /* (2 n + 1) a state in the step; (n) jump of rates */
     struct refdyn_contacts contacts; /* their values depend on their modes */
 
-    /* the zero that is being located: no step, or the steps so far did not end on it */
+    /* the zero that is being located, and steps that did not end on it */
     int target, tries;
     int held;              /* kink before which the end of the step was moved back; -1: none */
     int early_tries;       /* steps to zeros that were seen in steps which were too long */
@@ -453,16 +462,17 @@ struct refdyn_state_events {
     double t_last; /* of the last event [s], */
     int repeats;   /* and how many followed each other without time between, or with values within rounding */
 
-    /* written only by state_events.c: the caller knows of what is due; values may have jumped */
+    /* written only by state_events.c: the caller knows of the due events; values may have jumped */
     int is_told, looks_again;
 };
 
 void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struct refdyn_model *model,
                                  struct layout *layout);
-/* A motion starts at the step's begin, whose rates are known: sides, and events that are due there. Errors:
+/* Call it where a motion starts, with known rates: sets the sides, and the events that are due there. Error:
  * NOT_FINITE. */
 int refdyn_state_events_start(struct refdyn_state_events *events, const struct refdyn_step *step);
-/* The begin of a step: values at it, and events that are due since values have jumped. Errors: NOT_FINITE. */
+/* Call it at the beginning of a step: computes the values, and the events that are due because values have
+ * jumped. Error: NOT_FINITE. */
 int refdyn_state_events_begin(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* The values of a state; the second function writes values and derivatives into `values` and `terms`, the
  * third derivatives alone. Errors: NOT_FINITE, those of refdyn_rates where contacts rest. */
@@ -479,29 +489,30 @@ struct refdyn_assessed {
 struct refdyn_assessed refdyn_state_events_assess(const struct refdyn_state_events *events,
                                                   const struct refdyn_step *step, int i, double t,
                                                   const double *state, const double *rates);
-/* Nothing is due; value i is, too; nothing is, and values have not jumped. */
+/* The first empties the list of what is due; the second adds value i; the third empties the list and forgets
+ * that values may have jumped. */
 void refdyn_state_events_clear_due(struct refdyn_state_events *events);
 void refdyn_state_events_add_due(struct refdyn_state_events *events, int i);
 void refdyn_state_events_forget(struct refdyn_state_events *events);
-/* Values may have jumped, because inputs, parameters, the state or formulas of time have: the next step
- * begins with another look at them. */
+/* Call it if values may have jumped, because inputs, parameters, the state or formulas of time have: the next
+ * step begins by examining them again. */
 void refdyn_state_events_look_again(struct refdyn_state_events *events);
-/* How many of the due events the caller is to know of: each once, those that end the motion at each call. */
+/* The number of due events to report to the caller: each once, those that end the motion at each call. */
 int refdyn_state_events_report(struct refdyn_state_events *events, int ends);
-/* Notes that the due events have happened at t, the begin of the step or its end. `values` and `terms` must
- * be those of that state, and `risen` up to date. */
+/* Records that the due events have happened at t, the beginning of the step or its end. `values` and `terms`
+ * must be those of that state, and `risen` up to date. */
 void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step,
                                   double t);
 int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i);
-/* Is a crossing to that side of zero an event of value i? */
+/* Returns whether a crossing to that side of zero is an event of value i. */
 int refdyn_state_events_watches(const struct refdyn_step *step, int i, int side);
-/* Have so many events followed each other without time between that they will not end? */
+/* Returns whether more events have followed each other without time between than can come to an end. */
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
-/* What is due is about to happen at the begin of the step: notes the values before, and their rates. */
+/* Call it before due events happen at the beginning of the step: records the values and their rates. */
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step);
-/* It has happened: on which side values are now, and what is due since others have jumped. */
+/* Call it afterwards: sets the sides of the values, and what is due because other values have jumped. */
 void refdyn_state_events_settle(struct refdyn_state_events *events, const struct refdyn_step *step);
-/* By so much rounding of states may move an event [s]. */
+/* The time by which rounding of states may move an event [s]. */
 double refdyn_state_events_blur(double t);
 
 static inline int refdyn_state_events_is_kink(const struct refdyn_state_events *events, int i) {
@@ -520,31 +531,33 @@ static inline int refdyn_sign_of(double x) {
  * NOT_FINITE; those of interpolation. */
 int refdyn_state_events_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
 double refdyn_state_events_cause(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, int status);
-/* Before a step: what is due happens at its begin, impacts among it, and the motion continues from there.
- * Then other events may be due, which the caller has to know first. Errors: EVENTS_ACCUMULATE; EVENT_NOT_MET;
- * SLIDES, after many short steps at a jump of forces that leads back to itself; those of refdyn_accelerate
- * and, where rows are met by projection, of refdyn_project. */
+/* Before a step: takes the actions of due events at its beginning, including impacts. Then other events may
+ * be due, which are reported to the caller first. Errors: EVENTS_ACCUMULATE; EVENT_NOT_MET; SLIDES, after
+ * many short steps at a jump of forces that leads back to itself; those of refdyn_accelerate and, where rows
+ * are met by projection, of refdyn_project. */
 int refdyn_event_actions_take(struct refdyn_motion *motion);
-/* The motion continues from the begin of the step, and nothing of earlier steps is kept; is_new: as in
- * refdyn_step_break_off. */
+/* Lets the motion continue from the beginning of the step without what it keeps of earlier steps; is_new: as
+ * in refdyn_step_break_off. */
 void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new);
 
-/* The value of kink i up to which it counts as zero: a kink is passed beyond it. */
+/* A value of kink i up to this size counts as zero; beyond it, the kink is passed. */
 double refdyn_kinks_width(const struct refdyn_state_events *events, int i);
-/* May rows turn at value i? They may at kinks of positions. The terms are those of any state. */
+/* Returns whether rows may turn at value i, as they may at kinks of positions. The terms are those of any
+ * state. */
 int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step,
                                int i);
-/* After a step: moves its end back before kinks of positions that it passes by rounding only, so that rows
- * which turn there are still those of its begin. The second function moves a state at t in the step. */
+/* After a step: moves its end back before kinks of positions that it passes by rounding alone, so that rows
+ * that turn there still are as at its beginning. The second function moves a state at t in the step. */
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step);
 void refdyn_kinks_see_before(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                              double *state);
 
 /* ---- Energy (energy.c) ---- */
 
-/* Kinetic and potential energy at the begin of the step [J]; 0 where no balance is asked for. */
+/* Kinetic and potential energy at the beginning of the step [J]; 0 if no balance is requested. */
 double refdyn_energy_at_begin(const struct refdyn_motion *motion);
-/* The state at the begin of the step has jumped from one of this energy: the difference counts as work. */
+/* After the state at the beginning of the step has jumped from one of this energy: counts the difference as
+ * work. */
 void refdyn_energy_has_jumped(struct refdyn_motion *motion, double before);
 /* Work done at theta of the step that was taken, by quadrature. Errors: those of refdyn_rates. */
 int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_done);
@@ -573,7 +586,7 @@ struct refdyn_motion {
     long evaluations_before;     /* of the workspace, at the start */
 };
 
-/* No ordinary step is longer: half of the way to an obstacle whose special step has failed [s]. */
+/* The longest ordinary step: half of the way to an obstacle whose special step has failed [s]. */
 static inline double refdyn_ahead_longest(const struct refdyn_motion *motion,
                                           const struct refdyn_ahead *ahead) {
     return (ahead->remaining - motion->step.t_begin) / 2;

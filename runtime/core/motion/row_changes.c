@@ -5,10 +5,10 @@
  * does; at kinks in coordinates they turn, as x - abs(y) does; events and callers set inputs and parameters
  * that rows read.
  *
- * In: the row terms on both sides of a jump. Out: the side on which a state is evaluated, and the begin of
- * the next step. The step before the jump uses only the rows on its left side: its end is brought onto them,
- * and states inside it or at its end have their accelerations. The next step begins after the jump, where
- * rows and dependent coordinates are determined again. Positions must already meet the new rows.
+ * In: the row terms on both sides of a jump. Out: the side on which a state is evaluated, and the beginning
+ * of the next step. The step before the jump uses only the rows on its left side: its end is brought onto
+ * them, and states inside it or at its end have their accelerations. The next step begins after the jump,
+ * where rows and dependent coordinates are determined again. Positions must already meet the new rows.
  *
  * Rates jump by an impulse, as in an inelastic impact: M (qd_after - qd_before) = u^T Lambda with psi_after =
  * psi_before, with any stabilisation, the smallest change of velocities in the metric of M (theory,
@@ -77,7 +77,7 @@ static int residuals_differ(const struct refdyn_motion *motion, int count, const
 }
 
 /* Do the coefficients of this state jump across the event at t? A row that fades out is
- * small on both sides, so its size at the begin of the step counts, too. */
+ * small on both sides, so its size at the beginning of the step counts, too. */
 static int jump(struct refdyn_motion *motion, double t, const double *state) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;

@@ -6,7 +6,7 @@
  * of rk8 passes that state, which lies in the widest gap between its stages. The stages are first brought
  * onto the programme; the embedded formulas estimate the error as they do elsewhere.
  *
- * In: a motion at the begin of a step. Out: when the rows lose rank ahead, and the step that passes that
+ * In: a motion at the beginning of a step. Out: when the rows lose rank ahead, and the step that passes that
  * state, with its stages on the programme and a check of where it arrived.
  *
  * Measure of rank: the independent rows are vectors, with columns scaled by 1/sqrt(M_jj). Each row has a
@@ -25,8 +25,9 @@
 #include "runtime/core/linear/linear.h"
 #include "runtime/core/methods/methods.h"
 
-/* Where in the step the state lies: between two stages of rk8, including those of its interpolant, and how
- * far from them. First the widest gap; then gaps nearer to the end, for steps that have to end early. */
+/* Where in the step the singular state is: in a gap between two stages of rk8, including those of its
+ * interpolant; and its distance from them. First the widest gap; then gaps nearer to the end, for steps that
+ * have to end early. */
 enum { PLACES = 3 };
 static const double places[PLACES] = {0.4666, 0.7145, 0.93}, gaps[PLACES] = {0.133, 0.063, 0.07};
 /* As a part of the step: nearer to the state, the interpolant has better rates and accelerations than the
@@ -43,20 +44,20 @@ static const double error_share = 0.1;
  * place, found by trial. Nearer, it grows in inverse proportion. The projection after the step removes it, so
  * it adds to no error. */
 static const double rounding = 0x1p-42, rounding_most = 0x1p-30;
-/* A state that is known to be ahead is looked for again up to so many times its distance. */
+/* The search for a state that is known to be ahead extends to this multiple of its distance. */
 static const double nearer = 8;
 
 /* After a failed attempt the state is tried again from at most this part of the distance. */
 static const double again_part = 0.6;
 /* The error of a step should be this part of the largest accepted error. */
 static const double error_aim = 0.5;
-/* The next step may be so many times as long as this one, at least and at most. */
+/* Bounds of the ratio of the next step through such a state to this one. */
 static const double stretch_least = 0.2, stretch_most = 5;
 
-/* Golden sections: NARROWINGS to place a step, NARROWINGS_REPORTED for the time in the statistics. */
-/* Steps ahead, in which such a state is looked for: adaptive and fixed ones. */
+/* How far ahead the search extends, in adaptive and in fixed steps. */
 static const double reach_adaptive = 8, reach_fixed = 4;
 
+/* Golden sections: NARROWINGS to place a step, NARROWINGS_REPORTED for the time in the statistics. */
 enum { SAMPLES = 10, FIRST_SAMPLE = 512, NARROWINGS = 12, NARROWINGS_REPORTED = 30 };
 
 /* ---- Rank ---- */
@@ -136,7 +137,7 @@ static const double *factor_rows(struct refdyn_singular_crossing *crossing, stru
 /* A path of states: into step->stage, at t_begin + s. */
 typedef int path_function(struct refdyn_step *step, double s);
 
-/* The motion continued by the accelerations at the begin. */
+/* The motion continued by the accelerations at the beginning. */
 static int continued(struct refdyn_step *step, double s) {
     const int n = step->n;
     for (int j = 0; j < n; j++) {
@@ -371,7 +372,8 @@ static int bring(void *context, double t, double *state) {
     return status ? status : follow(motion, before, state);
 }
 
-/* Sets the length of the next step through such a state from this one's error, over the largest accepted. */
+/* Sets the length of the next step through a singular state. `error`: that of this step, relative to the
+ * largest accepted one. */
 static void learn_stretch(struct refdyn_motion *motion, double error) {
     const struct refdyn_step *step = &motion->step;
     const double order = step->method->order_error + 1, h = step->t_end - step->t_begin;

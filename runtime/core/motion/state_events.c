@@ -1,9 +1,9 @@
 /*
  * State events: values, the side of zero of each, and what is due.
  *
- * In: the emitted `event` and `event_terms`, and the state at the begin of a step. Out: which events are due
- * there, at a start, because values have jumped, or after the actions of others. event_zeros.c finds those
- * inside steps.
+ * In: the emitted `event` and `event_terms`, and the state at the beginning of a step. Out: which events are
+ * due there, at a start, because values have jumped, or after the actions of others. event_zeros.c finds
+ * those inside steps.
  *
  * The motion keeps on which side of zero each value is, so that rounding does not count. After an event it is
  * the side to which the crossing led. If an action has turned the value, it follows from the value's rate. A
@@ -237,7 +237,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
     return REFDYN_OK;
 }
 
-/* ---- The begin of a step ---- */
+/* ---- The beginning of a step ---- */
 
 /* A value that is clear of zero, maybe on another side than before, without a step there. */
 static void jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double value) {
@@ -258,7 +258,7 @@ static void look_for_jumps(struct refdyn_state_events *events, const struct refd
 }
 
 /* A value that crossed zero before the step may still be beyond it, by rounding or by the error of the step
- * that led there. Then its value at the begin counts as zero. */
+ * that led there. Then its value at the beginning counts as zero. */
 static void place_zeros(struct refdyn_state_events *events) {
     for (int i = 0; i < events->count; i++) {
         const double begin = events->samples[i];

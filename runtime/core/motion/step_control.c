@@ -28,7 +28,8 @@ static const double shrink_failed = 0.4; /* after a step without an estimate: a 
 static const double cap_failed = 0.6, cap_growth = 1.04;
 static const double kept_least = 0.95,
                     kept_most = 1.1; /* a step that would change less is kept, with its factors */
-/* A step of collocation whose error allows one so many times longer was short for a reason, not by noise. */
+/* A collocation step whose error allows one longer by more than this factor was short for a reason and not by
+ * noise. */
 static const double far_below = 2;
 static const double error_share = 0.7; /* exponents of the PI controller times the order: of this error */
 static const double error_last_share = 0.4; /* and of the last one */

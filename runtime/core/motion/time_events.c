@@ -23,7 +23,7 @@ enum { SAMPLES = 32, SAMPLES_AT_START = 1000, SAMPLES_MOST = 4000 };
 /* Largest advance of a phase between two samples [rad], so that a parabola through three shows each extreme.
  */
 static const double phase_most = 0.4;
-/* The error of such a parabola for a sine, over the differences between its three places. */
+/* The error of this parabola for a sine, relative to the differences between its three values. */
 static const double parabola_misses = 0.125;
 
 /* Rows of events->switches: values at three times; one more row is for the time that is being evaluated. */
@@ -96,7 +96,8 @@ void refdyn_dip_narrow(struct refdyn_dip *dip, double x, double v) {
 
 /* ---- Values that change their sign at times that are not known ---- */
 
-/* A search from the begin of a step: the last times at which switches were evaluated, and the values there.
+/* A search from the beginning of a step: the last times at which switches were evaluated, and the values
+ * there.
  */
 struct search {
     const struct refdyn_step *step;

@@ -7,7 +7,7 @@
 
 #include "runtime/core/implicit/implicit.h"
 
-/* ---- Balance (balance.c): the formulas, and what F, K_d, P, g and H are, stand there ---- */
+/* ---- Balance: balance.c has the formulas, and defines F, K_d, P, g and H ---- */
 
 /* The quantities at one q. */
 struct place {

@@ -136,8 +136,8 @@ bool import_inertia_mend(double inertia[6]) {
     return true;
 }
 
-/* Parts of the largest mass that a beam could have, and of the link's mass below which a beam is not worth
- * its name. */
+/* The beam has this part of the largest mass that it could have. A beam with less than the second part of the
+ * link's mass is refused as negligible. */
 static const double taken_share = 0.99, least_share = 1e-6;
 
 /* The origin of the child joints, which must be one place. */

@@ -158,7 +158,7 @@ struct pencil {
     double scale;           /* s [1/s] */
     double *A, *E, *factor; /* (size x size) factor: LU factors of A - E */
     int *pivots;
-    double *tau_re, *tau_im, *left, *right; /* (size), (size x size): as dgeev gives them */
+    double *tau_re, *tau_im, *left, *right; /* (size), (size x size): as dgeev returns them */
 };
 
 /* ---- The pencil ---- */

@@ -235,7 +235,8 @@ struct row_sink {
 struct row_sink simulate_row_sink_csv(FILE *file);
 struct row_sink simulate_row_sink_hdf5(const char *path, const struct task *task);
 
-/* Copies all rows of a file of numbers into another sink, including begin and end; `table` has their columns.
+/* Copies all rows of a file of numbers into another sink, including its beginning and end; `table` has their
+ * columns.
  */
 bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct table *table);
 

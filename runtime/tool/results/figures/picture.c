@@ -13,7 +13,7 @@ struct picture_format {
 };
 
 static const char converter[] = "rsvg-convert";
-/* PNG has two pixels for one. A fixed date makes equal PDF files equal bytes. */
+/* A PNG has two pixels for each unit of the SVG. With a fixed date, equal figures are equal PDF files. */
 static const char *const make_png[] = {converter, "--format=png", "--zoom=2", NULL};
 static const char *const make_pdf[] = {"env", "SOURCE_DATE_EPOCH=0", converter, "--format=pdf", NULL};
 

@@ -34,7 +34,7 @@ static int compare(const void *a, const void *b) {
 
 /* ---- What varied ---- */
 
-/* The label of a varied quantity. Texts that are no numbers are drawn at their indices, which the label
+/* The label of a varied quantity. Texts that are not numbers are drawn at their indices, which the label
  * explains. */
 static char *label_of(const struct varied *varied) {
     struct text label = {.memory = &format_memory};

@@ -1,5 +1,5 @@
 /* Reads CSV files line by line, and opens text files of users. The reader skips blanks around fields, a byte
- * order mark, CR before LF, and empty lines. Files that are no texts are refused with what they are. */
+ * order mark, CR before LF, and empty lines. Other kinds of files are refused by name. */
 #define _GNU_SOURCE
 #include "runtime/tool/support/format/format.h"
 #include "gen/base/base.h"
@@ -11,7 +11,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-/* a larger file is no text of this kind, and would take all memory */
+/* a larger file is not a table of this kind, and would take all memory */
 enum { LINE_MOST = 16 << 20, TEXT_MOST = 256 << 20, SHOWN_MOST = 40, SHOWN_TEXT = 300 };
 
 static const char byte_order_mark[] =
@@ -81,9 +81,9 @@ static bool complain_file(const char *path, const char *what, const char *fault)
 /* Names the kind of a file that begins with zero bytes. */
 static const char *binary_kind(const char *text) {
     return strncmp(text, "\xFF\xFE", 2) == 0 || strncmp(text, "\xFE\xFF", 2) == 0
-               ? "it is in UTF-16; must be a text in UTF-8"
-           : strncmp(text, "PK", 2) == 0 ? "it is a workbook or an archive; must be a text"
-                                         : "a byte is 0; must be a text";
+               ? "it is in UTF-16; must be text in UTF-8"
+           : strncmp(text, "PK", 2) == 0 ? "it is a workbook or an archive; must be text"
+                                         : "contains a byte 0; must be text";
 }
 
 /* Why the reading of a line ended, apart from EOF and the end of the line. */
@@ -182,15 +182,15 @@ static int by_text(const void *a, const void *b) {
 /* Spreadsheets of some countries separate columns by another character, and some editors write lines without
  * LF. */
 static bool check_separators(const struct csv *csv) {
-    static const char *const marks[][2] = {
-        {";", "semicolons part the columns"}, {"\t", "tabs part the columns"}, {"\r", "lines end with \\r"}};
+    static const char *const marks[][2] = {{";", "semicolons separate the columns"},
+                                           {"\t", "tabs separate the columns"},
+                                           {"\r", "lines end with \\r"}};
     for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
         if (!strchr(csv->text, ',') && strstr(csv->text, marks[i][0]))
             return format_csv_complain(
                 csv, "%s; write commas between columns, points in numbers, \\n after lines", marks[i][1]);
     return *csv->text != '"' ||
-           format_csv_complain(csv,
-                               "the names stand in quotation marks; names and numbers are written without");
+           format_csv_complain(csv, "the names are in quotation marks; remove them, also from numbers");
 }
 
 static bool check_names(struct csv *csv) {

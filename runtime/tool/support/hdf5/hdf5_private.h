@@ -203,7 +203,7 @@ struct hdf5_rows {
     char **texts;   /* (room x text_width) in heap memory */
 };
 
-/* How many rows with so many numbers and texts a block has. */
+/* The number of rows in a block, for rows of this many numbers and texts. */
 long hdf5_rows_in_block(int width, int text_width);
 
 /* Add columns before the first row. Call hdf5_rows_release in any case. */

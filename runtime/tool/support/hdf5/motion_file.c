@@ -135,7 +135,7 @@ static bool take_dataset(struct motion_reader *reader, const struct hdf5_object 
     if (object->kind != HDF5_NUMBERS || names->kind != HDF5_TEXTS || object->rank < 1 || object->rank > 2 ||
         names->count != (object->size[1] > 0 ? object->size[1] : 1) ||
         (reader->count > 0 && object->size[0] != reader->row_count))
-        return hdf5_input_refuse(input, "%s: has no form of a %s", object->path, what);
+        return hdf5_input_refuse(input, "%s: does not have the form of a %s", object->path, what);
     hdf5_input_take(input, object, reader->count);
     reader->row_count = object->size[0];
     for (int i = 0; i < names->count; i++) {
@@ -168,11 +168,11 @@ static bool check_state(struct motion_reader *reader) {
             return hdf5_input_refuse(input, "%s: is missing; every %s has it", state[i], what);
     for (int i = 0; i < count; i++)
         if (i >= input->taken_count || strcmp(input->objects[input->taken[i].object].path, state[i]) != 0)
-            return hdf5_input_refuse(input, "%s: has no form of a %s", state[i], what);
+            return hdf5_input_refuse(input, "%s: does not have the form of a %s", state[i], what);
     const struct hdf5_object *t = hdf5_input_find(input, "/t"), *q = hdf5_input_find(input, "/q"),
                              *qd = hdf5_input_find(input, "/qd");
     return (t->rank == 1 && strcmp(reader->names[0], "t") == 0 && width_of(q) == width_of(qd)) ||
-           hdf5_input_refuse(input, "/t: has no form of a %s", what);
+           hdf5_input_refuse(input, "/t: does not have the form of a %s", what);
 }
 
 static bool read_all(struct motion_reader *reader, const char *path) {

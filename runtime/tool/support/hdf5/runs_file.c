@@ -218,7 +218,7 @@ struct runs_reader {
 /* ---- Datasets ---- */
 
 static bool refuse_form(struct runs_reader *reader, const char *path) {
-    return hdf5_input_refuse(&reader->input, "%s: has no form of a file of runs", path);
+    return hdf5_input_refuse(&reader->input, "%s: does not have the form of a file of runs", path);
 }
 
 static bool is_number(const struct hdf5_object *object) {

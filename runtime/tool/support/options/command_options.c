@@ -264,7 +264,7 @@ const char *options_state_path(const char *place) {
 
 /* ---- Reading one option ---- */
 
-/* Options of the present call. What getopt_long answers for the first of them lies beyond all letters. */
+/* The number that getopt_long returns for the first option of this call. It is beyond all letters. */
 enum { FIRST_ANSWER = 256 };
 
 struct reading {

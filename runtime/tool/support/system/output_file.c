@@ -3,8 +3,8 @@
  *
  * They are opened before the work, so that the user learns at once what cannot be written. Each grows as
  * NAME.part, which is locked, so that two programs never write one file, and gets its name when it is
- * complete. Links are followed and stay links. A path that is no plain file, such as /dev/null or a pipe, is
- * written directly.
+ * complete. Links are followed and stay links. A path that is not a plain file, such as /dev/null or a pipe,
+ * is written directly.
  */
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
@@ -140,11 +140,11 @@ static int open_part(const struct target *target) {
         close(file);
         if (is_busy || !is_plain) {
             refuse(target->name, is_busy ? "another refdyn is writing this file, wait for it or name another"
-                                         : "NAME.part is there and is no plain file of yours; remove it");
+                                         : "NAME.part exists and is not a plain file of yours; remove it");
             return -1;
         }
     }
-    refuse(target->name, "NAME.part comes and goes; give another name");
+    refuse(target->name, "other programs create and remove NAME.part; give another name");
     return -1;
 }
 
