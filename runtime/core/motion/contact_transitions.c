@@ -28,15 +28,19 @@
 #include "runtime/core/constraints/constraints.h"
 #include "runtime/core/linear/linear.h"
 
-enum { IMPACTS_MOST = 5000 }; /* at one time: between bodies in a row they decay as a geometric series */
-enum { ROUNDS_FREE = 20, ROUNDS_EACH = 20 }; /* of impacts and of contacts that come to rest, at one time */
-static const double rebound_part = 0.01;     /* of the tolerance: lower rebounds are ignored */
-static const double rounding_digits =
-    64 * DBL_EPSILON;                    /* of a gap or its rate, over the sum of its |terms| */
-static const double bias_digits = 1e-10; /* the same of accelerations, which a linear system determines */
-static const double pressed_part = 0.5;  /* of the closing acceleration: with more it is still pressed */
-static const double later_part =
-    1e-6; /* of the longest step: forces that pass zero have a sign so much later */
+/* Bound on the impacts at one time. Between bodies in a row they decay as a geometric series. */
+enum { IMPACTS_MOST = 5000 };
+/* Bound on the rounds of impacts and of contacts that come to rest, at one time; and for each contact. */
+enum { ROUNDS_FREE = 20, ROUNDS_EACH = 20 };
+/* Rebounds lower than this part of the tolerance are ignored. */
+static const double rebound_part = 0.01;
+/* Rounding of a gap or its rate, relative to the sum of its |terms|; and of its acceleration, which follows
+ * from a linear system. */
+static const double rounding_digits = 64 * DBL_EPSILON, bias_digits = 1e-10;
+/* A contact is still pressed if this part of its closing acceleration remains. */
+static const double pressed_part = 0.5;
+/* Forces that pass zero are judged later by this part of the longest step, when they have a sign. */
+static const double later_part = 1e-6;
 
 /* ---- The state of the contacts ---- */
 

@@ -20,10 +20,14 @@
 
 #include "runtime/core/linear/linear.h"
 
-static const double force_digits = 64 * DBL_EPSILON; /* rounding of a force, over the largest force */
-static const double difference_part = 1e-4; /* of the longest step: time difference for the rate of a force */
-static const double dependent = 1e-9;       /* a column that keeps less of its length depends on others */
-static const double first_step = 1e-3;      /* in place of the longest step before the first one [s] */
+/* Rounding of a force, relative to the largest force. */
+static const double force_digits = 64 * DBL_EPSILON;
+/* Time difference for the rate of a force, relative to the longest step. */
+static const double difference_part = 1e-4;
+/* A column of which less than this part is orthogonal to the others depends on them. */
+static const double dependent = 1e-9;
+/* Replaces the longest step before the first one [s]. */
+static const double first_step = 1e-3;
 
 void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refdyn_model *model,
                              struct layout *layout) {

@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-/* Of an energy: its rounding in a motion of many steps. */
+/* Rounding of an energy after a motion of many steps, relative to it. */
 static const double rounding = 1e-12;
 
 int refdyn_energies(const struct refdyn_workspace *work, double t, const double *q, const double *qd,

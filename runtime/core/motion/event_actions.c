@@ -21,15 +21,22 @@
 #include "runtime/core/constraints/constraints.h"
 #include "runtime/core/linear/linear.h"
 
-enum { ROUNDS_MOST = 200 };                 /* of impacts at one time, since one may cause others */
-static const double at_rest = 1e-12;        /* of the rate before: with less, an impact is over */
-static const double against_rows = 0x1p-26; /* sqrt(DBL_EPSILON): of a row's terms, by rates that are set */
-static const double width = 1e-10;          /* of the largest value so far */
-static const double turn_at_rest = 1e-6;    /* of the fastest passage of a kink at which rows turn */
-enum { STEPS_MOST = 50 };                   /* short ones, at one kink */
-static const double beyond =
-    1e-14; /* of it: much less than a layer of friction, inside which motions continue */
-static const double short_part = 1e-4; /* of the longest step */
+/* Bound on the rounds of impacts at one time; one impact may cause others. */
+enum { ROUNDS_MOST = 200 };
+/* An impact is over when less than this part of the rate before it remains. */
+static const double at_rest = 1e-12;
+/* Rates that an event sets may violate a row by this part of its terms: sqrt(DBL_EPSILON). */
+static const double against_rows = 0x1p-26;
+/* A kink counts as zero up to this part of its largest value so far. */
+static const double width = 1e-10;
+/* A kink at which rows turn is at rest below this part of its fastest passage. */
+static const double turn_at_rest = 1e-6;
+/* Bound on the steps at one kink that are shorter than this part of the longest step. */
+enum { STEPS_MOST = 50 };
+static const double short_part = 1e-4;
+/* A motion continues beyond a kink by this part of its largest value. That is much less than the layer of a
+ * friction law, inside which motions continue. */
+static const double beyond = 1e-14;
 
 /* ---- Kinks: sides ---- */
 

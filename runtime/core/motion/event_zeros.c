@@ -16,16 +16,23 @@
 
 enum { SAMPLES = REFDYN_EVENT_SAMPLES };
 enum {
-    TRIES_MOST = 60, /* steps to one zero; Newton squares the distance, halving it is the last resort */
-    TRIES_FREE = 4,  /* from then on, a distance that does not fall is that of rounding */
-    ZEROS_MOST = 60  /* places of an interpolant where a zero is looked for */
+    TRIES_MOST =
+        60, /* bound on the steps to one zero. Newton squares the distance; the last resort halves it */
+    TRIES_FREE = 4, /* after these tries, a distance that does not fall is rounding */
+    ZEROS_MOST = 60 /* bound on the iterations for a zero of an interpolant */
 };
+/* Rounding of a value, relative to its terms. */
 static const double rounding = 8 * DBL_EPSILON;
-static const double zero_width = 1e-13;   /* of a zero on the interpolant, over the step */
-static const double rounding_part = 1e-6; /* of a step, at most: a distance that is rounding */
-static const double far_short = 0.1;      /* a step that fell so short, over its length, leads nowhere yet */
-static const double near_end = 0.99;      /* of a step that is too long: a zero after it explains little */
-static const double early = 0.9;          /* a zero before the first sample lies within this part of it */
+/* Accuracy of a zero on the interpolant, relative to the step. */
+static const double zero_width = 1e-13;
+/* A distance from a zero can be rounding only below this part of a step. */
+static const double rounding_part = 1e-6;
+/* A step that ends before a zero by more than this part of its length does not show the distance reliably. */
+static const double far_short = 0.1;
+/* A zero in the last hundredth of a refused step does not explain why it was too long. */
+static const double near_end = 0.99;
+/* A zero before the first sample is within this part of the time to it. */
+static const double early = 0.9;
 
 /* ---- Zeros on the interpolant ---- */
 

@@ -17,7 +17,8 @@
 #include "runtime/core/methods/methods.h"
 #include "runtime/core/motion/motion.h"
 
-/* [rad, length] Rows bend along a longer way onto the programme, so that another state may be nearer. */
+/* A start that is moved farther onto the programme is reported [rad, length]: rows bend along such a way, so
+ * that another state may be nearer. */
 static const double far_moved = 0.1;
 
 /* ---- Memory ---- */

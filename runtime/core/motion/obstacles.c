@@ -26,14 +26,14 @@
  *   find    the time of the obstacle; INFINITY: an ordinary step of ahead->h meets none. With `step`, a special step is to be tried
  *   step    takes the special step. Returns 1 if that was done. Otherwise *t is the obstacle that remains ahead, or INFINITY if
  *           ordinary steps may continue after all
- *   seen    an ordinary step is good: *t is where a shorter one has to end, to meet the obstacle; t_begin: no step may be taken;
- *           INFINITY: nowhere. An error refuses the step
- *   cause   an ordinary step was refused, with this status if its end could not be completed, or else for its error: the time of an
- *           obstacle that may have caused this, where a shorter step should end; INFINITY: none
- *   leave   before the next step begins: what happens where the last one ended
+ *   seen    examines an ordinary step whose error is small: *t is where a shorter one has to end, to meet the obstacle;
+ *           t_begin: no step may be taken; INFINITY: the step is accepted. An error refuses the step
+ *   cause   after an ordinary step was refused, with this status if its end could not be completed, or else for its error: the
+ *           time of an obstacle that may have caused this, where a shorter step should end; INFINITY: none
+ *   leave   does what happens where the last step ended, before the next one begins
  *
  * Kinds without `step` are found first, so that special steps can respect `bound` and `time_event` of struct refdyn_ahead. What a
- * kind keeps between steps is a struct of its own in struct refdyn_motion. One check is not in the list: attempt.c asks at
+ * kind keeps between steps is a separate struct in struct refdyn_motion. One check is not in the list: attempt.c asks at
  * the end of each step whether fading rows were lost, before it evaluates the rates there.
  */
 /* clang-format on */

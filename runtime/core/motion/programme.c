@@ -8,11 +8,12 @@
 
 #include <string.h>
 
-static const double moved_most = 10; /* tolerances: largest change of a position by a projection */
-static const double moved_velocities =
-    0.5; /* of the largest velocity: largest change of one by a projection */
-static const double turned_most =
-    0.1; /* [rad, or length]: after a longer way, directions in the metric of M are computed again */
+/* Largest change of a position by a projection, in tolerances. */
+static const double moved_most = 10;
+/* Largest change of a velocity by a projection, relative to the largest velocity. */
+static const double moved_velocities = 0.5;
+/* Directions in the metric of M are computed again after a longer way than this [rad, or length]. */
+static const double turned_most = 0.1;
 
 void refdyn_programme_lay_out(struct refdyn_programme *programme, const struct refdyn_model *model,
                               struct layout *layout) {

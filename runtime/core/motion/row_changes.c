@@ -23,8 +23,9 @@
 #include "runtime/core/constraints/constraints.h"
 #include "runtime/core/linear/linear.h"
 
-static const double rounding = 1e-12;  /* of its terms: a continuous residual differs by less */
-static const double least_size = 1e-3; /* coordinates and rates count as at least this large there */
+/* A continuous residual differs across an event by less than this part of its terms, in which coordinates and
+ * rates count as at least `least_size`. */
+static const double rounding = 1e-12, least_size = 1e-3;
 
 void refdyn_rows_lay_out(struct refdyn_residuals_before *before, const struct refdyn_model *model,
                          struct layout *layout) {
@@ -35,12 +36,12 @@ void refdyn_rows_lay_out(struct refdyn_residuals_before *before, const struct re
 
 /* ---- At time events ---- */
 
-/* Of the row's largest coefficient: continuous ones differ less across an event. */
+/* Continuous coefficients differ across an event by less than this part of the row's largest one. */
 static double negligible(void) {
     return sqrt(DBL_EPSILON);
 }
 
-/* work->wanted := the larger of it and the largest coefficient, for each row. */
+/* Raises work->wanted to the largest coefficient of each row. */
 static void note_sizes(struct refdyn_workspace *work) {
     for (int a = 0; a < work->m; a++)
         work->wanted[a] = fmax(work->wanted[a], refdyn_largest(work->u + a * work->n, work->n, NULL));

@@ -16,11 +16,13 @@
 #include <string.h>
 
 enum {
-    REPEATS_FREE = 16, /* events without time between; and four more for each two events of the model */
-    REPEATS_PAIR = 4
+    REPEATS_FREE = 16, /* bound on the events without time between, */
+    REPEATS_PAIR = 4   /* raised by this for each two events of the model */
 };
+/* Rounding of a value, relative to its terms. */
 static const double rounding = 8 * DBL_EPSILON;
-static const double risen_least = 16; /* times its rounding: the value has left zero */
+/* A value has left zero when it exceeds this multiple of its rounding. */
+static const double risen_least = 16;
 
 /* ---- Layout ---- */
 

@@ -22,20 +22,22 @@ static const double aim = 0.06;
  * step. */
 static const double growth_most = 5;
 static const double growth_least = 0.2;
-static const double shrink_failed = 0.4; /* after a step without an estimate: a guess */
+/* Factor after a step without an estimate: a guess. */
+static const double shrink_failed = 0.4;
 /* After a failed step the next ones are at most this part of it. This bound grows by a factor that squares
  * with every success, so that one failure does not slow the rest of the motion. */
 static const double cap_failed = 0.6, cap_growth = 1.04;
-static const double kept_least = 0.95,
-                    kept_most = 1.1; /* a step that would change less is kept, with its factors */
+/* The step and its factors are kept if the step would change by less than these factors. */
+static const double kept_least = 0.95, kept_most = 1.1;
 /* A collocation step whose error allows one longer by more than this factor was short for a reason and not by
  * noise. */
 static const double far_below = 2;
-static const double error_share = 0.7; /* exponents of the PI controller times the order: of this error */
-static const double error_last_share = 0.4; /* and of the last one */
-static const double error_least =
-    1e-4; /* smallest last error, so that a lucky step does not blow up the next */
-static const double first_share = 0.1; /* of the change tol^(1/order) that a step of that order may make */
+/* Exponents of the PI controller times the order, for this error and for the last one. */
+static const double error_share = 0.7, error_last_share = 0.4;
+/* Smallest last error, so that a step with a small error by chance does not make the next one too long. */
+static const double error_least = 1e-4;
+/* Change in the first step, relative to the change tol^(1/order) that a step of that order may make. */
+static const double first_share = 0.1;
 
 double refdyn_time_resolution(double t) {
     return 4 * DBL_EPSILON * fabs(t);
@@ -156,8 +158,9 @@ void refdyn_control_accepted(struct refdyn_step_control *control,
         h * bounded(factor_after_accepted(control, method, h, error), growth_least, growth_most);
     if (method->kind->controller == REFDYN_FILTER && proposed > h * kept_least && proposed < h * kept_most)
         control->next = h;
-    else /* a step that was cut short to end on an obstacle says nothing against the longer one, unless its
-            error does */
+    else /* a step that was shortened to end on an obstacle does not shorten the next one, unless its error
+          * does
+          */
         control->next = h < control->next
                             ? fmax(proposed, fmin(control->next, h * factor_allowed(method, error)))
                             : proposed;

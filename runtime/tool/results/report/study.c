@@ -9,14 +9,14 @@
 
 enum { REPEATS_MAX = 10 };
 
-/* The first three are of different kinds, so the two chosen ones are, too, unless only one of the three
+/* The two chosen methods are of different kinds, because the first three are, unless only one of these
  * completes the motion. An explicit method does not if damping is stiff. */
 static const enum refdyn_method witnesses[] = {REFDYN_RK8,  REFDYN_GAUSS12, REFDYN_RODAS6P,
                                                REFDYN_RK54, REFDYN_RADAU9,  REFDYN_RODAS5P};
-static const double witness_tols[] = {1e-14, 1e-12, 1e-10,
-                                      1e-8}; /* the tightest with which the motion is completed counts */
-static const double witness_share =
-    1.0 / 8; /* of all time, for each method, so that some is left even if all fail */
+/* Tolerances to try; the first with which the motion is completed is used. */
+static const double witness_tols[] = {1e-14, 1e-12, 1e-10, 1e-8};
+/* Part of all time for each method, so that some time remains even if all fail. */
+static const double witness_share = 1.0 / 8;
 
 static const double settled_part = 0.05;  /* of the way, see report.h: runs within it have the same motion */
 static const double repeat_seconds = 0.2; /* short runs are repeated for this CPU time */
