@@ -16,7 +16,7 @@
 enum {
     BLOCK_SIZE = 1 << 18,
     ALIGNMENT = 16,
-    BYTES_OF_WORK = 300 /* of scratch take as long as one expression (measured) */
+    BYTES_OF_WORK = 300 /* this much scratch takes as long as one expression (measured) */
 };
 
 struct memory_block {

@@ -27,7 +27,7 @@ static const double rounding = 8 * DBL_EPSILON;
 static const double zero_width = 1e-13;
 /* A distance from a zero can be rounding only below this part of a step. */
 static const double rounding_part = 1e-6;
-/* A step that ends before a zero by more than this part of its length does not show the distance reliably. */
+/* A zero farther ahead than this part of the step is left to ordinary steps. */
 static const double far_short = 0.1;
 /* A zero in the last hundredth of a refused step does not explain why it was too long. */
 static const double near_end = 0.99;

@@ -25,16 +25,19 @@
 #include "runtime/core/linear/linear.h"
 
 enum { STEPS_MOST = 400, MENDS_FREE = 4, MENDS_EACH = 3 };
-static const double first_reach =
-    0.1; /* of a step [rad, length]; it doubles while steps keep their direction */
-static const double reach_turn = 0.5; /* [rad] upper bound for rotations */
-static const double arrived = 1e-7;   /* the path ends at a shorter step without mu [rad, length] */
-static const double settled =
-    1e-9; /* mu counts as 0 below this, relative to the largest force and stiffness */
+/* Reach of the first step [rad, length]. It doubles while steps keep their direction, up to reach_turn for
+ * rotations [rad]. */
+static const double first_reach = 0.1, reach_turn = 0.5;
+/* The path ends at a step without mu that is shorter than this [rad, length]. */
+static const double arrived = 1e-7;
+/* Below this, relative to the largest force and stiffness, mu counts as 0. */
+static const double settled = 1e-9;
 static const double mu_first = 1e-3, mu_rise = 8, mu_fall = 0.1, mu_least = 1e-12;
-static const double enters = 1e-9;      /* a gap counts as negative from here on [rad, length] */
-static const double pulls = 1e-9;       /* a force counts as negative from here on, over the largest force */
-static const double independent = 1e-9; /* smallest independent part of a row */
+/* A gap below minus this [rad, length] counts as negative, and a force below minus this part of the largest.
+ */
+static const double enters = 1e-9, pulls = 1e-9;
+/* A row whose independent part is smaller depends on the others. */
+static const double independent = 1e-9;
 
 /* The contacts that carry a load, and scratch to find them. */
 struct carrying {

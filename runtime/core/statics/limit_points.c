@@ -16,7 +16,7 @@
 #include "runtime/core/linear/linear.h"
 
 static const double h_first = 0.02, h_least = 1e-9;
-/* of the next step, after few Newton iterations */
+/* Ratio of the next step to this one, after few Newton iterations. */
 static const double growth = 1.6;
 /* Largest first correction relative to the step; largest ratio of successive corrections. */
 static const double bend = 0.3, contraction = 0.5;

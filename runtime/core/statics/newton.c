@@ -16,10 +16,11 @@
 
 #include "runtime/core/linear/linear.h"
 
-/* of corrections while the load increases: then Newton's iteration converges to the nearby equilibrium */
+/* Ratio of successive corrections while the load increases, up to which Newton's iteration converges to the
+ * nearby equilibrium. */
 static const double contraction = 0.5;
 static const double damping_least = 1.0 / 1024;
-/* fraction of the reach by which rows may deviate from linearity along a longer step */
+/* Rows may deviate from linearity along a longer step by this fraction of the reach. */
 static const double nearly_linear = 0.1;
 /* Largest number of steps onto rows that are beyond the reach. */
 enum { FAR_STEPS_MOST = 2000 };

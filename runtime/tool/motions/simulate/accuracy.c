@@ -271,8 +271,10 @@ static const double fall_unknown = 0.01; /* factor if the runs predict nothing *
 /* Growth of the cost from run to run. The series is geometric, so all runs cost at most three times the last.
  */
 static const double cost_growth = 1.5;
-static const double allowed_part = 0.8; /* of the requested error: the estimate may be too small */
-static const double aimed_part = 0.2;   /* of it: the next run shall do */
+/* Part of the requested error that an estimate may reach, because it may be too small. */
+static const double allowed_part = 0.8;
+/* Part of it at which the next run aims, so that it suffices. */
+static const double aimed_part = 0.2;
 
 /* Bounds of the exponent by which errors fall with the tolerance; about 1 by construction. */
 static const double exponent_most = 0.75, exponent_least = 0.2;

@@ -22,8 +22,8 @@ struct panels {
 };
 
 enum {
-    LARGEST_FORCES = 4, /* of a run; more curves would hide these */
-    MOST_INPUTS = 6     /* panels of inputs and courses */
+    LARGEST_FORCES = 4, /* curves of forces of a run; more would hide these */
+    MOST_INPUTS = 6     /* bound on the panels of inputs and courses */
 };
 
 /* Columns below this part of the panel's largest value are numerical noise and are not drawn. */

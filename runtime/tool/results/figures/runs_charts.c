@@ -43,7 +43,7 @@ enum {
     PERCENTILES = 5,
     MEDIAN = 2,
     BANDS = 2,
-    NUMBERS_MOST = 1 << 22 /* of all cases, in memory at a time */
+    NUMBERS_MOST = 1 << 22 /* bound on the numbers of all cases that are in memory at a time */
 };
 
 static const double parts[PERCENTILES] = {0.05, 0.25, 0.5, 0.75, 0.95};

@@ -18,10 +18,12 @@ static const double witness_tols[] = {1e-14, 1e-12, 1e-10, 1e-8};
 /* Part of all time for each method, so that some time remains even if all fail. */
 static const double witness_share = 1.0 / 8;
 
-static const double settled_part = 0.05;  /* of the way, see report.h: runs within it have the same motion */
-static const double repeat_seconds = 0.2; /* short runs are repeated for this CPU time */
-static const double run_share = 0.2;      /* of the remaining time, for one run */
-static const double limit_least = 1e-3;   /* [s] when no time is left */
+/* Runs whose distance is within this part of the way (report.h) are the same motion. */
+static const double settled_part = 0.05;
+/* Short runs are repeated for this CPU time [s]. */
+static const double repeat_seconds = 0.2;
+/* Part of the remaining time for one run; and the limit of a run when no time remains [s]. */
+static const double run_share = 0.2, limit_least = 1e-3;
 
 struct runs {
     struct study *study;

@@ -27,8 +27,8 @@
 /* ---- Answers ---- */
 
 enum {
-    GATE_SECONDS = 1,               /* CPU time that a request may use [s], */
-    GATE_BYTES_PER_SECOND = 1000000 /* and 1 s more for each of these bytes of the file */
+    GATE_SECONDS = 1,               /* CPU time that a request may use [s] */
+    GATE_BYTES_PER_SECOND = 1000000 /* it may use 1 s more for this many bytes of the file */
 };
 
 /* The program receives each answer whole. If the gate cannot answer, it sends a fact instead and ends. */
