@@ -262,7 +262,7 @@ int main(void) {
 """
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [pytest.param(case, marks=pytest.mark.quick) if case == "flexible" else case for case in CASES])
 def test_chain(case, tmp_path):
     model, options = CASES[case]
     refdyn("gen", model, *settings(options), "--emit", "start,equations,tangent,tangent_vectors", "-o", tmp_path)
