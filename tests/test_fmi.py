@@ -188,8 +188,8 @@ def test_windows_library(version, tmp_path):
 
 
 def stepper(folder, compiler, name, *more):
-    """fmi/step.c, a caller of Co-Simulation without FMPy, compiled."""
-    subprocess.run([compiler, "-std=gnu11", "-I", SOURCE, "-I", SOURCE / "runtime", TESTS / "fmi" / "step.c", *more, "-o", folder / name], check=True)
+    """fmi/cosimulate.c, a caller of Co-Simulation without FMPy, compiled."""
+    subprocess.run([compiler, "-std=gnu11", "-I", SOURCE, "-I", SOURCE / "runtime", TESTS / "fmi" / "cosimulate.c", *more, "-o", folder / name], check=True)
     return folder / name
 
 

@@ -130,7 +130,7 @@ def test_pkg_config(installed):
     flags = run_command("pkg-config", "--cflags", "--libs", "refdyn-gsl",
                         env={**os.environ, "PKG_CONFIG_PATH": str(packages)}).split()
     program = installed / "user_gsl"
-    run_command("cc", "-O2", "-I", installed / "emitted", TESTS / "install" / "gsl.c", *(installed / "emitted").glob("*.c"),
+    run_command("cc", "-O2", "-I", installed / "emitted", TESTS / "install" / "user_gsl.c", *(installed / "emitted").glob("*.c"),
                 *flags, "-lm", "-o", program)
     check_program(installed, program)
 

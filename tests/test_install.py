@@ -59,7 +59,7 @@ def test_pkg_config(installed):
     flags = run("pkg-config", "--cflags", "refdyn", env=env).split()
     libraries = run("pkg-config", "--libs", "--static", "refdyn", env=env).split()
     program = installed / "user"
-    run("cc", "-O2", *flags, "-I", installed / "emitted", TESTS / "install" / "main.c", *(installed / "emitted").glob("*.c"),
+    run("cc", "-O2", *flags, "-I", installed / "emitted", TESTS / "install" / "user.c", *(installed / "emitted").glob("*.c"),
         *libraries, "-o", program)
     check_program(installed, program)
 

@@ -60,6 +60,11 @@ def test_missing_folders_are_seen():
 
 # ---- Files ----
 
+def test_names_of_c_files_are_unique():
+    names = [path.rpartition("/")[2] for path in C_FILES]
+    assert [name for name in sorted(set(names)) if names.count(name) > 1] == []
+
+
 def missing_files(text, folder=""):
     """Names of our kinds of files in a text that no file has."""
     found = re.findall(r"(?<![\w./*<%-])((?:\.\./)*(?:[\w-]+/)*[A-Za-z]\w{2,}\.(?:c|h|inc|def|py|cmake))(?![\w*(]|\.\w)", text)

@@ -3,7 +3,7 @@
  * compiles it with NAME, the name of the model, and links it with the model's C.
  */
 #include "refdyn_model.h"
-#include "quantities.h"
+#include "quantity_lists.h"
 
 #include <stdio.h>
 #include <stdlib.h>

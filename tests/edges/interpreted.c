@@ -10,7 +10,7 @@
 #include "runtime/core/linear/linear.h"
 #include "gen/gen.h"
 #include "emitted_files.h"
-#include "quantities.h"
+#include "quantity_lists.h"
 
 #include <dlfcn.h>
 #include <math.h>

@@ -11,7 +11,7 @@
 #include "runtime/core/linear/linear.h"
 #include "gen/gen.h"
 #include "emitted_files.h"
-#include "quantities.h"
+#include "quantity_lists.h"
 #include "refdyn.h"
 
 #include <dlfcn.h>
