@@ -165,10 +165,12 @@ def test_quantities_are_those_of_eval(package, file):
     model = package.Model(file)
     of_points = ("r", "rd", "C", "d", "J", "Jd_qd") if file == ROBOT else ("r", "rd", "C", "d")
     for q, qd in zip(*states(model, 3)):
-        told = evaluate(file, {"t": 0.3, "q": q.tolist(), "qd": qd.tolist()})
+        qdd = 3 * np.sin(1 + np.arange(len(q)))
+        told = evaluate(file, {"t": 0.3, "q": q.tolist(), "qd": qd.tolist(), "qdd": qdd.tolist()})
         lines = ["" if same(getattr(model, key)(q, qd, 0.3), told[key]) else key for key in (*FREE, *(ROWS if model.rows else ()))]
         for place, point in enumerate(model.points):
             lines += ["" if same(getattr(model, key)(q, qd, 0.3)[place], told["points"][point][key]) else key for key in of_points]
+        lines.append("" if same(model.inverse_dynamics(q, qd, qdd, 0.3), told["inverse"]) else "inverse")
         lines.append("" if same(model.energy(q, qd, 0.3), [told["energy"]["kinetic"], told["energy"]["potential"]]) else "energy")
         check(lines)
 
@@ -249,6 +251,20 @@ def test_arrays_of_any_kind(arm):
         assert same(arm.qdd(other, qd, np.int64(1)), expected)
     assert same(arm.qdd(whole, qd), arm.qdd(whole.astype(float), qd)) and same(arm.qdd(q), arm.qdd(q, np.zeros(13)))
     assert np.isnan(arm.qdd(np.full(13, np.nan), qd)).all()
+
+
+def test_inverse_dynamics(arm):
+    """It undoes forward dynamics, and its arguments are batches like those of quantities; the derivative by qdd is M."""
+    q, qd = states(arm, 6)
+    qdd, heavy = arm.qdd(q, qd, 0.3), {"m_E": [1, 2.5, 3, 4, 5, 6]}
+    force = arm.force(q, qd, 0.3)
+    assert np.abs(arm.inverse_dynamics(q, qd, qdd, 0.3) - force).max() <= 1e-9 * np.abs(force).max()
+    grid = arm.inverse_dynamics(q[0], qd, qdd[1], 0.3, parameters=heavy)
+    for i in range(6):
+        one = arm.inverse_dynamics(q[0], qd[i].tolist(), qdd[1], 0.3, parameters={"m_E": heavy["m_E"][i]})
+        assert one.shape == (13,) and np.abs(grid[i] - one).max() <= 1e-13 * np.abs(one).max()
+        assert same(one, arm.inverse(q[0], np.concatenate([qd[i], qdd[1]]), 0.3, parameters={"m_E": heavy["m_E"][i]}))
+    assert np.allclose(arm.d_inverse(q[0], np.concatenate([qd[0], qdd[0]]))["qdd"], arm.M(q[0]), rtol=1e-12, atol=1e-15)
 
 
 # ---- Parameters and inputs ----
@@ -549,6 +565,7 @@ CALLS = {
     "q: has shape (12,); its last axis must have 13 entries": lambda arm: arm.M(np.zeros(12)),
     "qd: has shape (); its last axis must have 13 entries": lambda arm: arm.h(np.zeros(13), 1.0),
     "m_e: unknown parameter; did you mean 'm_E'?": lambda arm: arm.M(np.zeros(13), parameters={"m_e": 2}),
+    "qdd: has shape (12,); its last axis must have 13 entries": lambda arm: arm.inverse_dynamics(np.zeros(13), np.zeros(13), np.zeros(12)),
     "tau: unknown input; the model has no input": lambda arm: arm.M(np.zeros(13), inputs={"tau": 2}),
     "parameter m_E: contains inf; all numbers must be finite": lambda arm: arm.M(np.zeros(13), parameters={"m_E": np.inf}),
     "shape mismatch": lambda arm: arm.M(np.zeros((3, 13)), np.zeros((2, 13))),

@@ -258,7 +258,7 @@ static void set_block(struct port *block, int place, int stride, const bool *is_
 
 /* CasADi calls functions of the state alone; it has derivatives as Jacobians of these. */
 static bool is_for_casadi(const struct function *function) {
-    return !function->takes_motion && !function->has_blocks && !function->is_for_runtime;
+    return function->given == GIVEN_NOTHING && !function->has_blocks && !function->is_for_runtime;
 }
 
 bool emit_has_casadi_function(const struct plan *plan) {
