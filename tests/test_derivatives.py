@@ -189,7 +189,8 @@ int evaluate(const char *name, NARROW t_in, const NARROW *state, const char *by,
         hold(t, q, q + n);
     int known = call(name, p, x, t, q, q + n, now);
     if (known && from) {
-        const double middle = *from, step = (middle ? fabs(middle) : 1) * (double)1e-6;
+        /* A locked coordinate has accelerations of 1e-30 or so. */
+        const double middle = *from, step = (middle && strcmp(by, "qdd") ? fabs(middle) : 1) * (double)1e-6;
         for (int s = 0; s < 6; s++) {
             const int far = s / 2 + 1;
             *from = middle + (s % 2 ? -far : far) * step;
