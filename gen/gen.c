@@ -267,11 +267,18 @@ const struct operation_count *gen_count(const struct generation *gen, const char
     return &plan_find_function(gen->plan, quantity)->operations;
 }
 
+static int count_given(const struct plan *plan, const struct function *function) {
+    const int n = plan->tree->count;
+    return function->given == GIVEN_NOTHING         ? 0
+           : function->given == GIVEN_ACCELERATIONS ? n
+                                                    : n + 1 + plan->model->row_count;
+}
+
 bool gen_function(const struct generation *gen, int number, struct emitted_function *function) {
     if (number >= gen->plan->function_count)
         return false;
     const struct function *from = &gen->plan->functions[number];
-    *function = (struct emitted_function){from->quantity, from->about, from->takes_motion,
+    *function = (struct emitted_function){from->quantity, from->about, count_given(gen->plan, from),
                                           plan_is_struct_result(from), from->array_count};
     return true;
 }

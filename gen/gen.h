@@ -79,8 +79,8 @@ const struct operation_count *gen_count(const struct generation *generation, con
  * text. */
 struct emitted_function {
     const char *quantity, *about;
-    bool takes_motion; /* after qd it reads the result of `constrained`: qdd (n), power (1), lambda (m) */
-    bool is_struct;    /* its result is a struct of its parts, not an array */
+    int given_count; /* numbers that it reads after qd: qdd (n), or qdd (n), power (1), lambda (m) */
+    bool is_struct;  /* its result is a struct of its parts, not an array */
     int part_count;
 };
 struct result_part {

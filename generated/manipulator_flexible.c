@@ -2916,12 +2916,12 @@ static void manipulator_flexible_required_doubles(const double *p, const double 
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 4
-#error "manipulator_flexible was emitted for version 4 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
+#if REFDYN_MODEL_VERSION != 5
+#error "manipulator_flexible was emitted for version 5 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
 #endif
 
 const struct refdyn_model manipulator_flexible_model = {
-    SET(interface_version) 4,
+    SET(interface_version) 5,
     SET(name) "manipulator_flexible",
     SET(hash) "560f59056d08da02",
     SET(n) 13,
@@ -2981,6 +2981,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(qdd_free) manipulator_flexible_qdd_free_doubles,
     SET(qdd) manipulator_flexible_qdd_doubles,
     SET(force) manipulator_flexible_force_doubles,
+    SET(inverse) 0,
     SET(equations) manipulator_flexible_equations_doubles,
     SET(M_h) 0,
     SET(f) 0,
@@ -2994,6 +2995,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(d_qdd) 0,
     SET(d_qdd_free) 0,
     SET(d_force) 0,
+    SET(d_inverse) 0,
     SET(d_statics) 0,
     SET(d_rows) 0,
     SET(course) manipulator_flexible_course_doubles,

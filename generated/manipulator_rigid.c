@@ -1055,12 +1055,12 @@ static void manipulator_rigid_required_doubles(const double *p, const double *x,
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 4
-#error "manipulator_rigid was emitted for version 4 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
+#if REFDYN_MODEL_VERSION != 5
+#error "manipulator_rigid was emitted for version 5 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
 #endif
 
 const struct refdyn_model manipulator_rigid_model = {
-    SET(interface_version) 4,
+    SET(interface_version) 5,
     SET(name) "manipulator_rigid",
     SET(hash) "35d30e4e9ebc2204",
     SET(n) 4,
@@ -1120,6 +1120,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(qdd_free) manipulator_rigid_qdd_free_doubles,
     SET(qdd) manipulator_rigid_qdd_doubles,
     SET(force) manipulator_rigid_force_doubles,
+    SET(inverse) 0,
     SET(equations) manipulator_rigid_equations_doubles,
     SET(M_h) 0,
     SET(f) 0,
@@ -1133,6 +1134,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(d_qdd) 0,
     SET(d_qdd_free) 0,
     SET(d_force) 0,
+    SET(d_inverse) 0,
     SET(d_statics) 0,
     SET(d_rows) 0,
     SET(course) manipulator_rigid_course_doubles,

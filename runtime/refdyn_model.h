@@ -30,7 +30,7 @@
 
 /** Version of struct refdyn_model and of its functions. Emitted files contain the version that they were
  * written for: they do not compile with another one, and the runtime refuses tables of another one. */
-#define REFDYN_MODEL_VERSION 4
+#define REFDYN_MODEL_VERSION 5
 
 /** The form of all emitted functions. */
 typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd,
@@ -228,7 +228,11 @@ struct refdyn_model {
     refdyn_function *qdd_free; /**< (n) accelerations without constraints, O(n) [m/s^2, rad/s^2] */
     refdyn_function
         *qdd; /**< (n) accelerations with constraints and stabilisation, O(n m) [m/s^2, rad/s^2] */
-    refdyn_function *force;     /**< (n) programme force r = M qdd - h - Q at that qdd [N, N m] */
+    refdyn_function *force; /**< (n) programme force r = M qdd - h - Q at that qdd [N, N m] */
+    /** (n) M qdd - h - Q at given qdd [N, N m], O(n): the forces that cause these accelerations in addition
+     * to Q, which has the model's own forces at the inputs x. They are those of drives and of rows, u^T
+     * lambda, together. Emitted on request. qd (2 n): the rates, followed by qdd. */
+    refdyn_function *inverse;
     refdyn_function *equations; /**< struct NAME_equations_result as doubles: M (n x n), f = h + Q (n), u (m x
                                    n), v, phi, psi, k (m each) */
     refdyn_function *M_h;       /**< struct NAME_M_h_result as doubles: M (n x n), h (n) */
@@ -249,9 +253,11 @@ struct refdyn_model {
     refdyn_function *d_qdd; /**< of qdd by q, qd, t, inputs, parameters; on request, parts as in NAME.h */
     refdyn_function *d_qdd_free; /**< of qdd_free by the same, on request */
     refdyn_function *d_force;    /**< of force by the same, on request */
-    refdyn_function *d_statics;  /**< of Q at qd = 0 by q, t, inputs, parameters, on request */
-    refdyn_function *d_rows;     /**< of phi, psi and k by q, qd, t, inputs, parameters, on request */
-    refdyn_function *course;     /**< (course_count) courses, in the units of the model */
+    refdyn_function
+        *d_inverse; /**< of inverse by q, qd, t, inputs, parameters, qdd, on request; qd as there */
+    refdyn_function *d_statics; /**< of Q at qd = 0 by q, t, inputs, parameters, on request */
+    refdyn_function *d_rows;    /**< of phi, psi and k by q, qd, t, inputs, parameters, on request */
+    refdyn_function *course;    /**< (course_count) courses, in the units of the model */
     refdyn_function *breaks; /**< (break_count) times of time events, in no order; reads p and x only [s] */
     refdyn_function
         *switches;          /**< (switch_count) values whose sign changes at time events; reads p, x and t */
@@ -271,12 +277,13 @@ struct refdyn_model {
     REFDYN_ENTRY(start) REFDYN_ENTRY(anchor) REFDYN_ENTRY(M) REFDYN_ENTRY(h) REFDYN_ENTRY(Q) REFDYN_ENTRY(u) \
     REFDYN_ENTRY(v) REFDYN_ENTRY(phi) REFDYN_ENTRY(psi) REFDYN_ENTRY(k) REFDYN_ENTRY(r) REFDYN_ENTRY(rd) \
     REFDYN_ENTRY(C) REFDYN_ENTRY(d) REFDYN_ENTRY(energy) REFDYN_ENTRY(power) REFDYN_ENTRY(Q_q) \
-    REFDYN_ENTRY(qdd_free) REFDYN_ENTRY(qdd) REFDYN_ENTRY(force) REFDYN_ENTRY(equations) REFDYN_ENTRY(M_h) \
-    REFDYN_ENTRY(f) REFDYN_ENTRY(row_terms) REFDYN_ENTRY(point_terms) REFDYN_ENTRY(constrained) \
-    REFDYN_ENTRY(terms) REFDYN_ENTRY(accelerations) REFDYN_ENTRY(tangent) REFDYN_ENTRY(tangent_vectors) \
-    REFDYN_ENTRY(d_qdd) REFDYN_ENTRY(d_qdd_free) REFDYN_ENTRY(d_force) REFDYN_ENTRY(d_statics) \
-    REFDYN_ENTRY(d_rows) REFDYN_ENTRY(course) REFDYN_ENTRY(breaks) REFDYN_ENTRY(switches) REFDYN_ENTRY(pace) \
-    REFDYN_ENTRY(event) REFDYN_ENTRY(event_terms) REFDYN_ENTRY(required)
+    REFDYN_ENTRY(qdd_free) REFDYN_ENTRY(qdd) REFDYN_ENTRY(force) REFDYN_ENTRY(inverse) REFDYN_ENTRY(equations) \
+    REFDYN_ENTRY(M_h) REFDYN_ENTRY(f) REFDYN_ENTRY(row_terms) REFDYN_ENTRY(point_terms) \
+    REFDYN_ENTRY(constrained) REFDYN_ENTRY(terms) REFDYN_ENTRY(accelerations) REFDYN_ENTRY(tangent) \
+    REFDYN_ENTRY(tangent_vectors) REFDYN_ENTRY(d_qdd) REFDYN_ENTRY(d_qdd_free) REFDYN_ENTRY(d_force) \
+    REFDYN_ENTRY(d_inverse) REFDYN_ENTRY(d_statics) REFDYN_ENTRY(d_rows) REFDYN_ENTRY(course) \
+    REFDYN_ENTRY(breaks) REFDYN_ENTRY(switches) REFDYN_ENTRY(pace) REFDYN_ENTRY(event) \
+    REFDYN_ENTRY(event_terms) REFDYN_ENTRY(required)
 /* clang-format on */
 
 #endif

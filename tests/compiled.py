@@ -15,7 +15,7 @@ SHIM = """
 #include <string.h>
 
 #define QUANTITIES(E) E(M) E(h) E(Q) E(u) E(v) E(phi) E(psi) E(k) E(r) E(rd) E(C) E(d) E(energy) E(power) E(Q_q) \\
-    E(qdd_free) E(qdd) E(force) E(equations) E(course)
+    E(qdd_free) E(qdd) E(force) E(inverse) E(equations) E(course)
 
 void sizes(int *out);
 const char *name_of(int coordinate);

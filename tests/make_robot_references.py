@@ -6,6 +6,7 @@ The arm is written here a second time, number by number, so that a misread field
 E and grip come from spatial Jacobians in the ground's axes at the point (LOCAL_WORLD_ALIGNED) and their rate times qd.
 """
 import json
+import math
 import pathlib
 import random
 
@@ -61,7 +62,8 @@ def values(model, q, qd):
     data, world = model.createData(), pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
     M = pinocchio.crba(model, data, q)
     M = numpy.triu(M) + numpy.triu(M, 1).T
-    found = {"q": q.tolist(), "qd": qd.tolist(), "M": M.tolist(),
+    qdd = numpy.array([3 * math.sin(1 + i) for i in range(model.nv)])
+    found = {"q": q.tolist(), "qd": qd.tolist(), "qdd_given": qdd.tolist(), "inverse": pinocchio.rnea(model, data, q, qd, qdd).tolist(), "M": M.tolist(),
              "f": (-pinocchio.nonLinearEffects(model, data, q, qd)).tolist(),
              "qdd": pinocchio.aba(model, data, q, qd, numpy.zeros(model.nv)).tolist(), "points": {}}
     pinocchio.computeJointJacobiansTimeVariation(model, data, q, qd)

@@ -104,17 +104,18 @@ def test_committed_times_are_drawn(tmp_path):
 
 
 def test_emitted_is_timed(tmp_path):
-    """The model of the comparison compiles, is timed, and its accelerations are those of `refdyn eval`, with and without rows."""
+    """The model of the comparison compiles, is timed, and computes what `refdyn eval` does, with and without rows."""
     emitted.prepare(tmp_path)
     chain.write(1, tmp_path)
-    q, qd, tau, _ = chain.state(1)
+    q, qd, tau, qdd = chain.state(1)
     given = {"q": q, "qd": qd, "inputs": {"tau": tau[1]}}
     records = emitted.build(tmp_path, 1)
     variants = [level + fold for level in emitted.LEVELS for fold in emitted.FOLDS]
     assert {(record["quantity"], record["variant"]) for record in records} == {(quantity, variant) for quantity in emitted.QUANTITIES for variant in variants}
     lines = []
-    for quantity, hold, name in (("accelerations", "none", "qdd_free"), ("rows", "tip", "qdd")):
-        expected = evaluate(tmp_path / "refdyn" / "held.lua", given, "--set", "n_rfe=1", *emitted.SETTINGS, "--set", f"hold={hold}")[name]
+    for quantity, hold, name in (("accelerations", "none", "qdd_free"), ("rows", "tip", "qdd"), ("inverse", "none", "inverse")):
+        state = {**given, "qdd": qdd, "inputs": {"tau": 0}} if quantity == "inverse" else given
+        expected = evaluate(tmp_path / "refdyn" / "held.lua", state, "--set", "n_rfe=1", *emitted.SETTINGS, "--set", f"hold={hold}")[name]
         for record in (record for record in records if record["quantity"] == quantity):
             emitted.call(tmp_path, "values", *record["command"])
             line, = emitted.call(tmp_path, "times", *record["command"])

@@ -19,12 +19,12 @@ COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 INCLUDE = ["-I", SOURCE / "runtime"]
 # Rows of two levels, an input, parameters of which one is anchored; and an arm without rows, with --fold.
-SCENES = [(REFERENCE, ["--set", "n_rfe=1", "--set", "drive=input", "--emit", "M,h,u,phi,psi,k,r,C,force,constrained,qdd_free,qdd,step"]),
-          (ARM, ["--fold", "--emit", "M,qdd,step"])]
+SCENES = [(REFERENCE, ["--set", "n_rfe=1", "--set", "drive=input", "--emit", "M,h,u,phi,psi,k,r,C,force,inverse,constrained,qdd_free,qdd,step"]),
+          (ARM, ["--fold", "--emit", "M,inverse,qdd,step"])]
 # A kink in time, events and friction, a closed chain, 65 coordinates as loops.
 MORE = [(MODELS / "fourbar.lua", []), (TESTS / "models" / "bouncing.lua", []), (MODELS / "gantry.lua", []),
         (REFERENCE, ["--set", "n_rfe=22", "--set", "program=none", "--emit", "M,qdd"])]
-QUANTITIES = ["M", "h", "u", "phi", "psi", "k", "force", "qdd_free", "qdd"]
+QUANTITIES = ["M", "h", "u", "phi", "psi", "k", "force", "inverse", "qdd_free", "qdd"]
 
 
 def name_of(scene):
@@ -84,7 +84,7 @@ def flat(matrix):
 def arguments_of(function, start):
     """Arguments by name, without symmetry, near the start."""
     random = numpy.random.default_rng(5)
-    values = {"t": numpy.array([0.3]), "h": numpy.array([1e-4])}
+    values = {"t": numpy.array([0.3]), "h": numpy.array([1e-4]), "qdd": 2 * numpy.cos(1 + numpy.arange(start["q"].numel()))}
     for name, size in (("q", 0.02), ("qd", 0.02), ("inputs", 0.3), ("parameters", 0)):
         values[name] = flat(start[name]) + size * random.standard_normal(start[name].numel())
     return [values[name] for name in function.name_in()]
@@ -133,7 +133,7 @@ def test_values_and_derivatives(scene, tmp_path, casadi):
     qdd = casadi.external(f"{name}_qdd", library)
     q, qd, t, inputs, parameters = arguments_of(qdd, start)
     names = re.findall(r" \*   inputs \d+ (\w+)", (tmp_path / f"{name}_casadi.c").read_text())
-    expected = evaluate(scene[0], {"t": t[0], "q": list(q), "qd": list(qd), "inputs": dict(zip(names, inputs))}, *options)
+    expected = evaluate(scene[0], {"t": t[0], "q": list(q), "qd": list(qd), "qdd": list(2 * numpy.cos(1 + numpy.arange(len(q)))), "inputs": dict(zip(names, inputs))}, *options)
     for one in functions(library):
         function, quantity = casadi.external(one, library), one[len(name) + 1:]
         if quantity == "defaults":

@@ -426,7 +426,7 @@ def test_bench():
 @pytest.mark.parametrize("model", ["gantry"] if LEAN else ["manipulator", "gantry", "planar", "pendulum"])
 def test_bench_has_every_quantity(model, tmp_path):
     """One line for each function that `refdyn gen` lists, with the same counts."""
-    emit = ["--emit", "all,tangent,tangent_vectors,d_qdd,d_qdd_free,d_force,d_statics,d_rows"]
+    emit = ["--emit", "all,tangent,tangent_vectors,d_qdd,d_qdd_free,d_force,d_inverse,d_statics,d_rows,inverse"]
     said = refdyn("gen", MODELS / f"{model}.lua", *emit, "-o", tmp_path).stdout
     listed = re.findall(r"^(\w+) +(\d+) +(\d+) +(\d+) +(\d+)$", said, re.M)
     assert listed

@@ -16,8 +16,8 @@ from compiled import WARNINGS, array, pointer
 from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, few_models_of_tests, refdyn, some
 from random_models import as_lua, random_model, random_state
 
-DERIVATIVES = ["tangent", "d_qdd", "d_qdd_free", "d_force", "d_statics", "d_rows"]
-NEEDED = ["M", "h", "Q", "u", "v", "phi", "psi", "k", "qdd", "qdd_free", "force", "constrained", "start"]
+DERIVATIVES = ["tangent", "d_qdd", "d_qdd_free", "d_force", "d_inverse", "d_statics", "d_rows"]
+NEEDED = ["M", "h", "Q", "u", "v", "phi", "psi", "k", "qdd", "qdd_free", "force", "inverse", "constrained", "start"]
 COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
 FUNCTIONS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax".split()
 RANDOM = [6, 33, 48, 118, 301] if LONG else [6, 48, 301]
@@ -117,22 +117,26 @@ void hold_off(NARROW by) {
     off = by;
 }
 
-/* The tangent takes what is held behind qd. */
-static void tangent(const double *at, const double *inputs, double t, const double *q, const double *qd, double *out) {
+/* Functions that read what is held after qd. */
+static int reads_held(const char *name) {
+    return !strcmp(name, "tangent") || !strcmp(name, "inverse") || !strcmp(name, "d_inverse");
+}
+
+static void call_held(refdyn_function *f, const double *at, const double *inputs, double t, const double *q, const double *qd, double *out) {
     const int n = model->n, m = model->m;
     double *rest = room;
     memcpy(rest, qd, (size_t)n * sizeof *rest);
     memcpy(rest + n, qdd, (size_t)n * sizeof *rest);
     memcpy(rest + 2 * n + 1, lambda, (size_t)m * sizeof *rest);
-    model->tangent(at, inputs, t, q, rest, out);
+    f(at, inputs, t, q, rest, out);
 }
 
 static int call(const char *name, const double *at, const double *inputs, double t, const double *q, const double *qd,
                 double *out) {
     refdyn_function *f = strcmp(name, "balance") ? function_of(name) : balance;
-    if (f && f == model->tangent)
-        f = tangent;
-    if (f)
+    if (f && reads_held(name))
+        call_held(f, at, inputs, t, q, qd, out);
+    else if (f)
         f(at, inputs, t, q, qd, out);
     return f != NULL;
 }
@@ -172,20 +176,21 @@ void set_up(NARROW *start, NARROW *parameters) {
     free(state);
 }
 
-/* One value or, with `by` not NULL, its derivative: by[0] chooses q, qd, t, x or p, index one of them. */
+/* One value or, with `by` not NULL, its derivative: by[0] chooses q, qd, qdd, t, x or p, index one of them. */
 int evaluate(const char *name, NARROW t_in, const NARROW *state, const char *by, int index, int count, NARROW *out) {
     static const int weights[] = {45, -9, 1};
     const int n = model->n;
     double *q = calloc(2 * (size_t)n, sizeof *q), *now = calloc(2 * (size_t)count, sizeof *now), *sum = now + count;
     double t = t_in, *from = by == NULL ? NULL : !strcmp(by, "q") ? q + index : !strcmp(by, "qd") ? q + n + index
-                           : !strcmp(by, "t") ? &t : !strcmp(by, "x") ? x + index : p + index;
+                           : !strcmp(by, "qdd") ? qdd + index : !strcmp(by, "t") ? &t : !strcmp(by, "x") ? x + index : p + index;
     for (int i = 0; i < 2 * n; i++)
         q[i] = state[i];
-    if (!strcmp(name, "tangent") || !strcmp(name, "balance"))
+    if (reads_held(name) || !strcmp(name, "balance"))
         hold(t, q, q + n);
     int known = call(name, p, x, t, q, q + n, now);
     if (known && from) {
-        const double middle = *from, step = (middle ? fabs(middle) : 1) * (double)1e-6;
+        /* A locked coordinate has accelerations of 1e-30 or so. */
+        const double middle = *from, step = (middle && strcmp(by, "qdd") ? fabs(middle) : 1) * (double)1e-6;
         for (int s = 0; s < 6; s++) {
             const int far = s / 2 + 1;
             *from = middle + (s % 2 ? -far : far) * step;
@@ -225,7 +230,7 @@ class Emitted:
         sizes = (ctypes.c_int * 4)()
         self.library.sizes(sizes)
         self.n, self.m, parameters, inputs = sizes
-        self.counts = {"q": self.n, "qd": self.n, "t": 1, "x": inputs, "p": parameters}
+        self.counts = {"q": self.n, "qd": self.n, "qdd": self.n, "t": 1, "x": inputs, "p": parameters}
         self.start = array([0.0] * (2 * self.n))
         self.p = array([0.0] * parameters)
         self.library.set_up(pointer(self.start), pointer(self.p))
@@ -284,7 +289,7 @@ def compare_blocks(wide, quantity, of, state, count, before="", without=()):
     if not parts:
         return []
     size, tolerance = abs(wide.values(of, state, count)).max(), SOLVED if quantity in ("d_qdd", "d_qdd_free", "d_force") else EXACT
-    for by in ("q", "qd", "t", "x", "p"):
+    for by in ("q", "qd", "t", "x", "p", *["qdd"] * (quantity == "d_inverse")):
         if by not in without:
             slopes, found = wide.slopes(of, state, count, by), parts.get(before + by)
             if by == "p":  # in the units of the values, all columns alike
@@ -349,7 +354,7 @@ def test_derivatives(compiled):
     lines = []
     for off in (0.6875, 0):
         wide.library.hold_off(ctypes.c_double(off))
-        lines += compare_tangent(wide, state)
+        lines += compare_tangent(wide, state) + compare_blocks(wide, "d_inverse", "inverse", state, n)
     lines += compare_blocks(wide, "d_qdd_free", "qdd_free", state, n)
     lines += compare_blocks(wide, "d_qdd", "qdd", state, n) + compare_blocks(wide, "d_force", "force", state, n)
     lines += compare_blocks(wide, "d_statics", "Q", still, n, without=["qd"])

@@ -37,7 +37,7 @@ class Case:
         if isinstance(path, int):
             seed, path = path, folder / "random.lua"
             path.write_text(as_lua(random_model(seed)))
-        self.found = Compiled(path, folder / "emitted", *options)
+        self.found = Compiled(path, folder / "emitted", *options, "--emit", "all,inverse")
         state = random_state(random.Random(7), self.found.n, 0.15)
         self.t, self.q, self.qd = state["t"], numpy.array(state["q"]), numpy.array(state["qd"])
         now = evaluate(path, {"t": self.t, "q": self.q.tolist(), "qd": self.qd.tolist()}, *options)
@@ -87,6 +87,16 @@ def test_forward_and_inverse_dynamics(case):
         multipliers = numpy.linalg.lstsq(u.T, force, rcond=None)[0]
         lines.append(agrees("force = u^T lambda", u.T @ multipliers, force, 1e-7, abs(force).max()))
     check(lines)
+
+
+def test_inverse_dynamics(case):
+    """M qdd - h - Q at any qdd; nothing at the accelerations without rows, the programme force at those with rows."""
+    now, rng = case.at_state, numpy.random.default_rng(3)
+    M, f = now["M"], now["h"] + now["Q"]
+    for qdd, expected in (rng.uniform(-9, 9, len(f)), None), (now["qdd_free"], 0 * f), (now["qdd"], now["force"] if case.found.m else 0 * f):
+        found = case.at(qd=numpy.concatenate([case.qd, qdd]))["inverse"]
+        size = max((abs(M) * abs(qdd)).max(), abs(now["h"]).max(), abs(now["Q"]).max())
+        check([agrees("inverse", found, M @ qdd - f if expected is None else expected, 1e-12, size)])
 
 
 def test_bias_forces_follow_from_mass_matrix(case):

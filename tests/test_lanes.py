@@ -12,10 +12,10 @@ WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
 # The quantities that integrators call; compilers need long for vectors that the processor lacks, so large models have few quantities.
 CALLED = ["--emit", "M,h,Q,energy,qdd_free,constrained"]
-DERIVATIVES = ["--emit", "all,tangent,tangent_vectors,d_statics"]
+DERIVATIVES = ["--emit", "all,tangent,tangent_vectors,d_statics,inverse,d_inverse"]
 RUNS, FUNCTIONS, SWITCHED = (TESTS / "models" / f"{name}.lua" for name in ("runs", "functions", "switched"))
 RODS = (RUNS, ["--set", "kind=rods", "--set", "rfe=3", "--loops", "always", *CALLED])
-FLEXIBLE = (REFERENCE, ["--set", "n_rfe=4", "--emit", "M,h,Q,energy,qdd_free,constrained,tangent"])
+FLEXIBLE = (REFERENCE, ["--set", "n_rfe=4", "--emit", "M,h,Q,energy,qdd_free,constrained,tangent,inverse"])
 ALL = [(path, []) for path in all_models() + models_of_tests()]
 SOME = {"fourbar", "functions", "switched"}
 SCENES = (ALL if LONG else [scene for scene in ALL if scene[0].stem in SOME]) + [RODS, FLEXIBLE]

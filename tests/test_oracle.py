@@ -13,7 +13,7 @@ STATES = [(seed, number) for seed in SEEDS for number in range(5)]
 def at_state(seed, number, **options):
     reference = oracle(seed)
     state = reference["states"][number]
-    found = evaluate(REFERENCE, {"t": state["t"], "q": state["q"], "qd": state["qd"], "inputs": {"tau": state["tau"]},
+    found = evaluate(REFERENCE, {"t": state["t"], "q": state["q"], "qd": state["qd"], "qdd": state["qdd"], "inputs": {"tau": state["tau"]},
                                  "parameters": {"xc": reference["params"]["xc"]}},
                      *settings({"n_rfe": reference["n_rfe"], "drive": "input", **options}))
     return reference, state, found
@@ -54,6 +54,7 @@ def test_quantities(seed, number):
         close("qdd", found["qdd"], state["qdd"], 1e-9),
         close("qdd_free", found["qdd_free"], state["qdd_free"], 1e-9),
         close("force", found["force"], state["r"], 1e-10),
+        close("inverse", found["inverse"], state["r"], 1e-12, max(abs(value) for value in state["Q"])),
     ])
 
 
@@ -97,6 +98,7 @@ def test_projected_equations(seed, number):
 def test_printed_form(seed, number):
     """h becomes -h + 2 s, and Q gains sum_j qd_j dQ_j/dqd_i: the dampers a second time."""
     reference, state, found = at_state(seed, number, form="printed")
+    assert found["inverse"] is None
     h = [-h + 2 * second for h, second in zip(state["h"], state["h_second"])]
     Q = [Q - damper * qd for Q, damper, qd in zip(state["Q"], reference["damper"], state["qd"])]
     check([close("h", found["h"], h, 1e-13), close("Q", found["Q"], Q, 1e-13), close("M", found["M"], state["M"], 1e-13)])

@@ -211,6 +211,30 @@ int main(void) {
         assert same(arm.qdd(one_q, one_qd, 0.3), row[:13]) and same(arm.force(one_q, one_qd, 0.3), row[13:])
 
 
+def test_inverse_dynamics_is_that_of_emitted_c(arm, tmp_path):
+    """Emitted with the same other functions, since all of them share the order of their sums."""
+    refdyn("gen", REFERENCE, "--set", "n_rfe=4", "--emit", "start,equations,inverse", "-o", tmp_path)
+    (tmp_path / "main.c").write_text('''#include "manipulator.h"
+#include <stdio.h>
+int main(void) {
+    struct manipulator_parameters p;
+    double state[39], tau[13];
+    manipulator_defaults(&p);
+    while (fread(state, sizeof state, 1, stdin) == 1) {
+        manipulator_inverse(&p, NULL, 0.3, state, state + 13, state + 26, tau);
+        fwrite(tau, sizeof tau, 1, stdout);
+    }
+    return 0;
+}
+''')
+    run("cc", "-O2", "-ffp-contract=off", f"-I{SOURCE / 'runtime'}", *tmp_path.glob("*.c"), "-lm", "-o", tmp_path / "main")
+    q, qd = states(arm, 20)
+    qdd = np.random.default_rng(2).uniform(-5, 5, q.shape)
+    found = subprocess.run([tmp_path / "main"], input=np.hstack([q, qd, qdd]).tobytes(), capture_output=True, check=True).stdout
+    for row, *state in zip(np.frombuffer(found).reshape(-1, 13), q, qd, qdd):
+        assert same(arm.inverse_dynamics(*state, 0.3), row)
+
+
 # ---- Batches of states ----
 
 @pytest.mark.parametrize("quantity", ["M", "qdd", "energy", "constrained", "C"])
@@ -249,6 +273,20 @@ def test_arrays_of_any_kind(arm):
         assert same(arm.qdd(other, qd, np.int64(1)), expected)
     assert same(arm.qdd(whole, qd), arm.qdd(whole.astype(float), qd)) and same(arm.qdd(q), arm.qdd(q, np.zeros(13)))
     assert np.isnan(arm.qdd(np.full(13, np.nan), qd)).all()
+
+
+def test_inverse_dynamics(arm):
+    """It undoes forward dynamics, and its arguments are batches like those of quantities; the derivative by qdd is M."""
+    q, qd = states(arm, 6)
+    qdd, heavy = arm.qdd(q, qd, 0.3), {"m_E": [1, 2.5, 3, 4, 5, 6]}
+    force = arm.force(q, qd, 0.3)
+    assert np.abs(arm.inverse_dynamics(q, qd, qdd, 0.3) - force).max() <= 1e-9 * np.abs(force).max()
+    grid = arm.inverse_dynamics(q[0], qd, qdd[1], 0.3, parameters=heavy)
+    for i in range(6):
+        one = arm.inverse_dynamics(q[0], qd[i].tolist(), qdd[1], 0.3, parameters={"m_E": heavy["m_E"][i]})
+        assert one.shape == (13,) and np.abs(grid[i] - one).max() <= 1e-13 * np.abs(one).max()
+        assert same(one, arm.inverse(q[0], np.concatenate([qd[i], qdd[1]]), 0.3, parameters={"m_E": heavy["m_E"][i]}))
+    assert np.allclose(arm.d_inverse(q[0], np.concatenate([qd[0], qdd[0]]))["qdd"], arm.M(q[0]), rtol=1e-12, atol=1e-15)
 
 
 # ---- Parameters and inputs ----
@@ -549,6 +587,7 @@ CALLS = {
     "q: has shape (12,); its last axis must have 13 entries": lambda arm: arm.M(np.zeros(12)),
     "qd: has shape (); its last axis must have 13 entries": lambda arm: arm.h(np.zeros(13), 1.0),
     "m_e: unknown parameter; did you mean 'm_E'?": lambda arm: arm.M(np.zeros(13), parameters={"m_e": 2}),
+    "qdd: has shape (12,); its last axis must have 13 entries": lambda arm: arm.inverse_dynamics(np.zeros(13), np.zeros(13), np.zeros(12)),
     "tau: unknown input; the model has no input": lambda arm: arm.M(np.zeros(13), inputs={"tau": 2}),
     "parameter m_E: contains inf; all numbers must be finite": lambda arm: arm.M(np.zeros(13), parameters={"m_E": np.inf}),
     "shape mismatch": lambda arm: arm.M(np.zeros((3, 13)), np.zeros((2, 13))),

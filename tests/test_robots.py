@@ -101,8 +101,9 @@ def test_parallel_axes_stay_parallel(tmp_path):
 def test_references(method):
     lines = []
     for state in oracle("robot")["states"]:
-        found = evaluate(ROBOT, {"q": state["q"], "qd": state["qd"]}, "--accelerations", method)
-        lines += [close("M", found["M"], state["M"], 1e-14), close("h + Q", numpy.add(found["h"], found["Q"]), state["f"], 1e-14),
+        found = evaluate(ROBOT, {"q": state["q"], "qd": state["qd"], "qdd": state["qdd_given"]}, "--accelerations", method)
+        lines += [close("inverse", found["inverse"], state["inverse"], 1e-14),
+                  close("M", found["M"], state["M"], 1e-14), close("h + Q", numpy.add(found["h"], found["Q"]), state["f"], 1e-14),
                   close("qdd", found["qdd_free"], state["qdd"], 1e-13)]
     check(lines)
 

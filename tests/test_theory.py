@@ -11,7 +11,7 @@ FOLDERS = ("gen", "runtime", "models", "tests", "generated")
 SUFFIXES = {".c", ".h", ".def", ".md", ".lua", ".py"}
 NUMBERS = r"\d+(?:\.\d+)?(?:(?:,| and| to)\s+\d+(?:\.\d+)?)*"
 CITATION = re.compile(rf"\btheory(?:\]\([^)]*\))?,?\s+(?:sect\.\s+)?({NUMBERS})", re.I)
-EMISSION = "all,tangent,tangent_vectors,d_qdd,d_qdd_free,d_force,d_statics,d_rows"
+EMISSION = "all,tangent,tangent_vectors,d_qdd,d_qdd_free,d_force,d_inverse,d_statics,d_rows,inverse"
 
 
 def read(path):

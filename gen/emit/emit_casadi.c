@@ -212,14 +212,19 @@ static int doubles_of_parameters(const struct plan *plan) {
     return plan->parameter_count + plan->prepare.out_count;
 }
 
-/* Lists the arguments of a function of the model; `is_step`: also h. */
-static void list_inputs(const struct plan *plan, bool is_step, struct ports *ports) {
+/* What functions read in addition to the state, the inputs and the parameters. */
+enum reads { READS_STATE, READS_ACCELERATIONS, READS_STEP };
+
+/* The arguments of a function of the model. */
+static void list_inputs(const struct plan *plan, enum reads reads, struct ports *ports) {
     const int n = plan->tree->count;
     *ports = (struct ports){.memory = plan->memory};
     add_port(ports, "q", n, 1);
     add_port(ports, "qd", n, 1);
+    if (reads == READS_ACCELERATIONS)
+        add_port(ports, "qdd", n, 1);
     add_port(ports, "t", 1, 1);
-    if (is_step)
+    if (reads == READS_STEP)
         add_port(ports, "h", 1, 1);
     add_port(ports, "inputs", plan->model->input_count, 1);
     add_port(ports, "parameters", plan->parameter_count, 1);
@@ -256,9 +261,9 @@ static void set_block(struct port *block, int place, int stride, const bool *is_
 
 /* ---- Quantities ---- */
 
-/* CasADi calls functions of the state alone; it has derivatives as Jacobians of these. */
+/* CasADi calls functions of the state and of accelerations; it has derivatives as Jacobians of these. */
 static bool is_for_casadi(const struct function *function) {
-    return !function->takes_motion && !function->has_blocks && !function->is_for_runtime;
+    return function->given != GIVEN_MOTION && !function->has_blocks && !function->is_for_runtime;
 }
 
 bool emit_has_casadi_function(const struct plan *plan) {
@@ -268,12 +273,21 @@ bool emit_has_casadi_function(const struct plan *plan) {
     return false;
 }
 
-static void put_compute(struct writer *w, const char *name, const char *quantity) {
+static bool reads_accelerations(const struct function *function) {
+    return function->given == GIVEN_ACCELERATIONS;
+}
+
+static void put_compute(struct writer *w, const char *name, const struct function *function) {
     text_add(w->text,
              "static int %s_compute(const casadi_real *const *arguments, casadi_real *values, casadi_real "
              "*work) {\n"
-             "    return casadi_call(%s_%s_doubles, arguments, values, work);\n}\n",
-             name, w->name, quantity);
+             "    return casadi_call%s(%s_%s_doubles, arguments, values, work);\n}\n",
+             name, reads_accelerations(function) ? "_with_qdd" : "", w->name, function->quantity);
+}
+
+/* Scratch of a function: the parameters, then qd and qdd in one array. */
+static int work_of(const struct plan *plan, const struct function *function) {
+    return doubles_of_parameters(plan) + (reads_accelerations(function) ? 2 * plan->tree->count : 0);
 }
 
 static void list_results(const struct plan *plan, const struct function *function, struct ports *out) {
@@ -308,19 +322,20 @@ static void put_jacobian(struct writer *w, const struct function *function, cons
                    add_block(w, &blocks, &out->list[0], &in->list[i]));
     add_outputs_to_inputs(w, &all, out);
     const char *name = memory_format(w->plan->memory, "jac_%s_%s", w->name, function->quantity);
-    put_compute(w, name, derivatives->quantity);
-    put_jacobian_function(w, name, &all, &blocks, derivatives->out_count, doubles_of_parameters(w->plan));
+    put_compute(w, name, derivatives);
+    put_jacobian_function(w, name, &all, &blocks, derivatives->out_count, work_of(w->plan, derivatives));
 }
 
 static void put_quantity(struct writer *w, const struct function *function) {
     const char *name = memory_format(w->plan->memory, "%s_%s", w->name, function->quantity);
     struct ports in, out;
-    list_inputs(w->plan, false, &in);
+    const bool has_qdd = reads_accelerations(function);
+    list_inputs(w->plan, has_qdd ? READS_ACCELERATIONS : READS_STATE, &in);
     list_results(w->plan, function, &out);
     text_add(w->text, "/* %s */\n", function->about);
-    put_compute(w, name, function->quantity);
-    put_function(w, name, "casadi_state_in", in.count, &out, function->out_count,
-                 doubles_of_parameters(w->plan));
+    put_compute(w, name, function);
+    put_function(w, name, has_qdd ? "casadi_qdd_in" : "casadi_state_in", in.count, &out, function->out_count,
+                 work_of(w->plan, function));
     put_jacobian(w, function, &in, &out);
 }
 
@@ -370,7 +385,7 @@ static void put_step(struct writer *w, const char *method) {
     const char *step = memory_format(w->plan->memory, "step_%s", method);
     const char *name = memory_format(w->plan->memory, "%s_%s", w->name, step);
     struct ports in, out = {.memory = w->plan->memory};
-    list_inputs(w->plan, true, &in);
+    list_inputs(w->plan, READS_STEP, &in);
     add_port(&out, "q_next", n, 1);
     add_port(&out, "qd_next", n, 1)->place = n;
     text_add(w->text, "/* one step of length h */\n");
@@ -417,6 +432,13 @@ static void put_named(struct writer *w, const char *what, const char *name, cons
     text_add(w->text, " *   %s %d %s [%s]\n", what, place, name, text_comment(w->plan->memory, unit));
 }
 
+static bool has_accelerations(const struct plan *plan) {
+    for (int f = 0; f < plan->function_count; f++)
+        if (reads_accelerations(&plan->functions[f]))
+            return true;
+    return false;
+}
+
 static void put_remarks(struct writer *w) {
     const struct plan *plan = w->plan;
     text_add(w->text,
@@ -424,10 +446,11 @@ static void put_remarks(struct writer *w) {
              " *     cc -O2 -fPIC -shared -I$REFDYN_INCLUDE %s_casadi.c -o lib%s_casadi.so -lm\n"
              " * where REFDYN_INCLUDE is the folder of refdyn_model.h, then\n"
              " *     casadi.external(\"%s_qdd\", \"./lib%s_casadi.so\")\n"
-             " * Arguments: q, qd, t, inputs, parameters; a step has its length h after t. %s_defaults "
+             " * Arguments: q, qd, t, inputs, parameters; a step has its length h after t%s. %s_defaults "
              "returns the "
              "model's values.\n",
-             emit_lead(plan->memory, w->name, "CasADi"), w->name, w->name, w->name, w->name, w->name);
+             emit_lead(plan->memory, w->name, "CasADi"), w->name, w->name, w->name, w->name,
+             has_accelerations(plan) ? ", inverse dynamics qdd after qd" : "", w->name);
     for (int i = 0; i < plan->tree->count && i < 20; i++)
         put_named(w, "q", plan->tree->frames[i].name, plan->tree->frames[i].joint.is_revolute ? "rad" : "m",
                   i);
@@ -494,15 +517,34 @@ static void put_calls(struct writer *w) {
                       "    casadi_take_parameters(arguments[4], p);\n"
                       "    function(p, arguments[3], *arguments[2], arguments[0], arguments[1], values);\n"
                       "    return 0;\n}\n\n");
+    if (!has_accelerations(plan))
+        return;
+    text_add(
+        w->text,
+        "/* The arguments are q, qd, qdd, t, inputs, parameters; the function expects qdd after qd. */\n"
+        "static int casadi_call_with_qdd(refdyn_function *function, const casadi_real *const *arguments, "
+        "casadi_real *values,\n                                casadi_real *p) {\n"
+        "    casadi_real *const rates = p + %d;\n"
+        "    const casadi_real *const others[] = {arguments[0], rates, arguments[3], arguments[4], "
+        "arguments[5]};\n"
+        "    memcpy(rates, arguments[1], %d * sizeof *rates);\n"
+        "    memcpy(rates + %d, arguments[2], %d * sizeof *rates);\n"
+        "    return casadi_call(function, others, values, p);\n}\n\n",
+        doubles_of_parameters(plan), plan->tree->count, plan->tree->count, plan->tree->count);
 }
 
-/* The inputs that all functions of the state share, and those of all steps. */
+/* The inputs that all functions of the state share, those of all functions of accelerations, and of all
+ * steps. */
 static void put_inputs(struct writer *w) {
     struct ports in;
-    list_inputs(w->plan, false, &in);
+    list_inputs(w->plan, READS_STATE, &in);
     put_ports(w, "casadi_state", "in", &in);
+    if (has_accelerations(w->plan)) {
+        list_inputs(w->plan, READS_ACCELERATIONS, &in);
+        put_ports(w, "casadi_qdd", "in", &in);
+    }
     if (w->plan->has_step) {
-        list_inputs(w->plan, true, &in);
+        list_inputs(w->plan, READS_STEP, &in);
         put_ports(w, "casadi_step", "in", &in);
     }
 }

@@ -40,9 +40,8 @@ static void emit_result_type(struct emission *x, struct text *text, const struct
 
 void emit_list_given(const struct plan *plan, const struct function *function, struct given_array *list) {
     const int n = plan->tree->count, m = plan->model->row_count;
-    const bool is_taken = function->takes_motion;
-    list[0] = (struct given_array){"qdd", is_taken ? n : 0, n};
-    list[1] = (struct given_array){"lambda", is_taken ? m : 0, 2 * n + 1};
+    list[0] = (struct given_array){"qdd", function->given == GIVEN_NOTHING ? 0 : n, n};
+    list[1] = (struct given_array){"lambda", function->given == GIVEN_MOTION ? m : 0, 2 * n + 1};
 }
 
 static void emit_arguments(struct emission *x, struct text *text, const struct function *function) {

@@ -155,7 +155,7 @@ static const struct element_run *run_of(const struct plan *plan, int run) {
     return &plan->rolled->runs[run];
 }
 
-/* Accelerations follow the rates in the argument: see takes_motion in plan.h. */
+/* Accelerations follow the rates in the argument: see enum given in plan.h. */
 static double coordinate_value(const struct arguments *a, int coordinate, int order) {
     const int n = a->plan->tree->count;
     return order == 0 ? a->q[coordinate] : a->qd[(order - 1) * n + coordinate];

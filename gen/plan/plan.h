@@ -164,9 +164,16 @@ struct composed_array {
     bool is_added; /* added to the present contents of the array */
 };
 
+/* What a function reads after qd. */
+enum given {
+    GIVEN_NOTHING,
+    GIVEN_ACCELERATIONS, /* qdd (n) */
+    GIVEN_MOTION         /* the result of `constrained`: qdd (n), power (1), lambda (m) */
+};
+
 struct function {
     const char *quantity, *about;
-    bool takes_motion;     /* after qd it reads the result of `constrained`: qdd (n), power (1), lambda (m) */
+    enum given given;
     bool keeps_parameters; /* computes values of parameters alone itself, instead of reading them from
                               `prepare` */
     bool is_for_runtime;   /* describes the start, the events or the rules of a motion: quantities.def */

@@ -81,7 +81,7 @@ static bool is_slot_at_hand(const struct walk *w, expression e) {
 }
 
 static bool is_order_given(const struct walk *w, int order) {
-    return order < 2 || (order == 2 && w->function->takes_motion);
+    return order < 2 || (order == 2 && w->function->given != GIVEN_NOTHING);
 }
 
 static bool is_element_at_hand(const struct walk *w, const struct symbol *s) {
@@ -101,7 +101,7 @@ static bool is_symbol_at_hand(const struct walk *w, expression e) {
     case SYMBOL_COORDINATE:
         return s->index < w->plan->tree->count && is_order_given(w, s->order);
     case SYMBOL_MULTIPLIER:
-        return s->index < w->plan->model->row_count && w->function->takes_motion;
+        return s->index < w->plan->model->row_count && w->function->given == GIVEN_MOTION;
     case SYMBOL_ELEMENT:
         return is_element_at_hand(w, s);
     case SYMBOL_LAST:

@@ -124,7 +124,8 @@ static void add_inertia_products(struct pairs *pairs, const struct near_arrays *
         pairs->products[pairs->product_count++] = stiffness_product(near, a, targets->by_q);
     if (targets->by_qd != NOTHING)
         pairs->products[pairs->product_count++] = damping_product(near, a, targets->by_qd);
-    pairs->products[pairs->product_count++] = mass_product(near, a, targets->mass);
+    if (targets->mass != NOTHING)
+        pairs->products[pairs->product_count++] = mass_product(near, a, targets->mass);
     memcpy(pairs->moves, moves, sizeof moves);
     for (int i = 0; i < pairs->n; i++)
         if (pairs->moves_on[i])
@@ -142,7 +143,8 @@ static void add_inertia_pairs(struct builder *b, const struct turned_applied_for
     struct pairs *pairs =
         pair_loops_add_pairs(&b->arrays, "pairs of coordinates (7.4): j, and i beyond it, from the tips");
     add_inertia_products(pairs, &near, &far, targets);
-    mass_matrix_add_rotors(b->d, b->f, targets->mass);
+    if (targets->mass != NOTHING)
+        mass_matrix_add_rotors(b->d, b->f, targets->mass);
     if (targets->by_q != NOTHING)
         pair_loops_add_term(&pairs->products[0].turn.rows, 1, near.axis, rows);
 }
@@ -164,19 +166,21 @@ static void add_derivatives(struct builder *b, const struct targets *targets) {
 
 /* ---- Blocks: derivatives by q, qd, t, inputs and parameters, side by side in one function ---- */
 
-enum block { BY_Q, BY_QD, BY_T, BY_X, BY_P, BLOCK_COUNT };
+/* BY_QDD is a block of `d_inverse` alone. */
+enum block { BY_Q, BY_QD, BY_T, BY_X, BY_P, BLOCK_COUNT, BY_QDD = BLOCK_COUNT, NAMED_BLOCKS };
 
 struct block_kind {
     const char *name, *about;
     enum symbol_kind kind;
 };
 
-static const struct block_kind blocks[BLOCK_COUNT] = {
+static const struct block_kind blocks[NAMED_BLOCKS] = {
     [BY_Q] = {"q", "by the coordinates", SYMBOL_COORDINATE},
     [BY_QD] = {"qd", "by their rates", SYMBOL_COORDINATE},
     [BY_T] = {"t", "by time", SYMBOL_TIME},
     [BY_X] = {"x", "by the inputs", SYMBOL_INPUT},
     [BY_P] = {"p", "by the parameters, in the order of the table", SYMBOL_PARAMETER},
+    [BY_QDD] = {"qdd", "by the accelerations", SYMBOL_COORDINATE},
 };
 
 /* ---- Terms that are differentiated by t, inputs and parameters ---- */
@@ -234,7 +238,7 @@ static bool reads_parameters(const struct derivation *d, const expression *value
 }
 
 const char *derivatives_block_name(int block) {
-    return block < BLOCK_COUNT ? blocks[block].name : NULL;
+    return block < NAMED_BLOCKS ? blocks[block].name : NULL;
 }
 
 /* Columns of a block; 0: the block is left out. */
@@ -340,14 +344,14 @@ static struct builder start(struct derivation *d, struct function *f, bool has_r
     return b;
 }
 
-/* Starts derivatives at accelerations and multipliers that the caller provides. */
-static struct builder start_given(struct derivation *d, struct function *f) {
-    struct builder b = open_builder(d, f, d->m > 0);
+/* Starts at accelerations, and multipliers of rows, that the caller provides. */
+static struct builder start_given(struct derivation *d, struct function *f, enum given given) {
+    struct builder b = open_builder(d, f, given == GIVEN_MOTION && d->m > 0);
     expression *accelerations = derivation_new_values(d, d->frames);
     for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
         accelerations[i] = kinematics_coordinate_of(&d->kinematics, i, 2);
     b.given = given_motion_derive(&d->kinematics, accelerations, NULL);
-    f->takes_motion = true;
+    f->given = given;
     return b;
 }
 
@@ -369,6 +373,12 @@ static expression *difference(struct derivation *d, const expression *of, const 
     return difference;
 }
 
+/* M qdd - h - Q, less u^T lambda if the rows are among the applied forces, by frame. */
+static const expression *required_forces(const struct builder *b) {
+    return difference(b->d, tangent_inertia_forces(b->given),
+                      tangent_generalized_forces(b->given, b->applied_forces));
+}
+
 static struct terms motion_terms(const struct builder *b) {
     struct derivation *d = b->d;
     const struct parts parts = parts_of(d);
@@ -376,9 +386,7 @@ static struct terms motion_terms(const struct builder *b) {
     struct terms terms = {.values = derivation_new_values(d, 2 * d->frames + d->m),
                           .count = 2 * d->frames + d->m};
     tangent_add_row_forces(&d->kinematics, rows_alone);
-    const expression *motion = difference(d, tangent_inertia_forces(b->given),
-                                          tangent_generalized_forces(b->given, b->applied_forces));
-    const expression *row = tangent_row_balances(&d->kinematics),
+    const expression *motion = required_forces(b), *row = tangent_row_balances(&d->kinematics),
                      *force = tangent_generalized_forces(b->given, rows_alone);
     memcpy(terms.values + parts.motion, motion, (size_t)d->frames * sizeof *motion);
     memcpy(terms.values + parts.force, force, (size_t)d->frames * sizeof *force);
@@ -412,7 +420,7 @@ static void add_given_results(struct builder *b) {
 
 void quantity_tangent(struct derivation *d, struct function *f) {
     const int n = d->n;
-    struct builder b = start_given(d, f);
+    struct builder b = start_given(d, f, GIVEN_MOTION);
     add_given_results(&b);
     const int K = derivation_add_array(
         d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at given qdd, lambda", n * n, n);
@@ -476,7 +484,7 @@ static void add_joint_vectors(struct builder *b) {
 
 void quantity_tangent_vectors(struct derivation *d, struct function *f) {
     const int n = d->n;
-    struct builder b = start_given(d, f);
+    struct builder b = start_given(d, f, GIVEN_MOTION);
     add_given_results(&b);
     const int stiffness =
         derivation_add_array(d, f, "stiffness", "(n) diagonal of K in addition to the vectors", n, 0);
@@ -523,7 +531,7 @@ bool derivatives_prefer_vectors(struct derivation *d) {
     if (has_massless_joint(d))
         return false;
     struct function scratch = {.quantity = "", .about = ""};
-    struct builder b = start_given(d, &scratch);
+    struct builder b = start_given(d, &scratch, GIVEN_MOTION);
     const int couplings = force_derivatives_add_couplings(&b, -1);
     return refdyn_chain_pays(d->n, d->m, couplings, is_planar(&b));
 }
@@ -662,6 +670,30 @@ void quantity_d_force(struct derivation *d, struct function *f) {
         if (force[k] != NOTHING)
             force_derivatives_add_product(&b, force[k], arrays.u, dlambda[k], 1,
                                           "programme forces u^T dlambda");
+    pair_loops_drop_unread(d->memory, f);
+}
+
+/* ---- Inverse dynamics ---- */
+
+void quantity_inverse(struct derivation *d, struct function *f) {
+    const struct builder b = start_given(d, f, GIVEN_ACCELERATIONS);
+    const int tau = derivation_add_array(d, f, "tau", "(n) M qdd - h - Q [N, N m]", d->n, 0);
+    derivation_spread(d, f, tau, 0, 1, required_forces(&b));
+}
+
+void quantity_d_inverse(struct derivation *d, struct function *f) {
+    int widths[BLOCK_COUNT], arrays[BLOCK_COUNT];
+    struct builder b = start_given(d, f, GIVEN_ACCELERATIONS);
+    struct terms terms = {.values = (expression *)required_forces(&b), .count = d->frames};
+    struct targets targets = {.mass = NOTHING, .sign = -1};
+    open_blocks(d, &terms, widths);
+    add_blocks(d, f, "", "d(tau)", d->n, widths, arrays);
+    if (d->wanted_blocks & 1u << BY_QDD)
+        targets.mass =
+            derivation_add_array(d, f, blocks[BY_QDD].name,
+                                 "(n x n) d(tau) by the accelerations: the mass matrix", d->n * d->n, d->n);
+    targets.has_inertia = targets.mass != NOTHING || widths[BY_Q] || widths[BY_QD];
+    add_block_derivatives(&b, &terms, 0, arrays, targets);
     pair_loops_drop_unread(d->memory, f);
 }
 

@@ -108,6 +108,13 @@ static const struct quantity quantities[] = {
 };
 #undef QUANTITY
 
+static const struct quantity *find_quantity(const char *name) {
+    const struct quantity *quantity = quantities;
+    while (strcmp(quantity->name, name))
+        quantity++;
+    return quantity;
+}
+
 /* ---- The words of `--emit` ---- */
 
 /* Words for several quantities are replaced by the names of these, with the derivatives that an emission for
@@ -122,8 +129,9 @@ static bool is_word_for_several(const char *word) {
 }
 
 static const struct derivatives_of differentiable[] = {
-    {"qdd", "d_qdd", ""},      {"qdd_free", "d_qdd_free", ""}, {"force", "d_force", ""},
-    {"phi", "d_rows", "phi_"}, {"psi", "d_rows", "psi_"},      {"k", "d_rows", "k_"}};
+    {"qdd", "d_qdd", ""},         {"qdd_free", "d_qdd_free", ""}, {"force", "d_force", ""},
+    {"inverse", "d_inverse", ""}, {"phi", "d_rows", "phi_"},      {"psi", "d_rows", "psi_"},
+    {"k", "d_rows", "k_"}};
 enum { DIFFERENTIABLE = sizeof differentiable / sizeof *differentiable };
 
 const struct derivatives_of *quantities_derivatives_of(const char *quantity) {
@@ -137,7 +145,8 @@ const struct derivatives_of *quantities_derivatives_of(const char *quantity) {
 static const char *with_derivatives(struct memory *memory, const char *word) {
     const char *list = word;
     for (int i = 0; i < DIFFERENTIABLE; i++)
-        if (!strcmp(word, "all") || !strcmp(word, differentiable[i].quantity))
+        if ((!strcmp(word, "all") && find_quantity(differentiable[i].quantity)->use != ON_REQUEST) ||
+            !strcmp(word, differentiable[i].quantity))
             list = memory_format(memory, "%s,%s", list, differentiable[i].function);
     return list;
 }
@@ -433,13 +442,6 @@ static bool is_wanted(const struct derivation *d, const struct quantity *quantit
 
 static bool is_named(const struct derivation *d, const struct quantity *quantity) {
     return d->emit && is_in_list(d->emit, quantity->name);
-}
-
-static const struct quantity *find_quantity(const char *name) {
-    const struct quantity *quantity = quantities;
-    while (strcmp(quantity->name, name))
-        quantity++;
-    return quantity;
 }
 
 /* Returns whether the call is made: everything is requested and no member of the group is named, or at least

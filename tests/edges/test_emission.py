@@ -11,8 +11,8 @@ from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, refdyn
 
 STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Werror"]
 PENDULUM = MODELS / "pendulum.lua"  # without rows
-DERIVATIVES = ("d_qdd", "d_qdd_free", "d_force", "d_statics", "d_rows")
-BLOCKS = ("q", "qd", "t", "x", "p")
+DERIVATIVES = ("d_qdd", "d_qdd_free", "d_force", "d_inverse", "d_statics", "d_rows")
+BLOCKS = ("q", "qd", "t", "x", "p", "qdd")
 
 
 def emit(folder, model, *arguments):
@@ -151,11 +151,12 @@ def load(folder, name):
 def call(library, name, quantity, n, count, parameters, inputs=0):
     rng = numpy.random.default_rng(8)
     q, qd, out = rng.uniform(-0.7, 0.7, n), rng.uniform(-1, 1, n), numpy.full(count, numpy.nan)
+    given = [rng.uniform(-1, 1, n)] if quantity == "d_inverse" else []
     p, x = numpy.zeros(parameters + 1), rng.uniform(-1, 1, inputs + 1)
     pointer = lambda array: array.ctypes.data_as(ctypes.c_void_p)
     if parameters:
         getattr(library, f"{name}_defaults")(pointer(p))
-    getattr(library, f"{name}_{quantity}")(pointer(p), pointer(x), ctypes.c_double(0.3), pointer(q), pointer(qd), pointer(out))
+    getattr(library, f"{name}_{quantity}")(pointer(p), pointer(x), ctypes.c_double(0.3), *map(pointer, [q, qd, *given, out]))
     return out
 
 
@@ -247,4 +248,4 @@ def test_a_part_costs_less(tmp_path):
 def test_no_such_part(word, tmp_path):
     done = refdyn("gen", REFERENCE, "--emit", word, "-o", tmp_path / "out", status=2)
     assert done.stderr.splitlines()[0] == (
-        f"refdyn gen: --emit: '{word}' is not a part of a quantity; d_qdd d_qdd_free d_force d_statics d_rows have .q .qd .t .x .p")
+        f"refdyn gen: --emit: '{word}' is not a part of a quantity; d_qdd d_qdd_free d_force d_inverse d_statics d_rows have .q .qd .t .x .p .qdd")

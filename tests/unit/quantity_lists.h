@@ -25,6 +25,7 @@
     ENTRY(qdd_free, n)                                                            \
     ENTRY(qdd, n)                                                                 \
     ENTRY(force, n)                                                               \
+    ENTRY(inverse, n)                                                             \
     ENTRY(equations, n *n + n + m * n + 4 * m)                                    \
     ENTRY(constrained, n + 1 + m)                                                 \
     ENTRY(accelerations, 2 * n + 1 + m)                                           \
@@ -36,6 +37,7 @@
     ENTRY(d_qdd, n *variables)                                                    \
     ENTRY(d_qdd_free, n *variables)                                               \
     ENTRY(d_force, n *variables)                                                  \
+    ENTRY(d_inverse, n *(variables + n))                                          \
     ENTRY(d_statics, n *(variables - n))                                          \
     ENTRY(d_rows, m *(3 * variables - n))
 

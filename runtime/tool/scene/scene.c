@@ -219,9 +219,9 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
     if (needs_statics_tangent(model, needs, values))
         needs |= NEEDS_TANGENT;
     return format_text(
-        "%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+        "%s%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k,constrained" : "",
-        needs & NEEDS_STATICS ? ",Q,Q_q" : "",
+        scene->state.qdd && !model->printed_form ? ",inverse" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
         !(needs & NEEDS_MOTION) ? ""
         : rows                  ? ",constrained"
@@ -404,7 +404,7 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
         status = open_targets(scene, options, state_path);
     if (status != STATUS_DONE || !needs)
         return status;
-    if (state_path && !scene_state_read(&scene->state, state_path, &scene->generation))
+    if (state_path && !scene_state_read(&scene->state, state_path, &scene->generation, needs & NEEDS_STATE))
         return STATUS_FAULT;
     scene->values = given_values(scene);
     return make_ready(scene, options, needs, &scene->values);

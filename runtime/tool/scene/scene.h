@@ -49,13 +49,14 @@ struct values {
 
 struct state {
     double t;
-    double *q, *qd; /* (n) NULL if not given */
+    double *q, *qd, *qdd; /* (n) NULL if not given; only `eval` reads qdd */
     struct named_value *inputs, *parameters;
     int input_count, parameter_count;
 };
 
 /* Returns false and reports errors with FILE:LINE if the file is not a state of this model. */
-bool scene_state_read(struct state *state, const char *path, const struct generation *generation);
+bool scene_state_read(struct state *state, const char *path, const struct generation *generation,
+                      bool takes_accelerations);
 
 /* One model made ready to compute with: read, emitted, compiled, its parameters and inputs set. */
 
@@ -80,10 +81,10 @@ struct scene {
 };
 
 enum {
-    NEEDS_MOTION = 1,        /* equations, accelerations, energy, power */
-    NEEDS_STATICS = 2,       /* Q, Q_q, the quantities of the workspace, and a tangent if rows hold */
-    NEEDS_STATE = 4,         /* each quantity of the equations, qdd_free, energy */
-    NEEDS_POINTS = 8,        /* r */
+    NEEDS_MOTION = 1,  /* equations, accelerations, energy, power */
+    NEEDS_STATICS = 2, /* Q, Q_q, the quantities of the workspace, and a tangent if rows hold */
+    NEEDS_STATE = 4,   /* each quantity of the equations, qdd_free, energy; inverse dynamics at a given qdd */
+    NEEDS_POINTS = 8,  /* r */
     NEEDS_POINT_RATES = 16,  /* rd, C, d */
     NEEDS_ALL = 32,          /* all quantities of the scene */
     NEEDS_TANGENT = 64,      /* tangent */

@@ -69,6 +69,7 @@ static int locate_line(const char *text, const char *key, const char *member, in
 struct reading {
     const char *path, *text;
     const struct generation *generation;
+    bool takes_accelerations;
     int complaints;
 };
 
@@ -211,7 +212,8 @@ static bool is_of_result(const char *key) {
 }
 
 static void read_member(struct reading *reading, struct state *state, const char *key, json_t *value) {
-    static const char *const keys[] = {"t", "q", "qd", "inputs", "parameters"};
+    static const char *const keys[] = {"t", "q", "qd", "inputs", "parameters", "qdd"};
+    const bool takes_qdd = reading->takes_accelerations;
     int line = locate_line(reading->text, key, NULL, -1);
     if (strcmp(key, "t") == 0) {
         state->t = json_number_value(value);
@@ -221,6 +223,8 @@ static void read_member(struct reading *reading, struct state *state, const char
         state->q = read_vector(reading, key, value);
     else if (strcmp(key, "qd") == 0)
         state->qd = read_vector(reading, key, value);
+    else if (strcmp(key, "qdd") == 0 && takes_qdd)
+        state->qdd = read_vector(reading, key, value);
     else if (strcmp(key, "inputs") == 0)
         read_inputs(reading, state, value);
     else if (strcmp(key, "parameters") == 0)
@@ -228,8 +232,10 @@ static void read_member(struct reading *reading, struct state *state, const char
     else if (strcmp(key, "coordinates") == 0)
         check_coordinates(reading, value);
     else if (!is_of_result(key) && !is_of_model(reading, line, key))
-        unknown_name(reading, line, "key of a state (t, q, qd, inputs, parameters)", key, keys,
-                     sizeof keys / sizeof keys[0]);
+        unknown_name(reading, line,
+                     takes_qdd ? "key of a state (t, q, qd, qdd, inputs, parameters)"
+                               : "key of a state (t, q, qd, inputs, parameters)",
+                     key, keys, sizeof keys / sizeof keys[0] - !takes_qdd);
 }
 
 /* Shows the token that jansson names, and a character beyond ASCII in it. */
@@ -242,14 +248,16 @@ static void complain_of_syntax(struct reading *reading, const json_error_t *erro
                 strange ? instead : "");
 }
 
-bool scene_state_read(struct state *state, const char *path, const struct generation *generation) {
+bool scene_state_read(struct state *state, const char *path, const struct generation *generation,
+                      bool takes_accelerations) {
     *state = (struct state){.t = 0};
     static const char mark[] = "\xEF\xBB\xBF"; /* byte order mark of UTF-8, which some editors write first */
     const char *text = format_read_file(path, "state");
     if (!text)
         return false;
     text += strncmp(text, mark, strlen(mark)) == 0 ? strlen(mark) : 0;
-    struct reading reading = {.path = path, .text = text, .generation = generation};
+    struct reading reading = {
+        .path = path, .text = text, .generation = generation, .takes_accelerations = takes_accelerations};
     json_error_t error;
     json_t *root = json_loads(text, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
     const char *key;

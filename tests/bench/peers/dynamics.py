@@ -227,6 +227,7 @@ def reference(n_rfe):
         "rows": [held(links, q, qd, tau)],
         "mass": [mass, Chain(links, EXACT, q).inverse(qd, rest, 0)],
         "d_accelerations": [derivative(lambda at: forward(links, EXACT, at, qd, tau), q, w), derivative(lambda at: forward(links, EXACT, q, at, tau), qd, w)],
+        "inverse": [inverse(links, EXACT, q, qd, qdd)],
         "d_inverse": [derivative(lambda at: inverse(links, EXACT, at, qd, qdd), q, w), derivative(lambda at: inverse(links, EXACT, q, at, qdd), qd, w), mass],
     }
     return {quantity: [[float(x) for x in vector] for vector in vectors] for quantity, vectors in found.items()}

@@ -67,7 +67,7 @@ def expressions(quantity, n_rfe):
         found = dynamics.Chain(links, kind, rows[0])
         outputs = [found.mass_matrix(), found.inverse(rows[1], [0] * n, 0)]
     else:
-        outputs = [(dynamics.inverse if quantity == "d_inverse" else dynamics.forward)(links, kind, *rows)]
+        outputs = [(dynamics.inverse if quantity.endswith("inverse") else dynamics.forward)(links, kind, *rows)]
     outputs = [casadi.densify(casadi.vertcat(*output)) for output in outputs]
     if quantity.startswith("d_"):
         by = [q, qd, last] if quantity == "d_inverse" else [q, qd]
@@ -122,19 +122,17 @@ def vectors(path, program, quantity, n, directions):
     """The values of one file as vectors, matrices times `directions`; CasADi and Pinocchio write columns, and one triangle of M."""
     import numpy
     values = numpy.fromfile(path)
-    matrices = {"accelerations": 0, "rows": 0, "mass": 1, "d_accelerations": 2, "d_inverse": 3}[quantity]
+    matrices = {"accelerations": 0, "rows": 0, "mass": 1, "d_accelerations": 2, "inverse": 0, "d_inverse": 3}[quantity]
     if program == "casadi" and quantity == "mass":
         triangle = numpy.zeros((n, n))
         triangle.T[numpy.tril_indices(n)] = values[:-n]
         values = numpy.concatenate([triangle.T.ravel(), values[-n:]])
-    if program == "refdyn" and quantity == "d_inverse":
-        values = values[n:]  # without derivatives by time, which are zero
     found = list(values[:matrices * n * n].reshape(matrices, n, n))
     if program in ("casadi", "pinocchio"):
         found = [matrix.T for matrix in found]
         if quantity == "mass" or (quantity == "d_inverse" and program == "pinocchio"):
             found[-1] = numpy.triu(found[-1]) + numpy.triu(found[-1], 1).T
-    rest = [values[matrices * n * n:]] if quantity in ("accelerations", "rows", "mass") else []
+    rest = [values[matrices * n * n:]] if quantity in ("accelerations", "rows", "mass", "inverse") else []
     if program == "refdyn" and quantity == "mass":
         rest = [-rest[0]]  # h is minus the bias forces
     return [matrix @ directions for matrix in found] + rest

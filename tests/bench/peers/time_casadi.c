@@ -55,7 +55,7 @@ int main(int argc, char **argv) {
     s.work = new_array((size_t)work_count);
     s.arguments[0] = b.q;
     s.arguments[1] = b.qd;
-    s.arguments[2] = strcmp(argv[4], "d_inverse") ? b.tau : b.qdd;
+    s.arguments[2] = strstr(argv[4], "inverse") ? b.qdd : b.tau;
     struct bench_result *results = (struct bench_result *)calloc((size_t)count() + 1, sizeof *results);
     for (integer k = 0; k < count(); k++) {
         const integer *pattern = sparsity(k); /* rows, columns, then 1 for a dense matrix */

@@ -2,7 +2,7 @@
  * Times functions that Refdyn emitted: time_emitted values|times N_RFE LIBRARY MODEL QUANTITY VARIANT
  * FUNCTION[,FUNCTION] COUNT[,COUNT]. LIBRARY is the emitted C of MODEL as a shared object, COUNT the doubles
  * of each function's result. All functions are called one after another. The input of the model is the
- * torque on the column.
+ * torque on the column; inverse dynamics computes all forces, so that the input is 0 there.
  */
 #include "timing.h"
 
@@ -29,13 +29,13 @@ static void *find(void *library, const char *name, const char *what) {
     return found;
 }
 
-/* The emitted `tangent` takes accelerations as one more argument; in the model's table they follow qd as all
+/* Inverse dynamics expects accelerations as one more argument; in the model's table they follow qd as all
  * callers have it. */
 static refdyn_function *function_of(const struct subject *s, void *library, const char *name,
                                     const char *what) {
     refdyn_function *function;
-    if (!strcmp(what, "tangent"))
-        return s->model->tangent;
+    if (!strcmp(what, "inverse") || !strcmp(what, "d_inverse"))
+        return *what == 'd' ? s->model->d_inverse : s->model->inverse;
     void *found = find(library, name, what);
     memcpy(&function, &found, sizeof function);
     return function;
@@ -67,15 +67,14 @@ static void set_parameters(struct subject *s) {
         model->prepare(s->p);
 }
 
-static void set_state(struct subject *s, const struct bench *b) {
+static void set_state(struct subject *s, const struct bench *b, const char *quantity) {
     const struct refdyn_model *model = s->model;
     if (model->n != b->n || model->input_count != 1)
         stop("the model has other coordinates or inputs", b->program);
     s->x = new_array(1);
-    s->x[0] = b->tau[1]; /* the torque on the column */
+    s->x[0] = strcmp(quantity, "inverse") ? b->tau[1] : 0; /* the torque on the column */
     s->q = b->q;
-    /* After qd, `tangent` reads qdd, power and multipliers. */
-    s->qd = new_array(2 * (size_t)b->n + 1 + (size_t)model->m);
+    s->qd = new_array(2 * (size_t)b->n);
     memcpy(s->qd, b->qd, (size_t)b->n * sizeof(double));
     memcpy(s->qd + b->n, b->qdd, (size_t)b->n * sizeof(double));
 }
@@ -95,7 +94,7 @@ int main(int argc, char **argv) {
     const struct bench b = open_bench("refdyn", argc, argv);
     open_functions(&s, argv[3], argv[4], argv[7], argv[8]);
     set_parameters(&s);
-    set_state(&s, &b);
+    set_state(&s, &b, argv[5]);
     measure(&b, argv[5], argv[6], call_all, &s, s.results);
     return 0;
 }

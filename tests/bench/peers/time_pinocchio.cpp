@@ -137,6 +137,16 @@ static void time_mass(Subject &s) {
            {result(s.data.M), result(s.data.nle)});
 }
 
+/* The forces beyond springs and dampers. */
+static void time_inverse(Subject &s) {
+    s.time("inverse", "rnea",
+           [&] {
+               rnea(s.model, s.data, s.q, s.qd, s.qdd);
+               s.forces = s.data.tau + s.stiffness.cwiseProduct(s.q) + s.damping.cwiseProduct(s.qd);
+           },
+           {result(s.forces)});
+}
+
 static void time_derivatives(Subject &s) {
     const int n = s.b.n;
     MatrixXd by_q = MatrixXd::Zero(n, n), by_qd = by_q, by_last = by_q;
@@ -167,6 +177,7 @@ int main(int argc, char **argv) {
         time_accelerations(subject);
         time_rows(subject);
         time_mass(subject);
+        time_inverse(subject);
         if (!grouped)
             time_derivatives(subject);
     }

@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from . import datasets, program
 from .names import by_name, finite_row, nearest, one_real, unknown
-from .quantity import Compiled, Quantity
+from .quantity import Compiled, Quantity, states_of
 from .samples import split
 from .sources import TEXT, Sources
 
@@ -150,6 +150,16 @@ class Model:
         if name not in {entry["quantity"] for entry in compiled.description["functions"]}:
             raise AttributeError(f"{shown_file(self._sources.main)}: the model has no {name}")
         return Quantity(name, self, compiled, lambda: self._library(emit, True))
+
+    def inverse_dynamics(self, q: npt.ArrayLike, qd: npt.ArrayLike, qdd: npt.ArrayLike, t: npt.ArrayLike = 0.0,
+                         inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, npt.ArrayLike] | None = None) -> np.ndarray:
+        """Computes the forces on the coordinates that cause the accelerations qdd, M qdd - h - Q: (..., n), as `arm.inverse` does.
+
+        They act in addition to the model's own forces, those of the inputs included. With rows, they are the forces of drives and
+        rows together: at `qdd = arm.qdd(q, qd)` the result is `arm.force(q, qd)`. Axes before the last one are a batch.
+        """
+        rates = np.broadcast_arrays(*(states_of(name, value, len(self.coordinates)) for name, value in (("qd", qd), ("qdd", qdd))))
+        return self.inverse(q, np.concatenate(rates, axis=-1), t, inputs, parameters)
 
     def _library(self, emit: str | None, has_lanes: bool) -> Compiled:
         with self._lock:

@@ -87,7 +87,8 @@ class Quantity:
     """An emitted function of a model: `arm.qdd(q, qd)`.
 
     q       coordinates (..., n) in the order of `arm.coordinates`
-    qd      their rates (..., n); default: zero. For a tangent: qd, then the result of `constrained` (qdd, power, lambda)
+    qd      their rates (..., n); default: zero. For a tangent: qd, then the result of `constrained` (qdd, power, lambda);
+            for `inverse` and `d_inverse`: qd, then qdd
     t       time [s] (...)
     inputs, parameters   values by name (...); default: the model's. Values that the model refuses, such as a negative mass,
                          raise ValueError
@@ -104,8 +105,8 @@ class Quantity:
         self._lock = threading.Lock()
         self._lanes: tuple[Compiled, Function] | None = None
         description = next(entry for entry in compiled.description["functions"] if entry["quantity"] == name)
-        n, m = len(compiled.description["coordinates"]), len(compiled.description["rows"])
-        self._n, self._rates = n, 2 * n + 1 + m if description["takes_motion"] else n
+        n = len(compiled.description["coordinates"])
+        self._n, self._rates = n, n + description["given"]
         self._parts = {part["name"]: self._shape_of(part) for part in description["parts"]}
         self._size = sum(map(math.prod, self._parts.values()))
         self._shape = None if description["is_struct"] else next(iter(self._parts.values()))

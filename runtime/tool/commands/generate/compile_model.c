@@ -134,7 +134,7 @@ static void put_functions(struct document *document, const struct generation *ge
         format_put_open(document, NULL, '{');
         format_put_text(document, "quantity", function.quantity);
         format_put_text(document, "about", function.about);
-        format_put_truth(document, "takes_motion", function.takes_motion);
+        format_put_whole(document, "given", function.given_count);
         format_put_truth(document, "is_struct", function.is_struct);
         format_put_open(document, "parts", '[');
         for (int k = 0; k < function.part_count; k++) {

@@ -3,6 +3,7 @@
 #include "runtime/tool/scene/scene.h"
 
 #include <math.h>
+#include <string.h>
 
 /* One residual per row; null for rows of the levels in `without` (a set of bits). */
 static void put_residual(struct document *document, const char *key, const struct refdyn_model *model,
@@ -106,6 +107,23 @@ static void put_accelerations(struct document *document, struct scene *scene, co
     format_put_array(document, "force", room, n);
 }
 
+/* At the qdd of the STATE.json; null in the printed form, which has no inverse dynamics. */
+static void put_inverse(struct document *document, const struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    const size_t n = (size_t)model->n;
+    double *rates = format_allocate_matrix(2, model->n), *tau = format_allocate_matrix(model->n, 1);
+    if (!scene->state.qdd)
+        return;
+    if (!model->inverse) {
+        format_put_null(document, "inverse");
+        return;
+    }
+    memcpy(rates, scene->qd, n * sizeof *rates);
+    memcpy(rates + n, scene->state.qdd, n * sizeof *rates);
+    model->inverse(scene->work.p, scene->work.x, scene->state.t, scene->q, rates, tau);
+    format_put_array(document, "inverse", tau, model->n);
+}
+
 static void put_energy(struct document *document, const struct scene *scene) {
     double energy[2];
     format_put_open(document, "energy", '{');
@@ -126,6 +144,7 @@ static enum status print_state(struct scene *scene, const double *qdd) {
     put_equations(&document, scene, room);
     put_points(&document, scene);
     put_accelerations(&document, scene, qdd, room);
+    put_inverse(&document, scene);
     put_energy(&document, scene);
     format_put_close(&document, '}');
     return scene_finish(scene, &document);
@@ -158,6 +177,7 @@ const struct command eval_command = {.name = "eval",
                                      .output = "FILE",
                                      .purpose = "all quantities of the equations at one state",
                                      .help = "Prints one JSON object: M h Q, the rows u v phi psi k, points, "
-                                             "accelerations, programme force, energy.\n"
+                                             "accelerations, programme force, energy;\n"
+                                             "inverse dynamics if the state has accelerations `qdd`.\n"
                                              "Default of --state: the model's initial state.\n\n"
                                              "  refdyn eval models/manipulator.lua --state state.json\n"};
