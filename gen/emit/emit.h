@@ -122,8 +122,8 @@ const char *emit_lead(struct memory *memory, const char *model, const char *what
 void emit_step(struct emission *emission, struct text *header, struct text *source);
 /* The names of the methods, by number from 0; NULL: there are no more. */
 const char *emit_step_method(int number);
-/* Number of doubles at `work`. */
-long emit_step_work(const struct plan *plan);
+/* Number of doubles at `work` of the method with that number. */
+long emit_step_work(const struct plan *plan, int method, bool has_derivatives);
 /* The place of a part among a step's derivatives, and its columns; 0: there is no such part. NULL: the
  * place after all parts. */
 struct step_place {

@@ -94,11 +94,13 @@ static void put_struct(const struct emission *x, struct text *text) {
 
 static const struct {
     const char *name, *one, *about;
+    bool is_implicit;
 } methods[] = {{"rk4", "step_explicit",
                 "The classical explicit Runge-Kutta method of order 4; h must be below 2.8 / "
-                "(largest angular frequency)."},
+                "(largest angular frequency).",
+                false},
                {"gauss", "step_implicit",
-                "The implicit two-stage method of Gauss, order 4, stable for all vibrations."}};
+                "The implicit two-stage method of Gauss, order 4, stable for all vibrations.", true}};
 enum { METHODS = sizeof methods / sizeof *methods };
 
 const char *emit_step_method(int number) {
@@ -116,14 +118,29 @@ static void put_step_signature(const struct emission *x, struct text *text, int 
 }
 
 /* As step_open in text/step_body.c.in lays it out. */
-long emit_step_work(const struct plan *plan) {
+long emit_step_work(const struct plan *plan, int method, bool has_derivatives) {
     struct step_part parts[STEP_PARTS];
-    const long n = plan->tree->count;
+    const long n = plan->tree->count, d = plan_find_function(plan, "d_qdd")->out_count;
+    const bool is_implicit = methods[method].is_implicit;
     long width = 0;
     list_parts(plan, parts);
     for (int i = 0; i < STEP_PARTS; i++)
         width += parts[i].columns;
-    return 8 * n + 8 * n * width + 4 * n * n + plan_find_function(plan, "d_qdd")->out_count;
+    return 8 * n + (is_implicit ? 4 * n * n : 0) + (is_implicit || has_derivatives ? d : 0) +
+           (has_derivatives ? 7 * n * width : 0);
+}
+
+static void put_work_sizes(const struct emission *x, struct text *text) {
+    long largest = 0;
+    text_add(text, "/* Number of doubles at `work`, without and with derivatives. Their contents need not be "
+                   "set or kept. */\nenum {\n");
+    for (int i = 0; i < METHODS; i++) {
+        const long work = emit_step_work(x->plan, i, true);
+        text_add(text, "    %s_step_%s_work = %ld,\n    %s_step_%s_derivatives_work = %ld,\n", x->name,
+                 methods[i].name, emit_step_work(x->plan, i, false), x->name, methods[i].name, work);
+        largest = work > largest ? work : largest;
+    }
+    text_add(text, "    %s_step_work = %ld /* enough for all */\n};\n\n", x->name, largest);
 }
 
 static void put_header(const struct emission *x, struct text *text) {
@@ -133,8 +150,7 @@ static void put_header(const struct emission *x, struct text *text) {
     text_add(text, "#ifndef REFDYN_GENERATED_%s_step_H\n#define REFDYN_GENERATED_%s_step_H\n\n", x->name,
              x->name);
     text_add(text, "#include \"%s.h\"\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n", x->name);
-    text_add(text, "/* Number of doubles at `work`. Their contents need not be set or kept. */\n");
-    text_add(text, "enum { %s_step_work = %ld };\n\n", x->name, emit_step_work(x->plan));
+    put_work_sizes(x, text);
     put_struct(x, text);
     text_add(
         text,
@@ -196,10 +212,11 @@ static void put_step(const struct emission *x, struct text *text, int method) {
     text_add(text, "\n");
     put_step_signature(x, text, method);
     text_add(text,
-             " {\n    struct step s;\n    s.p = p;\n    s.x = x;\n    s.h = h;\n    step_open(&s, work);\n"
+             " {\n    struct step s;\n    s.p = p;\n    s.x = x;\n    s.h = h;\n"
+             "    step_open(&s, work, %d, derivatives != 0);\n"
              "    const int failed = step_run(&s, %s, t, count, q, qd, derivatives != 0);\n"
              "    step_give(&s, state, derivatives);\n    return failed;\n}\n",
-             methods[method].one);
+             methods[method].is_implicit, methods[method].one);
 }
 
 static void put_source(const struct emission *x, struct text *text) {
