@@ -113,6 +113,12 @@ void emit_header(struct emission *emission, struct text *text);
 /* Prints a function and returns the bytes of its local arrays. */
 long emit_function(struct emission *emission, struct text *text, const struct function *function);
 
+/* emit_real.c: bytes of a number of the emitted C. */
+int emit_real_bytes(const struct plan *plan);
+/* A file of C for doubles as C for floats. `outside` receives the first constant that no normal float can
+ * represent. */
+struct text emit_as_single(struct memory *memory, const char *text, const char **outside);
+
 /* ---- Companion files ---- */
 
 /* The first line of a companion file, which says what it is. */
@@ -148,7 +154,7 @@ void emit_before_table(struct text *text, const char *model, const char *macro, 
                        int version);
 void emit_table_of_functions(struct emission *emission, struct text *text);
 /* The conditions that a source file checks when it is compiled. */
-void emit_refusal(struct text *text, const char *file);
+void emit_refusal(const struct plan *plan, struct text *text, const char *file);
 /* Lists the GIVEN_ARRAYS arrays that a function expects after qd. */
 void emit_list_given(const struct plan *plan, const struct function *function, struct given_array *list);
 /* "void NAME_M(const struct NAME_parameters *p, ..., double M[9])" */

@@ -177,8 +177,17 @@ static void put_access(const struct emission *x, struct text *text, const char *
         text_add(text, "    (void)d;\n    return 0; /* d_qdd has no such part */\n}\n\n");
 }
 
+/* When the corrections of an implicit step are small, as step_is_small in text/step_body.c.in explains. */
+static const struct {
+    const char *rates, *displacement, *rounding;
+} tolerances[] = {[false] = {"1e-10", "1e-12", "1e-17"}, [true] = {"1e-4", "1e-5", "1e-8"}}; /* is_single */
+
 static void put_names(const struct emission *x, struct text *text) {
     const struct plan *plan = x->plan;
+    text_add(text,
+             "#define STEP_SMALL_RATES %s\n#define STEP_SMALL_DISPLACEMENT %s\n#define STEP_ROUNDING %s\n",
+             tolerances[plan->is_single].rates, tolerances[plan->is_single].displacement,
+             tolerances[plan->is_single].rounding);
     text_add(text, "#define STEP_N %d\n#define STEP_INPUTS %d\n#define STEP_PARAMETERS %d\n",
              plan->tree->count, plan->model->input_count, columns_of_parameters(plan));
     text_add(text, "#define STEP_QDD %s_qdd\n#define STEP_D_QDD %s_d_qdd\n\n", x->name, x->name);
@@ -222,7 +231,7 @@ static void put_step(const struct emission *x, struct text *text, int method) {
 static void put_source(const struct emission *x, struct text *text) {
     text_add(text, "%s#include \"%s_step.h\"\n\n#include <math.h>\n#include <string.h>\n\n",
              emit_lead(x->plan->memory, x->name, "steps"), x->name);
-    emit_refusal(text, memory_format(x->plan->memory, "%s_step.c", x->name));
+    emit_refusal(x->plan, text, memory_format(x->plan->memory, "%s_step.c", x->name));
     put_names(x, text);
     text_add(text, "%s\n", step_body);
     put_derivatives(x, text);
