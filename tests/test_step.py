@@ -127,6 +127,16 @@ def test_rk4_takes_the_steps_of_sim(tmp_path):
     check([close("state", out, expected, 1e-11)])
 
 
+def test_the_state_alone(tmp_path):
+    """rk4 without derivatives has a function of its own, with equal bits."""
+    stepper = Stepper((MODELS / "crane.lua", []), tmp_path / "c", "step")
+    n, state, out, work = stepper.n, stepper.state(), array(numpy.zeros(2 * stepper.n)), array(numpy.full(stepper.sizes["rk4"], numpy.nan))
+    step = getattr(stepper.model.library, f"{stepper.name}_step_rk4_state")
+    assert not step(pointer(stepper.model.p), pointer(stepper.model.x), ctypes.c_double(0.3), ctypes.c_double(2e-5), 3, pointer(state[:n].copy()),
+                    pointer(state[n:].copy()), pointer(out), pointer(work))
+    assert (out == stepper.step("rk4", 0.3, 2e-5, 3, state)[1]).all() and (out != state).any()
+
+
 def test_steps_without_derivatives_need_little_memory(tmp_path):
     stepper = Stepper((MODELS / "crane.lua", []), tmp_path / "c", "step")
     n, sizes = stepper.n, stepper.sizes

@@ -86,7 +86,7 @@ static struct emission start_emission(struct plan *plan) {
     x.is_carried = memory_get(plan->memory, plan->g->count * sizeof *x.is_carried);
     x.slot_piece = memory_get(plan->memory, ((size_t)plan->g->slot_count + 1) * sizeof *x.slot_piece);
     x.is_slot_carried = memory_get(plan->memory, (size_t)plan->g->slot_count + 1);
-    x.own_bytes = memory_get(plan->memory, ((size_t)plan->function_count + 1) * sizeof *x.own_bytes);
+    x.own_stack = memory_get(plan->memory, ((size_t)plan->function_count + 1) * sizeof *x.own_stack);
     x.is_read = memory_get(plan->memory, plan->g->count * sizeof *x.is_read);
     return x;
 }
@@ -106,7 +106,7 @@ static int emit_sources(struct emission *x, struct text *sources) {
             open_source(x, &sources[parts], parts + 1);
             parts++;
         }
-        x->own_bytes[f] = emit_function(x, &sources[parts - 1], &plan->functions[f]);
+        x->own_stack[f] = emit_own_stack(x, emit_function(x, &sources[parts - 1], &plan->functions[f]));
     }
     return parts;
 }

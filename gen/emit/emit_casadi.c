@@ -459,8 +459,10 @@ static void for_all_names(struct writer *w, void (*put)(struct writer *w, const 
         put(w, others[i]);
     for (int f = 0; f < w->plan->function_count; f++)
         put(w, w->plan->functions[f].quantity);
-    for (int i = 0; w->plan->has_step && emit_step_method(i); i++)
+    for (int i = 0; w->plan->has_step && emit_step_method(i); i++) {
         put(w, memory_format(w->plan->memory, "step_%s", emit_step_method(i)));
+        put(w, memory_format(w->plan->memory, "step_%s_state", emit_step_method(i)));
+    }
 }
 
 static void put_includes(struct writer *w) {

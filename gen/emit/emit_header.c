@@ -1,6 +1,6 @@
 /*
  * The header of a model: what the model is, the order of its coordinates, the cost of each function, and the
- * bytes of its local arrays. Also the names of emitted files and their first lines: which model they belong
+ * bound of its stack. Also the names of emitted files and their first lines: which model they belong
  * to, and with which compiler options they refuse to be compiled.
  */
 #include "gen/emit/emit.h"
@@ -47,20 +47,6 @@ void emit_refusal(const struct plan *plan, struct text *text, const char *file) 
 }
 
 /* ---- NAME.h ---- */
-
-/* Bytes of a function and all that it calls; a result from which a part is copied is a local array, too. */
-static long local_arrays_bytes(const struct emission *x, const struct function *function) {
-    long bytes = x->own_bytes[function - x->plan->functions];
-    for (int i = 0; i < function->part_count; i++) {
-        const struct function *from = function->parts[i].from;
-        if (i > 0 && function->parts[i - 1].from == from)
-            continue;
-        bytes += local_arrays_bytes(x, from);
-        if (plan_is_struct_result(from))
-            bytes += from->out_count * emit_real_bytes(x->plan);
-    }
-    return bytes;
-}
 
 static const char *coordinate_unit(const struct frame *frame) {
     return frame->joint.is_revolute ? "rad" : "m";
@@ -121,11 +107,12 @@ static void emit_coordinate_list(struct emission *x, struct text *text) {
 
 static void emit_cost_list(struct emission *x, struct text *text) {
     text_add(text, " * Operations of one call (additions, multiplications, divisions, functions), "
-                   "and bytes of its local arrays:\n");
+                   "and an upper bound of its stack\n"
+                   " * in bytes, without functions of libm:\n");
     for (int f = 0; f < x->plan->function_count; f++) {
         const struct operation_count *count = &x->plan->functions[f].operations;
         text_add(text, " *   %-10s %6ld %6ld %4ld %4ld %7ld\n", count->quantity, count->adds, count->muls,
-                 count->divs, count->functions, local_arrays_bytes(x, &x->plan->functions[f]));
+                 count->divs, count->functions, emit_stack(x, &x->plan->functions[f]));
     }
     if (x->plan->choices)
         text_add(text, " * Choices by counted operations: %s.\n", x->plan->choices);

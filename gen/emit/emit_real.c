@@ -22,6 +22,11 @@ static const struct real {
     int fewest_digits, most_digits;              /* of constants */
 } single = {"float", "f", "f", FLT_MIN, FLT_MAX, 6, 9};
 
+/* Doubles are kept in vectors of two. */
+double emit_places_of_values(const struct plan *plan) {
+    return plan->is_single ? 1.5 : 2.0;
+}
+
 int emit_real_bytes(const struct plan *plan) {
     return plan->is_single ? (int)sizeof(float) : (int)sizeof(double);
 }

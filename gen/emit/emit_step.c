@@ -107,14 +107,28 @@ const char *emit_step_method(int number) {
     return number < METHODS ? methods[number].name : NULL;
 }
 
-static void put_step_signature(const struct emission *x, struct text *text, int method) {
+/* A step with derivatives, or the state alone. */
+static void put_step_signature(const struct emission *x, struct text *text, int method, bool is_state) {
     const int n = x->plan->tree->count;
     text_add(text,
-             "int %s_step_%s(const struct %s_parameters *p, const struct %s_inputs *x, double t, double h, "
+             "int %s_step_%s%s(const struct %s_parameters *p, const struct %s_inputs *x, double t, double h, "
              "int count,\n"
-             "        const double q[%d], const double qd[%d], double state[%d],\n"
-             "        struct %s_step_derivatives *derivatives, double *work)",
-             x->name, methods[method].name, x->name, x->name, n, n, 2 * n, x->name);
+             "        const double q[%d], const double qd[%d], double state[%d],\n        ",
+             x->name, methods[method].name, is_state ? "_state" : "", x->name, x->name, n, n, 2 * n);
+    if (!is_state)
+        text_add(text, "struct %s_step_derivatives *derivatives, ", x->name);
+    text_add(text, "double *work)");
+}
+
+/* Bytes of the functions of text/step_body.c.in, of which two have pivots. */
+static long step_stack(const struct emission *x, int method, bool has_derivatives) {
+    enum { OWN_BYTES = 768, PIVOT_BYTES = 4 };
+    const bool is_implicit = methods[method].is_implicit;
+    const long of_state = emit_stack(x, plan_find_function(x->plan, "qdd"));
+    const long of_derivatives =
+        is_implicit || has_derivatives ? emit_stack(x, plan_find_function(x->plan, "d_qdd")) : 0;
+    return OWN_BYTES + (is_implicit ? 4 * PIVOT_BYTES * x->plan->tree->count : 0) +
+           (of_state > of_derivatives ? of_state : of_derivatives);
 }
 
 /* As step_open in text/step_body.c.in lays it out. */
@@ -158,8 +172,16 @@ static void put_header(const struct emission *x, struct text *text) {
         "time. */\n",
         2 * x->plan->tree->count);
     for (int i = 0; i < METHODS; i++) {
-        text_add(text, "\n/* %s */\n", methods[i].about);
-        put_step_signature(x, text, i);
+        text_add(text, "\n/* %s Stack: at most %ld bytes. */\n", methods[i].about, step_stack(x, i, true));
+        put_step_signature(x, text, i, false);
+        text_add(text, ";\n");
+        if (methods[i].is_implicit)
+            continue;
+        text_add(text,
+                 "\n/* The same without derivatives: a linker that removes unused sections leaves d_qdd out. "
+                 "Stack: at most %ld bytes. */\n",
+                 step_stack(x, i, false));
+        put_step_signature(x, text, i, true);
         text_add(text, ";\n");
     }
     text_add(text, "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n");
@@ -217,15 +239,17 @@ static void put_derivatives(const struct emission *x, struct text *text) {
     text_add(text, "}\n");
 }
 
-static void put_step(const struct emission *x, struct text *text, int method) {
+static void put_step(const struct emission *x, struct text *text, int method, bool is_state) {
+    const char *derivatives = is_state ? "0" : "derivatives";
     text_add(text, "\n");
-    put_step_signature(x, text, method);
+    put_step_signature(x, text, method, is_state);
     text_add(text,
-             " {\n    struct step s;\n    s.p = p;\n    s.x = x;\n    s.h = h;\n"
-             "    step_open(&s, work, %d, derivatives != 0);\n"
-             "    const int failed = step_run(&s, %s, t, count, q, qd, derivatives != 0);\n"
-             "    step_give(&s, state, derivatives);\n    return failed;\n}\n",
-             methods[method].is_implicit, methods[method].one);
+             " {\n    struct step s;\n    s.p = p;\n    s.x = x;\n    s.derive = %s;\n    s.h = h;\n"
+             "    step_open(&s, work, %d, %s != 0);\n"
+             "    const int failed = step_run(&s, %s, t, count, q, qd, %s != 0);\n"
+             "    step_give(&s, state, %s);\n    return failed;\n}\n",
+             is_state ? "0" : "STEP_D_QDD", methods[method].is_implicit, derivatives, methods[method].one,
+             derivatives, derivatives);
 }
 
 static void put_source(const struct emission *x, struct text *text) {
@@ -235,8 +259,11 @@ static void put_source(const struct emission *x, struct text *text) {
     put_names(x, text);
     text_add(text, "%s\n", step_body);
     put_derivatives(x, text);
-    for (int i = 0; i < METHODS; i++)
-        put_step(x, text, i);
+    for (int i = 0; i < METHODS; i++) {
+        put_step(x, text, i, false);
+        if (!methods[i].is_implicit)
+            put_step(x, text, i, true);
+    }
 }
 
 void emit_step(struct emission *x, struct text *header, struct text *source) {
