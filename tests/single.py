@@ -36,7 +36,7 @@ class Single:
     def __init__(self, model, folder, *options):
         self.double = Compiled(model, folder / "double", *options)
         self.name, files = emit_single(model, folder / "float", *options)
-        subprocess.run(["gcc", "-std=c11", "-O1", "-ffp-contract=off", *STRICT, "-fPIC", "-shared", "-o", folder / "single.so", *files, "-lm"],
+        subprocess.run(["gcc", "-std=c11", "-O0", "-ffp-contract=off", *STRICT, "-fPIC", "-shared", "-o", folder / "single.so", *files, "-lm"],
                        check=True)
         self.library = ctypes.CDLL(str(folder / "single.so"))
         self.header = "".join(path.read_text() for path in sorted((folder / "float").glob("*.h")))

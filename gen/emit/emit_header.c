@@ -106,9 +106,11 @@ static void emit_coordinate_list(struct emission *x, struct text *text) {
 }
 
 static void emit_cost_list(struct emission *x, struct text *text) {
-    text_add(text, " * Operations of one call (additions, multiplications, divisions, functions), "
-                   "and an upper bound of its stack\n"
-                   " * in bytes, without functions of libm:\n");
+    text_add(text,
+             " * Operations of one call (additions, multiplications, divisions, functions), "
+             "and an upper bound of its stack\n"
+             " * in bytes%s, without functions of libm:\n",
+             x->plan->is_single ? " on Arm Cortex-M" : "");
     for (int f = 0; f < x->plan->function_count; f++) {
         const struct operation_count *count = &x->plan->functions[f].operations;
         text_add(text, " *   %-10s %6ld %6ld %4ld %4ld %7ld\n", count->quantity, count->adds, count->muls,
