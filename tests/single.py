@@ -54,16 +54,16 @@ class Single:
                                                          pointer(real(state["qd"])), pointer(out))
         return out
 
-    def rk4(self, state, h, count):
-        """The state after steps with the method rk4, in single and in double precision."""
+    def steps(self, state, h, count, method="rk4"):
+        """The state after steps without derivatives, in single and in double precision; None: they failed."""
         ends, n = [], self.double.n
-        for library, kind, p, x in ((self.library, numpy.float32, self.p, self.x), (self.double.library, float, self.double.p, self.double.x)):
-            number = ctypes.c_float if kind is numpy.float32 else ctypes.c_double
-            arrays = [numpy.ascontiguousarray(values, dtype=kind) for values in (state[:n], state[n:], numpy.zeros(2 * n), numpy.zeros(8 * n))]
-            q, qd, end, work = [array.ctypes.data_as(ctypes.POINTER(number)) for array in arrays]
-            failed = getattr(library, f"{self.name}_step_rk4")(p.ctypes.data_as(ctypes.POINTER(number)), x.ctypes.data_as(ctypes.POINTER(number)),
-                                                               number(0), number(h), count, q, qd, end, None, work)
-            ends.append(None if failed else arrays[2])
+        size = int(re.search(rf"_step_{method}_work = (\d+)", self.header)[1])
+        for library, kind, number, p, x in ((self.library, numpy.float32, ctypes.c_float, self.p, self.x),
+                                            (self.double.library, float, ctypes.c_double, self.double.p, self.double.x)):
+            arrays = [numpy.ascontiguousarray(values, dtype=kind) for values in (p, x, state[:n], state[n:], numpy.zeros(2 * n), numpy.zeros(size))]
+            p, x, q, qd, end, work = [array.ctypes.data_as(ctypes.POINTER(number)) for array in arrays]
+            failed = getattr(library, f"{self.name}_step_{method}")(p, x, number(0), number(h), count, q, qd, end, None, work)
+            ends.append(None if failed else arrays[4])
         return ends
 
     def state(self, seed=5, size=0.02):

@@ -47,12 +47,12 @@ def test_values(scene, tmp_path):
 
 
 def test_steps(tmp_path):
-    """rk4 with inputs and rows; gauss with its derivatives, where steps of rk4 fail."""
+    """With inputs and rows; gauss with its derivatives, where steps of rk4 fail."""
     model = Single(REFERENCE, tmp_path / "rows", *settings({"n_rfe": 1, "drive": "input"}), "--emit", "step,start,M")
-    ends = model.rk4(model.double.start, 1e-3, 500)
-    assert error(*ends) < 1e-4
+    for method in ("rk4", "gauss"):
+        assert error(*model.steps(model.double.start, 1e-3, 500, method)) < 1e-4
     stiff = Single(MODELS / "pendulum.lua", tmp_path / "stiff", "--emit", "step,start,M")
-    assert stiff.rk4(stiff.double.start, 5e-3, 400) == [None, None]
+    assert stiff.steps(stiff.double.start, 5e-3, 400) == [None, None]
     n, start = stiff.double.n, real(stiff.double.start)
     work, out, derivatives = (real(numpy.full(count, numpy.nan)) for count in (
         int(re.search(r"_step_gauss_derivatives_work = (\d+)", stiff.header)[1]) + 1, 2 * n, 2 * n * (2 * n + 2)))
@@ -114,6 +114,14 @@ def test_what_is_left_out(tmp_path):
     subprocess.run(["gcc", "-fsyntax-only", tmp_path / "size.c"], check=True)
 
 
+def test_names_of_the_model_stay(tmp_path):
+    (tmp_path / "words.lua").write_text('local rd = require "refdyn"\nlocal p = rd.parameters { { "doubles", 2, "kg" }, { "exp", 0.1, "N s/m" } }\n'
+                                        'return rd.model { name = "words", links = { { "slider", joint = { "x" }, mass = p.doubles, damper = { x = p.exp } } } }\n')
+    _, files = emit_single(tmp_path / "words.lua", tmp_path / "c", "--emit", "qdd")
+    text = (tmp_path / "c" / "words.h").read_text() + files[0].read_text()
+    assert "float doubles; /* [kg] */" in text and "p->exp = 0.1f;" in text and "expf" not in text
+
+
 def test_doubles_are_the_default(tmp_path):
     for folder, option in (("a", []), ("b", ["--real", "double"])):
         refdyn("gen", FUNCTIONS, *option, "-o", tmp_path / folder)
@@ -128,6 +136,7 @@ def test_messages(tmp_path):
         assert said(REFERENCE, "--real", "float", option).splitlines()[0] == (
             f"refdyn gen: --real float: is for NAME.c and its steps only; leave out {option}")
     assert "--real: 'single' is not one of double, float" in said(REFERENCE, "--real", "single")
+    assert not (tmp_path / "manipulator.c").exists()
     model = tmp_path / "outside.lua"
     for value in ("1e39", "1e-39"):
         model.write_text(f'local rd = require "refdyn"\nlocal p = rd.parameters {{ {{ "mass", {value}, "kg" }} }}\nreturn rd.model {{ name = "outside", '

@@ -93,8 +93,10 @@ static bool is_word(const char *text, size_t length, const char *word) {
 }
 
 static void put_word(struct text *out, const char *word, size_t length, bool is_code) {
-    if (is_word(word, length, "double") || is_word(word, length, "doubles"))
-        text_add(out, "%s%s", single.type, word[length - 1] == 's' ? "s" : "");
+    if (is_word(word, length, "double"))
+        text_add(out, "%s", single.type);
+    else if (!is_code && is_word(word, length, "doubles"))
+        text_add(out, "%ss", single.type);
     else
         text_add(out, "%.*s%s", (int)length, word,
                  is_code && word[length] == '(' && is_libm(word, length) ? single.function_suffix : "");
