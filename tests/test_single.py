@@ -7,7 +7,7 @@ import subprocess
 import numpy
 import pytest
 
-from program import LONG, MODELS, REFERENCE, TESTS, all_models, check, close, models_of_tests, refdyn, settings
+from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, models_of_tests, refdyn, settings
 from single import ARM, CORES, STRICT, Single, emit_single, error, pointer, real
 
 FUNCTIONS = TESTS / "models" / "functions.lua"
@@ -167,16 +167,25 @@ def test_no_helpers_for_doubles(core, tmp_path):
 
 
 @needs_arm
+def test_the_command_of_the_page(tmp_path):
+    """The block marked `arm` of the page for callers from C, which test_readme.py leaves out."""
+    command = re.search(r"^```arm\n(.*?)^```", (SOURCE / "runtime" / "README.md").read_text(), re.M | re.S)[1]
+    emit_single(REFERENCE, tmp_path / "emitted_float", *settings({"n_rfe": 1, "drive": "input"}), "--emit", "qdd,step")
+    subprocess.run(["bash", "-e", "-c", command], cwd=tmp_path, check=True)
+    assert {path.name for path in tmp_path.glob("*.o")} == {"manipulator.o", "manipulator_step.o"}
+
+
+@needs_arm
 @pytest.mark.skipif(not LONG, reason="in tests/long")
 @pytest.mark.skipif(not shutil.which("qemu-system-arm"), reason="qemu-system-arm is not installed")
 def test_a_controller_on_a_cortex_m4(tmp_path):
     """The floats of the host to a few units in the last place of the largest: only sinf and cosf differ. No more stack than stated."""
     emit_single(REFERENCE, tmp_path, *settings({"n_rfe": 1, "drive": "input"}), "--emit", "step")
     emitted = ["manipulator.c", "manipulator_step.c"]
-    subprocess.run(["gcc", "-std=c11", "-O2", "-ffp-contract=off", *STRICT[:-1], "-I.", ARM_FILES / "control.c", *emitted, "-lm", "-o", "host"], cwd=tmp_path,
+    subprocess.run(["gcc", "-std=c11", "-O2", "-ffp-contract=off", *STRICT[:-1], "-I.", ARM_FILES / "cortex_controller.c", *emitted, "-lm", "-o", "host"], cwd=tmp_path,
                    check=True)
     arm(tmp_path, "m4", "-std=gnu11", "-O2", "-ffp-contract=off", "-ffunction-sections", "-fdata-sections", "-DPAINTED", "--specs=rdimon.specs",
-        "-nostartfiles", "-Wl,--gc-sections", "-T", ARM_FILES / "mps2.ld", "-I.", *ARM_FILES.glob("*.c"), *emitted, "-lm", "-o", "m4.elf")
+        "-nostartfiles", "-Wl,--gc-sections", "-T", ARM_FILES / "cortex_memory.ld", "-I.", *ARM_FILES.glob("*.c"), *emitted, "-lm", "-o", "m4.elf")
     host = subprocess.run([tmp_path / "host"], capture_output=True, text=True, check=True).stdout
     target = subprocess.run(["qemu-system-arm", "-M", "mps2-an386", "-cpu", "cortex-m4", "-semihosting", "-nographic", "-kernel", "m4.elf"], cwd=tmp_path,
                             capture_output=True, text=True, check=True, timeout=120).stdout
