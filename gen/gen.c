@@ -96,7 +96,8 @@ static bool start_plan(struct generation *gen) {
                                .tree = &gen->tree,
                                .rolled = &gen->rolled,
                                .has_lanes = gen->has_lanes,
-                               .has_casadi = gen->has_casadi};
+                               .has_casadi = gen->has_casadi,
+                               .is_single = gen->is_single};
     return true;
 }
 
@@ -203,7 +204,13 @@ enum gen_status gen_plan(struct generation *gen, const char *emit) {
     if (!run_passes(gen, PASSES))
         return GEN_MODEL_ERROR;
     emit_files(gen->plan);
-    return GEN_OK;
+    if (!gen->plan->outside)
+        return GEN_OK;
+    message_error(&gen->messages, gen->model.place,
+                  "--real float: the C has the constant %s, and floats range from 1.2e-38 to 3.4e+38; choose "
+                  "other units",
+                  gen->plan->outside);
+    return GEN_MODEL_ERROR;
 }
 
 static int find_pass(const char *name) {

@@ -22,6 +22,8 @@ struct generation {
     const char *emit; /* the requested quantities, as in gen_plan */
     bool has_lanes;   /* set before gen_plan: also emit the files for lanes */
     bool has_casadi;  /* set before gen_plan: also emit the file for CasADi */
+    bool is_single;   /* set before gen_plan: the C computes in single precision, without files for lanes or
+                         CasADi */
     jmp_buf out_of_memory;
 };
 

@@ -16,36 +16,37 @@
  *   12 effector_z [m], slide along local z, on arm_phi_3
  * Rows: 1 ellipse, 2 rise.
  *
- * Operations of one call (additions, multiplications, divisions, functions), and bytes of its local arrays:
- *   M             292    462    0   18     240
- *   h             212    296    0   20     520
- *   Q              83    125    1   23     400
- *   u             286    460    3   24    1216
- *   row_terms     286    460    3   24    1216
- *   terms         286    460    3   24     560
- *   v             286    460    3   24    1216
- *   phi           286    460    3   24    1216
- *   psi           286    460    3   24    1216
- *   k             286    460    3   24    1216
- *   r             286    460    3   24    1216
- *   point_terms    286    460    3   24    1216
- *   rd            286    460    3   24    1216
- *   C             286    460    3   24    1216
- *   d             286    460    3   24    1216
- *   energy        144    225    0   20     256
- *   power          12     25    1    3       0
- *   Q_q           246    343    0   22    1080
- *   qdd_free      940   1343   18   27    1512
- *   accelerations    940   1343   18   27    1280
- *   qdd           940   1343   18   27    1512
- *   constrained    940   1343   18   27    1512
- *   force        1252   1829   21   51    2952
- *   equations     886   1343    4   85    2480
- *   course          2      7    2    4       0
- *   breaks          0      0    0    0       0
- *   anchor         24     43    0   22     272
- *   start           0      0    0    0       0
- *   required        1     27    2   19       0
+ * Operations of one call (additions, multiplications, divisions, functions), and an upper bound of its stack
+ * in bytes, without functions of libm:
+ *   M             292    462    0   18    1648
+ *   h             212    296    0   20    2088
+ *   Q              83    125    1   23    1600
+ *   u             286    460    3   24    3216
+ *   row_terms     286    460    3   24    3232
+ *   terms         286    460    3   24    2448
+ *   v             286    460    3   24    3216
+ *   phi           286    460    3   24    3216
+ *   psi           286    460    3   24    3216
+ *   k             286    460    3   24    3216
+ *   r             286    460    3   24    3216
+ *   point_terms    286    460    3   24    3232
+ *   rd            286    460    3   24    3216
+ *   C             286    460    3   24    3216
+ *   d             286    460    3   24    3216
+ *   energy        144    225    0   20    1760
+ *   power          12     25    1    3     384
+ *   Q_q           246    343    0   22    2520
+ *   qdd_free      940   1343   18   27    4552
+ *   accelerations    940   1343   18   27    4208
+ *   qdd           940   1343   18   27    4552
+ *   constrained    940   1343   18   27    4568
+ *   force        1252   1829   21   51    5560
+ *   equations     886   1343    4   85    3352
+ *   course          2      7    2    4     352
+ *   breaks          0      0    0    0     352
+ *   anchor         24     43    0   22    1216
+ *   start           0      0    0    0     352
+ *   required        1     27    2   19     512
  * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2351 operations; qdd_free recursive, 1238 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H

@@ -30,7 +30,7 @@ class Stepper:
         header = next(folder.glob("*_step.h"))
         self.name, self.n = header.stem[:-len("_step")], self.model.n
         self.text = header.read_text()
-        self.work = array(numpy.full(int(re.search(r"_step_work = (\d+)", self.text)[1]) + 1, numpy.nan))
+        self.sizes = {name: int(size) for name, size in re.findall(r"_step_(?:(\w+)_)?work = (\d+)", self.text)}
         parts = re.search(r"_step_derivatives \{(.*?)\};", self.text, re.S)[1]
         self.parts = {part: (int(rows), int(columns)) for part, rows, columns in re.findall(r"double (\w+)\[\d+\]; /\* \((\d+) x (\d+)\)", parts)}
 
@@ -38,11 +38,12 @@ class Stepper:
         """The state at the end, and the derivatives by name."""
         n, values = self.n, array(numpy.full(sum(a * b for a, b in self.parts.values()), numpy.nan))
         state, out = array(state), array(numpy.full(2 * n, numpy.nan))
-        self.work[-1] = 12.5
+        work = array(numpy.full(self.sizes[f"{method}_derivatives" if has_derivatives else method] + 1, numpy.nan))
+        work[-1] = 12.5
         failed = getattr(self.model.library, f"{self.name}_step_{method}")(
             pointer(self.model.p if p is None else p), pointer(self.model.x if x is None else x), ctypes.c_double(t), ctypes.c_double(h), count,
-            pointer(state[:n].copy()), pointer(state[n:].copy()), pointer(out), pointer(values) if has_derivatives else None, pointer(self.work))
-        assert self.work[-1] == 12.5, "more than the memory that the header tells is written"
+            pointer(state[:n].copy()), pointer(state[n:].copy()), pointer(out), pointer(values) if has_derivatives else None, pointer(work))
+        assert work[-1] == 12.5, "more memory is written than the header states"
         ends = numpy.cumsum([a * b for a, b in self.parts.values()])
         derivatives = {part: values[end - a * b:end].reshape(a, b) for (part, (a, b)), end in zip(self.parts.items(), ends)}
         return (failed, out, derivatives) if has_derivatives else (failed, out)
@@ -124,6 +125,23 @@ def test_rk4_takes_the_steps_of_sim(tmp_path):
     expected = [run[name + rate][-1] for rate in ("", "_d") for name in stepper.model.names]
     assert not failed and "p" not in stepper.parts
     check([close("state", out, expected, 1e-11)])
+
+
+def test_the_state_alone(tmp_path):
+    """rk4 without derivatives has a function of its own, with equal bits."""
+    stepper = Stepper((MODELS / "crane.lua", []), tmp_path / "c", "step")
+    n, state, out, work = stepper.n, stepper.state(), array(numpy.zeros(2 * stepper.n)), array(numpy.full(stepper.sizes["rk4"], numpy.nan))
+    step = getattr(stepper.model.library, f"{stepper.name}_step_rk4_state")
+    assert not step(pointer(stepper.model.p), pointer(stepper.model.x), ctypes.c_double(0.3), ctypes.c_double(2e-5), 3, pointer(state[:n].copy()),
+                    pointer(state[n:].copy()), pointer(out), pointer(work))
+    assert (out == stepper.step("rk4", 0.3, 2e-5, 3, state)[1]).all() and (out != state).any()
+
+
+def test_steps_without_derivatives_need_little_memory(tmp_path):
+    stepper = Stepper((MODELS / "crane.lua", []), tmp_path / "c", "step")
+    n, sizes = stepper.n, stepper.sizes
+    assert sizes["rk4"] == 8 * n and sizes["gauss"] < sizes["gauss_derivatives"] and sizes["rk4"] < sizes["rk4_derivatives"]
+    assert sizes[""] == max(sizes.values())
 
 
 def test_both_methods_are_of_order_4(tmp_path):

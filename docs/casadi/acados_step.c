@@ -20,7 +20,7 @@ static int step(void **in, void **out, struct arm_step_derivatives *derivatives)
     const struct blasfeo_dvec_args *x = (struct blasfeo_dvec_args *)in[0],
                                    *u = (struct blasfeo_dvec_args *)in[1];
     const struct blasfeo_dvec_args *next = (struct blasfeo_dvec_args *)out[0];
-    double state[STATES], inputs[INPUTS], after[STATES], work[arm_step_work];
+    double state[STATES], inputs[INPUTS], after[STATES], work[arm_step_gauss_derivatives_work];
     for (int i = 0; i < STATES; i++)
         state[i] = BLASFEO_DVECEL(x->x, x->xi + i);
     for (int i = 0; i < INPUTS; i++)

@@ -26,7 +26,7 @@ struct horizon {
     double k[NODES][INPUTS], K[NODES][INPUTS][STATES]; /* change of inputs, and by that of the state */
 };
 
-static double work[arm_step_work];
+static double work[arm_step_gauss_derivatives_work];
 static double step_times[CYCLES * NODES], cycle_times[CYCLES];
 static int step_count;
 

@@ -24,6 +24,11 @@ bool emit_companion(struct memory *memory, const char *model, int number, struct
 }
 
 static void add_file(struct plan *plan, const char *name, const struct text *text) {
+    struct text single;
+    if (plan->is_single) {
+        single = emit_as_single(plan->memory, text->data, &plan->outside);
+        text = &single;
+    }
     plan->files[plan->file_count++] = (struct emitted_file){name, text->data, text->length};
 }
 
@@ -69,7 +74,7 @@ static void open_source(struct emission *x, struct text *text, int part) {
     *text = (struct text){.memory = x->plan->memory};
     text_add(text, "%s", emit_part_lead(x->plan->memory, x->name, part));
     text_add(text, "#include \"%s.h\"\n\n#include <math.h>\n#include <string.h>\n\n", x->name);
-    emit_refusal(text, emit_part_name(x->plan->memory, x->name, part));
+    emit_refusal(x->plan, text, emit_part_name(x->plan->memory, x->name, part));
 }
 
 static struct emission start_emission(struct plan *plan) {
@@ -81,7 +86,7 @@ static struct emission start_emission(struct plan *plan) {
     x.is_carried = memory_get(plan->memory, plan->g->count * sizeof *x.is_carried);
     x.slot_piece = memory_get(plan->memory, ((size_t)plan->g->slot_count + 1) * sizeof *x.slot_piece);
     x.is_slot_carried = memory_get(plan->memory, (size_t)plan->g->slot_count + 1);
-    x.own_bytes = memory_get(plan->memory, ((size_t)plan->function_count + 1) * sizeof *x.own_bytes);
+    x.own_stack = memory_get(plan->memory, ((size_t)plan->function_count + 1) * sizeof *x.own_stack);
     x.is_read = memory_get(plan->memory, plan->g->count * sizeof *x.is_read);
     return x;
 }
@@ -101,7 +106,7 @@ static int emit_sources(struct emission *x, struct text *sources) {
             open_source(x, &sources[parts], parts + 1);
             parts++;
         }
-        x->own_bytes[f] = emit_function(x, &sources[parts - 1], &plan->functions[f]);
+        x->own_stack[f] = emit_own_stack(x, emit_function(x, &sources[parts - 1], &plan->functions[f]));
     }
     return parts;
 }

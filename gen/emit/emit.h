@@ -41,7 +41,7 @@ struct emission {
     bool is_cut;                     /* the current function is cut into pieces */
     int *run_numbers; /* by run: the number in the name of its first element; -1: the elements' names are not
                          consecutive numbers */
-    long *own_bytes;  /* by function: bytes of its local arrays, without those of functions that it calls */
+    long *own_stack;  /* by function: bound of its bytes of stack, without the functions that it calls */
     struct angle_range angles; /* of the current function: the angles in its pass */
     bool has_sincos;           /* the current file has the pass over angles */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_given[GIVEN_ARRAYS], uses_carried;
@@ -110,8 +110,22 @@ void emit_constants(const struct emission *emission, struct text *text);
 void emit_spatial_declaration(const struct emission *emission, struct text *text);
 void emit_limits_declaration(const struct emission *emission, struct text *text);
 void emit_header(struct emission *emission, struct text *text);
-/* Prints a function and returns the bytes of its local arrays. */
-long emit_function(struct emission *emission, struct text *text, const struct function *function);
+/* Prints a function and returns where its text begins. */
+const char *emit_function(struct emission *emission, struct text *text, const struct function *function);
+
+/* emit_real.c: bytes of a number of the emitted C. */
+int emit_real_bytes(const struct plan *plan);
+/* A file of C for doubles as C for floats. `outside` receives the first constant that no normal float can
+ * represent. */
+struct text emit_as_single(struct memory *memory, const char *text, const char **outside);
+
+/* Numbers on the stack for each value that is alive. */
+double emit_places_of_values(const struct plan *plan);
+
+/* emit_stack.c: upper bounds of the bytes of stack, of a function by its text without the functions that it
+ * calls, and of a function with them. */
+long emit_own_stack(const struct emission *emission, const char *text);
+long emit_stack(const struct emission *emission, const struct function *function);
 
 /* ---- Companion files ---- */
 
@@ -122,8 +136,8 @@ const char *emit_lead(struct memory *memory, const char *model, const char *what
 void emit_step(struct emission *emission, struct text *header, struct text *source);
 /* The names of the methods, by number from 0; NULL: there are no more. */
 const char *emit_step_method(int number);
-/* Number of doubles at `work`. */
-long emit_step_work(const struct plan *plan);
+/* Number of doubles at `work` of the method with that number. */
+long emit_step_work(const struct plan *plan, int method, bool has_derivatives);
 /* The place of a part among a step's derivatives, and its columns; 0: there is no such part. NULL: the
  * place after all parts. */
 struct step_place {
@@ -148,7 +162,7 @@ void emit_before_table(struct text *text, const char *model, const char *macro, 
                        int version);
 void emit_table_of_functions(struct emission *emission, struct text *text);
 /* The conditions that a source file checks when it is compiled. */
-void emit_refusal(struct text *text, const char *file);
+void emit_refusal(const struct plan *plan, struct text *text, const char *file);
 /* Lists the GIVEN_ARRAYS arrays that a function expects after qd. */
 void emit_list_given(const struct plan *plan, const struct function *function, struct given_array *list);
 /* "void NAME_M(const struct NAME_parameters *p, ..., double M[9])" */

@@ -379,10 +379,13 @@ static void put_step_jacobian(struct writer *w, const char *step, const struct p
     put_jacobian_function(w, name, &all, &blocks, 2 * n + emit_step_place(w->plan, NULL).offset, work_count);
 }
 
-static void put_step(struct writer *w, const char *method) {
+static int step_work_count(const struct plan *plan, int method, bool has_derivatives) {
+    return doubles_of_parameters(plan) + (int)emit_step_work(plan, method, has_derivatives);
+}
+
+static void put_step(struct writer *w, int method) {
     const int n = w->plan->tree->count;
-    const int work_count = doubles_of_parameters(w->plan) + (int)emit_step_work(w->plan);
-    const char *step = memory_format(w->plan->memory, "step_%s", method);
+    const char *step = memory_format(w->plan->memory, "step_%s", emit_step_method(method));
     const char *name = memory_format(w->plan->memory, "%s_%s", w->name, step);
     struct ports in, out = {.memory = w->plan->memory};
     list_inputs(w->plan, READS_STEP, &in);
@@ -390,8 +393,8 @@ static void put_step(struct writer *w, const char *method) {
     add_port(&out, "qd_next", n, 1)->place = n;
     text_add(w->text, "/* one step of length h */\n");
     put_step_compute(w, name, step, false);
-    put_function(w, name, "casadi_step_in", in.count, &out, 2 * n, work_count);
-    put_step_jacobian(w, step, &in, &out, work_count);
+    put_function(w, name, "casadi_step_in", in.count, &out, 2 * n, step_work_count(w->plan, method, false));
+    put_step_jacobian(w, step, &in, &out, step_work_count(w->plan, method, true));
 }
 
 /* ---- Defaults ---- */
@@ -479,8 +482,10 @@ static void for_all_names(struct writer *w, void (*put)(struct writer *w, const 
         put(w, others[i]);
     for (int f = 0; f < w->plan->function_count; f++)
         put(w, w->plan->functions[f].quantity);
-    for (int i = 0; w->plan->has_step && emit_step_method(i); i++)
+    for (int i = 0; w->plan->has_step && emit_step_method(i); i++) {
         put(w, memory_format(w->plan->memory, "step_%s", emit_step_method(i)));
+        put(w, memory_format(w->plan->memory, "step_%s_state", emit_step_method(i)));
+    }
 }
 
 static void put_includes(struct writer *w) {
@@ -561,5 +566,5 @@ void emit_casadi(struct emission *x, struct text *text) {
         if (is_for_casadi(&w.plan->functions[f]))
             put_quantity(&w, &w.plan->functions[f]);
     for (int i = 0; w.plan->has_step && emit_step_method(i); i++)
-        put_step(&w, emit_step_method(i));
+        put_step(&w, i);
 }

@@ -74,7 +74,7 @@ static void emit_sizes(const struct emission *x, struct text *text) {
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
         text_add(text, "    %s_%s = %d, /* %s */\n", x->name, sizes[i].name, sizes[i].count, sizes[i].about);
     text_add(text, "    %s_parameter_bytes = %d /* of struct %s_parameters */\n};\n\n", x->name,
-             (plan->parameter_count + plan->prepare.out_count) * (int)sizeof(double), x->name);
+             (plan->parameter_count + plan->prepare.out_count) * emit_real_bytes(plan), x->name);
 }
 
 /* ---- Places ---- */

@@ -4,8 +4,6 @@
  */
 #include "gen/emit/emit.h"
 
-#include <ctype.h>
-#include <stdlib.h>
 #include <string.h>
 
 struct writer {
@@ -486,42 +484,6 @@ static void find_carried(struct writer *w) {
     w->text = text;
 }
 
-/* ---- Bytes of local arrays ---- */
-
-/*
- * Bytes of local arrays of emitted functions, for callers with a small stack.
- *
- * The count reads the text of a function, in which each declaration has a line of its own: `double
- * NAME[COUNT],
- * ...;`. Values that one piece of a long function passes to the next are members of a local struct and look
- * the same.
- */
-
-/* Numbers declared by a line "name[count], name;"; 0 for a line that also assigns a value. */
-static long declared_numbers(const char *line, const char *end) {
-    long numbers = 0;
-    if (memchr(line, '=', (size_t)(end - line)))
-        return 0;
-    while (line < end) {
-        const size_t length = strcspn(line, ",;[");
-        numbers += line[length] == '[' ? strtol(line + length + 1, NULL, 10) : 1;
-        line += strcspn(line, ",;") + 1;
-    }
-    return numbers;
-}
-
-static long local_arrays_count_bytes(const char *text) {
-    static const char type[] = "double ";
-    long numbers = 0;
-    for (const char *end; (end = strchr(text, '\n')); text = end + 1) {
-        while (isblank((unsigned char)*text))
-            text++;
-        if (!strncmp(text, type, sizeof type - 1) && end[-1] == ';')
-            numbers += declared_numbers(text + sizeof type - 1, end);
-    }
-    return numbers * (long)sizeof(double);
-}
-
 /* ---- Composed functions ---- */
 
 /* Returns whether the called function writes into the part's place itself. Otherwise its result is copied
@@ -600,9 +562,7 @@ static void emit_whole(struct writer *w) {
     emit_calls(w);
 }
 
-enum { SINCOS_BYTES = 3 * FEWEST_ANGLES * (int)sizeof(double) }; /* of local arrays of the pass */
-
-long emit_function(struct emission *x, struct text *text, const struct function *function) {
+const char *emit_function(struct emission *x, struct text *text, const struct function *function) {
     struct writer w = {.x = x, .text = text, .function = function, .indent = "    ", .local = ""};
     x->function = function;
     memset(x->is_slot_carried, 0, (size_t)x->g->slot_count);
@@ -616,5 +576,5 @@ long emit_function(struct emission *x, struct text *text, const struct function 
         emit_composed(&w);
     else
         emit_whole(&w);
-    return local_arrays_count_bytes(text->data + begin) + (function->angle_count ? SINCOS_BYTES : 0);
+    return text->data + begin;
 }

@@ -1,6 +1,6 @@
 /*
  * The header of a model: what the model is, the order of its coordinates, the cost of each function, and the
- * bytes of its local arrays. Also the names of emitted files and their first lines: which model they belong
+ * bound of its stack. Also the names of emitted files and their first lines: which model they belong
  * to, and with which compiler options they refuse to be compiled.
  */
 #include "gen/emit/emit.h"
@@ -26,15 +26,19 @@ const char *emit_part_lead(struct memory *memory, const char *model, int part) {
 /*
  * Infinities and NaN must keep their meaning: an angle that is not a number must lead to accelerations that
  * are not numbers. A compiler that may assume that neither occurs says so in a macro, and the file then does
- * not compile. It does not compile either if unsuffixed constants have fewer than 64 bits, which only their
- * size shows.
+ * not compile. C for doubles does not compile either if unsuffixed constants have fewer than 64 bits, which
+ * only their size shows.
  */
-void emit_refusal(struct text *text, const char *file) {
+void emit_refusal(const struct plan *plan, struct text *text, const char *file) {
     text_add(text,
              "#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__\n"
              "#error \"%s needs infinities and NaN: compile it without -ffinite-math-only, or add "
              "-fno-finite-math-only to -ffast-math or -Ofast\"\n#endif\n",
              file);
+    if (plan->is_single) {
+        text_add(text, "\n");
+        return;
+    }
     text_add(text,
              "#ifdef __cplusplus\nstatic_assert(\n#else\n_Static_assert(\n#endif\n"
              "    sizeof 0.1 == sizeof(long long) && sizeof(double) == sizeof(long long),\n"
@@ -43,20 +47,6 @@ void emit_refusal(struct text *text, const char *file) {
 }
 
 /* ---- NAME.h ---- */
-
-/* Bytes of a function and all that it calls; a result from which a part is copied is a local array, too. */
-static long local_arrays_bytes(const struct emission *x, const struct function *function) {
-    long bytes = x->own_bytes[function - x->plan->functions];
-    for (int i = 0; i < function->part_count; i++) {
-        const struct function *from = function->parts[i].from;
-        if (i > 0 && function->parts[i - 1].from == from)
-            continue;
-        bytes += local_arrays_bytes(x, from);
-        if (plan_is_struct_result(from))
-            bytes += from->out_count * (long)sizeof(double);
-    }
-    return bytes;
-}
 
 static const char *coordinate_unit(const struct frame *frame) {
     return frame->joint.is_revolute ? "rad" : "m";
@@ -76,6 +66,11 @@ static void emit_description(struct emission *x, struct text *text) {
         text,
         "%s * Formulas in the sources have the symbols and section numbers of refdyn's gen/theory.md.\n *\n",
         model->option_count ? ".\n" : "");
+    if (x->plan->is_single)
+        text_add(
+            text,
+            " * All numbers are doubles. There is no table of the model for the runtime, which computes with "
+            "more digits.\n *\n");
 }
 
 /* The run that begins with coordinate i, or NULL. */
@@ -111,12 +106,15 @@ static void emit_coordinate_list(struct emission *x, struct text *text) {
 }
 
 static void emit_cost_list(struct emission *x, struct text *text) {
-    text_add(text, " * Operations of one call (additions, multiplications, divisions, functions), "
-                   "and bytes of its local arrays:\n");
+    text_add(text,
+             " * Operations of one call (additions, multiplications, divisions, functions), "
+             "and an upper bound of its stack\n"
+             " * in bytes%s, without functions of libm:\n",
+             x->plan->is_single ? " on Arm Cortex-M" : "");
     for (int f = 0; f < x->plan->function_count; f++) {
         const struct operation_count *count = &x->plan->functions[f].operations;
         text_add(text, " *   %-10s %6ld %6ld %4ld %4ld %7ld\n", count->quantity, count->adds, count->muls,
-                 count->divs, count->functions, local_arrays_bytes(x, &x->plan->functions[f]));
+                 count->divs, count->functions, emit_stack(x, &x->plan->functions[f]));
     }
     if (x->plan->choices)
         text_add(text, " * Choices by counted operations: %s.\n", x->plan->choices);
@@ -196,9 +194,11 @@ void emit_header(struct emission *x, struct text *text) {
     emit_coordinate_list(x, text);
     emit_cost_list(x, text);
     text_add(text, "#ifndef REFDYN_GENERATED_%s_H\n#define REFDYN_GENERATED_%s_H\n\n", x->name, x->name);
-    text_add(text, "#include \"refdyn_model.h\"\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n");
+    text_add(text, "%s#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n",
+             plan->is_single ? "" : "#include \"refdyn_model.h\"\n\n");
     emit_constants(x, text);
-    emit_limits_declaration(x, text);
+    if (!plan->is_single)
+        emit_limits_declaration(x, text);
     emit_structs(x, text);
     if (plan->parameter_count)
         text_add(text,
@@ -216,7 +216,9 @@ void emit_header(struct emission *x, struct text *text) {
                    "memory. */\n\n");
     for (int f = 0; f < plan->function_count; f++)
         emit_prototype(x, text, &plan->functions[f]);
-    emit_spatial_declaration(x, text);
-    text_add(text, "extern const struct refdyn_model %s_model;\n\n", x->name);
+    if (!plan->is_single) {
+        emit_spatial_declaration(x, text);
+        text_add(text, "extern const struct refdyn_model %s_model;\n\n", x->name);
+    }
     text_add(text, "#ifdef __cplusplus\n}\n#endif\n\n#endif\n");
 }

@@ -119,7 +119,7 @@ static void put_source_begin(const struct emission *x, struct text *text) {
     const char *model = x->plan->model->name;
     text_add(text, "%s#include \"%s.h\"\n#include \"%s.h\"\n\n#include <math.h>\n#include <string.h>\n\n",
              emit_lead(x->plan->memory, model, "lanes"), x->name, model);
-    emit_refusal(text, memory_format(x->plan->memory, "%s_lanes.c", model));
+    emit_refusal(x->plan, text, memory_format(x->plan->memory, "%s_lanes.c", model));
     put_types(text);
 }
 

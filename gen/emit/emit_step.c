@@ -94,36 +94,67 @@ static void put_struct(const struct emission *x, struct text *text) {
 
 static const struct {
     const char *name, *one, *about;
+    bool is_implicit;
 } methods[] = {{"rk4", "step_explicit",
                 "The classical explicit Runge-Kutta method of order 4; h must be below 2.8 / "
-                "(largest angular frequency)."},
+                "(largest angular frequency).",
+                false},
                {"gauss", "step_implicit",
-                "The implicit two-stage method of Gauss, order 4, stable for all vibrations."}};
+                "The implicit two-stage method of Gauss, order 4, stable for all vibrations.", true}};
 enum { METHODS = sizeof methods / sizeof *methods };
 
 const char *emit_step_method(int number) {
     return number < METHODS ? methods[number].name : NULL;
 }
 
-static void put_step_signature(const struct emission *x, struct text *text, int method) {
+/* A step with derivatives, or the state alone. */
+static void put_step_signature(const struct emission *x, struct text *text, int method, bool is_state) {
     const int n = x->plan->tree->count;
     text_add(text,
-             "int %s_step_%s(const struct %s_parameters *p, const struct %s_inputs *x, double t, double h, "
+             "int %s_step_%s%s(const struct %s_parameters *p, const struct %s_inputs *x, double t, double h, "
              "int count,\n"
-             "        const double q[%d], const double qd[%d], double state[%d],\n"
-             "        struct %s_step_derivatives *derivatives, double *work)",
-             x->name, methods[method].name, x->name, x->name, n, n, 2 * n, x->name);
+             "        const double q[%d], const double qd[%d], double state[%d],\n        ",
+             x->name, methods[method].name, is_state ? "_state" : "", x->name, x->name, n, n, 2 * n);
+    if (!is_state)
+        text_add(text, "struct %s_step_derivatives *derivatives, ", x->name);
+    text_add(text, "double *work)");
+}
+
+/* Bytes of the functions of text/step_body.c.in, of which two have pivots. */
+static long step_stack(const struct emission *x, int method, bool has_derivatives) {
+    enum { OWN_BYTES = 768, PIVOT_BYTES = 4 };
+    const bool is_implicit = methods[method].is_implicit;
+    const long of_state = emit_stack(x, plan_find_function(x->plan, "qdd"));
+    const long of_derivatives =
+        is_implicit || has_derivatives ? emit_stack(x, plan_find_function(x->plan, "d_qdd")) : 0;
+    return OWN_BYTES + (is_implicit ? 4 * PIVOT_BYTES * x->plan->tree->count : 0) +
+           (of_state > of_derivatives ? of_state : of_derivatives);
 }
 
 /* As step_open in text/step_body.c.in lays it out. */
-long emit_step_work(const struct plan *plan) {
+long emit_step_work(const struct plan *plan, int method, bool has_derivatives) {
     struct step_part parts[STEP_PARTS];
-    const long n = plan->tree->count;
+    const long n = plan->tree->count, d = plan_find_function(plan, "d_qdd")->out_count;
+    const bool is_implicit = methods[method].is_implicit;
     long width = 0;
     list_parts(plan, parts);
     for (int i = 0; i < STEP_PARTS; i++)
         width += parts[i].columns;
-    return 8 * n + 8 * n * width + 4 * n * n + plan_find_function(plan, "d_qdd")->out_count;
+    return 8 * n + (is_implicit ? 4 * n * n : 0) + (is_implicit || has_derivatives ? d : 0) +
+           (has_derivatives ? 7 * n * width : 0);
+}
+
+static void put_work_sizes(const struct emission *x, struct text *text) {
+    long largest = 0;
+    text_add(text, "/* Number of doubles at `work`, without and with derivatives. Their contents need not be "
+                   "set or kept. */\nenum {\n");
+    for (int i = 0; i < METHODS; i++) {
+        const long work = emit_step_work(x->plan, i, true);
+        text_add(text, "    %s_step_%s_work = %ld,\n    %s_step_%s_derivatives_work = %ld,\n", x->name,
+                 methods[i].name, emit_step_work(x->plan, i, false), x->name, methods[i].name, work);
+        largest = work > largest ? work : largest;
+    }
+    text_add(text, "    %s_step_work = %ld /* enough for all */\n};\n\n", x->name, largest);
 }
 
 static void put_header(const struct emission *x, struct text *text) {
@@ -133,8 +164,7 @@ static void put_header(const struct emission *x, struct text *text) {
     text_add(text, "#ifndef REFDYN_GENERATED_%s_step_H\n#define REFDYN_GENERATED_%s_step_H\n\n", x->name,
              x->name);
     text_add(text, "#include \"%s.h\"\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n", x->name);
-    text_add(text, "/* Number of doubles at `work`. Their contents need not be set or kept. */\n");
-    text_add(text, "enum { %s_step_work = %ld };\n\n", x->name, emit_step_work(x->plan));
+    put_work_sizes(x, text);
     put_struct(x, text);
     text_add(
         text,
@@ -142,8 +172,16 @@ static void put_header(const struct emission *x, struct text *text) {
         "time. */\n",
         2 * x->plan->tree->count);
     for (int i = 0; i < METHODS; i++) {
-        text_add(text, "\n/* %s */\n", methods[i].about);
-        put_step_signature(x, text, i);
+        text_add(text, "\n/* %s Stack: at most %ld bytes. */\n", methods[i].about, step_stack(x, i, true));
+        put_step_signature(x, text, i, false);
+        text_add(text, ";\n");
+        if (methods[i].is_implicit)
+            continue;
+        text_add(text,
+                 "\n/* The same without derivatives: a linker that removes unused sections leaves d_qdd out. "
+                 "Stack: at most %ld bytes. */\n",
+                 step_stack(x, i, false));
+        put_step_signature(x, text, i, true);
         text_add(text, ";\n");
     }
     text_add(text, "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n");
@@ -161,8 +199,17 @@ static void put_access(const struct emission *x, struct text *text, const char *
         text_add(text, "    (void)d;\n    return 0; /* d_qdd has no such part */\n}\n\n");
 }
 
+/* When the corrections of an implicit step are small, as step_is_small in text/step_body.c.in explains. */
+static const struct {
+    const char *rates, *displacement, *rounding;
+} tolerances[] = {[false] = {"1e-10", "1e-12", "1e-17"}, [true] = {"1e-4", "1e-5", "1e-8"}}; /* is_single */
+
 static void put_names(const struct emission *x, struct text *text) {
     const struct plan *plan = x->plan;
+    text_add(text,
+             "#define STEP_SMALL_RATES %s\n#define STEP_SMALL_DISPLACEMENT %s\n#define STEP_ROUNDING %s\n",
+             tolerances[plan->is_single].rates, tolerances[plan->is_single].displacement,
+             tolerances[plan->is_single].rounding);
     text_add(text, "#define STEP_N %d\n#define STEP_INPUTS %d\n#define STEP_PARAMETERS %d\n",
              plan->tree->count, plan->model->input_count, columns_of_parameters(plan));
     text_add(text, "#define STEP_QDD %s_qdd\n#define STEP_D_QDD %s_d_qdd\n\n", x->name, x->name);
@@ -192,25 +239,31 @@ static void put_derivatives(const struct emission *x, struct text *text) {
     text_add(text, "}\n");
 }
 
-static void put_step(const struct emission *x, struct text *text, int method) {
+static void put_step(const struct emission *x, struct text *text, int method, bool is_state) {
+    const char *derivatives = is_state ? "0" : "derivatives";
     text_add(text, "\n");
-    put_step_signature(x, text, method);
+    put_step_signature(x, text, method, is_state);
     text_add(text,
-             " {\n    struct step s;\n    s.p = p;\n    s.x = x;\n    s.h = h;\n    step_open(&s, work);\n"
-             "    const int failed = step_run(&s, %s, t, count, q, qd, derivatives != 0);\n"
-             "    step_give(&s, state, derivatives);\n    return failed;\n}\n",
-             methods[method].one);
+             " {\n    struct step s;\n    s.p = p;\n    s.x = x;\n    s.derive = %s;\n    s.h = h;\n"
+             "    step_open(&s, work, %d, %s != 0);\n"
+             "    const int failed = step_run(&s, %s, t, count, q, qd, %s != 0);\n"
+             "    step_give(&s, state, %s);\n    return failed;\n}\n",
+             is_state ? "0" : "STEP_D_QDD", methods[method].is_implicit, derivatives, methods[method].one,
+             derivatives, derivatives);
 }
 
 static void put_source(const struct emission *x, struct text *text) {
     text_add(text, "%s#include \"%s_step.h\"\n\n#include <math.h>\n#include <string.h>\n\n",
              emit_lead(x->plan->memory, x->name, "steps"), x->name);
-    emit_refusal(text, memory_format(x->plan->memory, "%s_step.c", x->name));
+    emit_refusal(x->plan, text, memory_format(x->plan->memory, "%s_step.c", x->name));
     put_names(x, text);
     text_add(text, "%s\n", step_body);
     put_derivatives(x, text);
-    for (int i = 0; i < METHODS; i++)
-        put_step(x, text, i);
+    for (int i = 0; i < METHODS; i++) {
+        put_step(x, text, i, false);
+        if (!methods[i].is_implicit)
+            put_step(x, text, i, true);
+    }
 }
 
 void emit_step(struct emission *x, struct text *header, struct text *source) {

@@ -488,6 +488,8 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
 
 void emit_tables(struct emission *x, struct text *text, const char *hash) {
     emit_defaults(x, text);
+    if (x->plan->is_single) /* the runtime, which reads the tables, computes with doubles */
+        return;
     emit_names(x, text);
     emit_index_tables(x, text);
     emit_rows_and_points(x, text);

@@ -238,6 +238,8 @@ struct plan {
     bool has_step;            /* also emit fixed steps */
     bool has_step_parameters; /* and their derivatives with respect to parameters */
     bool has_casadi;          /* also emit the file for CasADi */
+    bool is_single;           /* the C computes in single precision: emit_real.c */
+    const char *outside;      /* constant of the C that no float can represent; NULL: there is none */
     struct emitted_file *files;
     int file_count;
     int companion_count; /* how many of these files come after the parts of the model */

@@ -62,7 +62,8 @@ struct angle_range angles_range(const struct plan *plan, const struct function *
 static void find_angles(const struct plan *plan, struct function *function) {
     const struct angle_range range = angles_range(plan, function);
     function->first_angle = range.first;
-    if (range.count >= FEWEST_ANGLES &&
+    if (!plan->is_single && /* the pass is for doubles: emit_sincos.c */
+        range.count >= FEWEST_ANGLES &&
         range.is_dense) /* sliding coordinates in the range are computed without need */
         function->angle_count = range.count;
 }

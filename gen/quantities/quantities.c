@@ -83,7 +83,7 @@ static bool has_anchors(const struct derivation *d) {
 }
 
 enum quantity_use { BY_DEFAULT, IF_PRESENT, ALWAYS, ON_REQUEST, IN_BLOCKS };
-enum quantity_readers { ANY, RUNTIME };
+enum quantity_readers { ANY, START, RUNTIME };
 
 /* quantities.def explains the columns. */
 struct quantity {
@@ -473,7 +473,7 @@ static struct function *build_quantity(struct derivation *d, const struct quanti
     *function = (struct function){.quantity = quantity->name,
                                   .about = quantity->about,
                                   .has_blocks = quantity->use == IN_BLOCKS,
-                                  .is_for_runtime = quantity->readers == RUNTIME};
+                                  .is_for_runtime = quantity->readers != ANY};
     const struct membership *membership = called_group(d, quantity);
     d->wanted_blocks = wanted_blocks(d, quantity);
     for (int i = 0; membership && membership->parts[i]; i++)
@@ -504,6 +504,13 @@ static void make_gains(const struct derivation *d) {
     }
 }
 
+/* What a scene without this quantity does not have; NULL: the scene has it. */
+static const char *lack_of(const struct derivation *d, const struct quantity *quantity) {
+    if (d->plan->is_single && quantity->readers == RUNTIME)
+        return "double precision";
+    return quantity->exists(d) ? NULL : quantity->lacks;
+}
+
 bool quantities_list_functions(struct plan *plan, const char *emit) {
     struct derivation *d = choice_of_tree(plan);
     const char *last_reason = NULL;
@@ -516,17 +523,19 @@ bool quantities_list_functions(struct plan *plan, const char *emit) {
             time_events_find(plan);
         if (i == QUANTITY_anchor)
             list_anchored(d);
-        if (i == QUANTITY_required)
+        if (i == QUANTITY_required && !plan->is_single)
             required_values_find(d);
-        if (!quantity->exists(d)) {
+        const char *lacks = lack_of(d, quantity);
+        if (lacks) {
             if (is_asked_for(d, quantity))
-                say_left_out(plan, quantity->name, quantity->lacks, &last_reason);
+                say_left_out(plan, quantity->name, lacks, &last_reason);
         } else if (is_wanted(d, quantity) && !plan_find_function(plan, quantity->name)) {
             build_quantity(d, quantity);
             drop_empty(plan, &last_reason);
         }
     }
     derivatives_keep_emitted_parameters(plan);
-    make_gains(d);
+    if (!plan->is_single)
+        make_gains(d);
     return has_asked_for(d);
 }

@@ -101,11 +101,32 @@ static enum status explain_pass(struct scene *scene, const struct options *optio
                          gen_explain(generation, options_text(options, "emit"), explain, stdout));
 }
 
+/* The types of real numbers. */
+enum { REAL_DOUBLE, REAL_FLOAT };
+static const char *const real_words[] = {[REAL_DOUBLE] = "double", [REAL_FLOAT] = "float", NULL};
+
+/* Files for lanes and for CasADi call the functions with doubles. */
+static enum status read_real(const struct options *options, bool *is_single) {
+    static const char *const others[] = {"for-lanes", "for-casadi"};
+    int place;
+    const enum status status = options_choose(options, "real", &place);
+    *is_single = place == REAL_FLOAT;
+    for (int i = 0; i < 2 && status == STATUS_DONE && *is_single; i++)
+        if (options_has(options, others[i]))
+            return options_usage_error(options->command,
+                                       "--real float: is for NAME.c and its steps only; leave out --%s",
+                                       others[i]);
+    return status;
+}
+
 static enum status generate(struct scene *scene, const struct options *options) {
     const char *emit = options_text(options, "emit");
     const char *wrong = emit ? gen_wrong_emit(&scene->generation, emit) : NULL;
     if (wrong)
         return options_usage_error(options->command, "--emit: %s", wrong);
+    const enum status status = read_real(options, &scene->generation.is_single);
+    if (status != STATUS_DONE)
+        return status;
     return options_text(options, "explain") ? explain_pass(scene, options) : emit_scene(scene, options);
 }
 
@@ -154,6 +175,10 @@ static const char *list_passes(const struct command *command) {
 }
 
 static const struct option_rule gen_rules[] = {
+    {"real", "TYPE", OPTION_TEXT,
+     "double (default) or float: the type of numbers in the C; float: single precision for "
+     "microcontrollers, without the table for the runtime",
+     real_words, NULL},
     {"for-casadi", NULL, OPTION_FLAG,
      "also functions and their derivatives for CasADi: NAME_casadi.c, to be compiled alone into a "
      "shared library",
@@ -169,7 +194,7 @@ const struct command gen_command = {
     .name = "gen",
     .run = run_gen,
     .operands = "MODEL.lua",
-    .options = "output! emit for-lanes for-casadi depfile explain set loops accelerations fold",
+    .options = "output! emit real for-lanes for-casadi depfile explain set loops accelerations fold",
     .tables = {gen_rules, scene_rules},
     .replaces_needed = "explain",
     .output = "DIR",
@@ -179,6 +204,7 @@ const struct command gen_command = {
             "  refdyn gen models/manipulator.lua -o out\n"
             "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"
             "  refdyn gen models/manipulator.lua --emit qdd_free,constrained --for-lanes -o out\n"
+            "  refdyn gen models/puma.lua --emit qdd,step --real float -o out\n"
             "  refdyn gen models/manipulator.lua --emit M --explain plan\n"};
 
 static const struct option_rule check_rules[] = {

@@ -1,0 +1,58 @@
+"""The bound of the stack in an emitted header, compared with what gcc or clang report by -fstack-usage."""
+import collections
+import re
+import subprocess
+
+from program import SOURCE, refdyn
+
+EMIT = "all,M_h,f,d_qdd,d_qdd_free,d_force,d_statics,d_rows,tangent,tangent_vectors,step.p"
+
+
+def bounds(folder):
+    """Bytes by function, from the headers."""
+    header = min(folder.glob("*.h"), key=lambda path: len(path.name))
+    name, found = header.stem, {}
+    for quantity, bound in re.findall(r"^ \*   (\w+) +(?:\d+ +){4}(\d+)$", header.read_text().split("*/")[0], re.M):
+        found[f"{name}_{quantity}"] = int(bound)
+    for path in folder.glob("*_step.h"):
+        for bound, function in re.findall(r"Stack: at most (\d+) bytes\. \*/\nint (\w+)\(", path.read_text()):
+            found[function] = int(bound)
+    return found
+
+
+def calls(folder):
+    """The functions that each function of the C files calls, or passes on as pointers."""
+    bodies = {}
+    for path in folder.glob("*.c"):
+        text = re.sub(r"\bSTEP_(D_)?QDD\b", lambda word: path.stem[:-len("_step")] + ("_d_qdd" if word[1] else "_qdd"), path.read_text())
+        bodies.update(re.findall(r"^\w[\w *]*?\b(\w+)\([^{};]*\) \{\n(.*?)^\}", text, re.M | re.S))
+    return {name: {word for word in re.findall(r"\w+", body) if word in bodies and word != name} for name, body in bodies.items()}
+
+
+def frames(folder, words):
+    """Bytes of each function's own frame. Compilers add suffixes to the names of parts and copies."""
+    own = collections.defaultdict(int)
+    for path in folder.glob("*.c"):
+        subprocess.run([*words, "-w", "-I", SOURCE / "runtime", "-fstack-usage", "-c", path.name, "-o", "x.o"], cwd=folder, check=True)
+        for line in (folder / "x.su").read_text().splitlines():
+            place, size, _ = line.split("\t")
+            own[place.split(":")[-1].split(".")[0]] += int(size)
+    return own
+
+
+def deepest(name, own, called, above=()):
+    inner = [deepest(other, own, called, above + (name,)) for other in called.get(name, ()) if other not in above]
+    return own.get(name, 0) + max(inner, default=0)
+
+
+def emit(model, folder, real, *options):
+    """Emits all that the model has."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if refdyn("gen", model, *options, "--real", real, "--emit", EMIT, "-o", folder, status=None).returncode:
+        refdyn("gen", model, *options, "--real", real, "-o", folder)
+
+
+def compare(folder, words):
+    """Function, its bound, and its bytes with those that it calls, by a compiler with flags."""
+    own, called = frames(folder, words), calls(folder)
+    return [(name, bound, deepest(name, own, called)) for name, bound in bounds(folder).items()]

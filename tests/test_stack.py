@@ -1,0 +1,39 @@
+"""The header's bound of the stack holds for each function, and is not far above what compilers use. Single precision is for
+microcontrollers: on x86-64, compilers keep four floats in a vector and need more."""
+import shutil
+
+import pytest
+
+from program import LONG, MODELS, TESTS, all_models, models_of_tests
+from single import ARM, CORES
+from stack import compare, emit
+
+# Loops; frames that come closest to the bound; functions that call others.
+SCENES = [(TESTS / "models" / "hanging_chain.lua", []), (TESTS / "models" / "programme.lua", []), (MODELS / "slidercrank.lua", [])]
+COMPILERS = [("double", [compiler, level]) for compiler in ("gcc", "clang") for level in ("-O2", "-Os")]
+COMPILERS += [("float", [*ARM, *CORES[core], level]) for core in CORES for level in ("-O2", "-Os")]
+COMPILERS += [("double", [*ARM, *CORES["m4"], level]) for level in ("-O2", "-Os")]
+LARGE, FURTHEST = 500, 3.5  # bytes of a function from which the bound may be at most so many times as large
+
+
+def name_of(value):
+    return f"{value[0]}-{value[1][0]}-{'-'.join(word.strip('-') for word in value[1][1:] if 'cpu' in word or '-O' in word)}"
+
+
+@pytest.mark.parametrize("real, words", COMPILERS, ids=[name_of(value) for value in COMPILERS])
+def test_the_bound_holds(real, words, tmp_path):
+    if not shutil.which(words[0]):
+        pytest.skip(f"{words[0]} is not installed")
+    all_scenes = [(model, []) for model in all_models() + models_of_tests()]
+    scenes = all_scenes if LONG else SCENES if words == ["gcc", "-O2"] else SCENES[1:2]
+    lines = []
+    for model, options in scenes:
+        folder = tmp_path / model.stem
+        emit(model, folder, real, *options)
+        found = compare(folder, words)
+        assert any(used for _, _, used in found)
+        allowed = 1.1 if words[0] == "clang" else 1  # it turns more loops over few entries into vectors
+        lines += [f"{name}: {used} bytes, and the header has at most {bound}" for name, bound, used in found if used > allowed * bound]
+        lines += [f"{name}: the header has {bound} bytes, which is far above {used}" for name, bound, used in found
+                  if used > LARGE and bound > FURTHEST * used]
+    assert not lines, "\n" + "\n".join(lines)
