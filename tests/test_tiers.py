@@ -285,25 +285,13 @@ def test_one_background_process_at_a_time(place):
     place.settled(6)
 
 
-def test_cache_that_cannot_be_written(place):
-    """Libraries that are there are used; without them the folder is named."""
-    if os.geteuid() == 0:
-        pytest.skip("nothing is read-only for root")
-    place.run("eval", PENDULUM)
-    place.cache.chmod(0o500)
-    place.run("eval", PENDULUM)
-    _, said = place.run("eval", MODELS / "pendulum.lua", status=1)
-    place.cache.chmod(0o700)
-    assert "cannot make a temporary folder" in said
-
-
 def test_disk_that_is_full(place):
     """No library is left, and the reason is reported."""
     def limit():
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
         resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
     _, said = place.run("eval", PENDULUM, status=1, preexec_fn=limit)
-    assert "File too large" in said and not place.libraries() and not place.folders()
+    assert said.count("File too large") == 1 and not place.libraries() and not place.folders()
 
 
 # ---- Motions ----

@@ -97,15 +97,12 @@ static bool build_run(struct build *build, const struct toolchain *chain, const 
     return is_good;
 }
 
-/* One run for all files: starting the compiler again would take as long as its work. Returns false without a
- * message if it fails, because the optimised build then reports the reason. */
-static bool build_first(const struct build *build, const struct toolchain *first,
-                        const struct emitted *emitted) {
+/* One run for all files: starting the compiler again would take as long as its work. */
+static bool run_first(const struct build *build, const struct toolchain *first,
+                      const struct emitted *emitted) {
     struct job job = {.log = format_text("%s.log", build->library)};
     struct process process;
     struct notice notice;
-    if (!write_files(build, emitted))
-        return false;
     compile_job_add_words(&job, first->words);
     for (int i = 0; i < emitted->count; i++)
         if (is_source(emitted->files[i].name))
@@ -126,15 +123,25 @@ static bool open_build(struct build *build, const char *parent, const char *pref
     return true;
 }
 
-bool compile_build(const struct cache *cache, const char *key, const struct toolchain *chain,
-                   const struct emitted *emitted, bool is_first) {
+static enum build_outcome run_tier(struct build *build, const struct toolchain *chain,
+                                   const struct emitted *emitted, bool is_first) {
+    if (!is_first)
+        return build_run(build, chain, emitted, NULL) ? BUILD_DONE : BUILD_FAILED;
+    if (!write_files(build, emitted))
+        return BUILD_FAILED;
+    return run_first(build, chain, emitted) ? BUILD_DONE : BUILD_REFUSED;
+}
+
+enum build_outcome compile_build(const struct cache *cache, const char *key, const struct toolchain *chain,
+                                 const struct emitted *emitted, bool is_first) {
     struct build build = {.lanes = emitted->lanes};
     if (!open_build(&build, cache->path, "build-"))
-        return false;
-    bool is_good = is_first ? build_first(&build, chain, emitted) : build_run(&build, chain, emitted, NULL);
-    is_good = is_good && compile_cache_add(cache, key, build.library);
+        return BUILD_FAILED;
+    enum build_outcome outcome = run_tier(&build, chain, emitted, is_first);
+    if (outcome == BUILD_DONE && !compile_cache_add(cache, key, build.library))
+        outcome = BUILD_FAILED;
     system_scratch_close(&build.scratch);
-    return is_good;
+    return outcome;
 }
 
 bool compile_measure(const struct emitted *emitted, struct build_cost *cost) {

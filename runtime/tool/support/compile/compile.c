@@ -114,35 +114,45 @@ static bool claim(struct scratch *claimed, const struct compiled *compiled, cons
     return !system_interrupt_is_new();
 }
 
-/* Loads a library, and builds it before if no other program has done so meanwhile. */
-static bool provide(struct compiled *compiled, const struct emitted *emitted, const struct toolchain *chain,
-                    const char *key, bool is_first) {
-    struct scratch claimed;
-    bool is_loaded = load(compiled, emitted, key);
-    if (is_loaded || !claim(&claimed, compiled, emitted, key))
-        return is_loaded;
-    is_loaded = load(compiled, emitted, key);
-    const bool is_built = is_loaded || compile_build(&compiled->cache, key, chain, emitted, is_first);
-    is_loaded = is_loaded || (is_built && load(compiled, emitted, key));
-    compile_cache_unclaim(&claimed);
-    if (!is_built || is_loaded)
-        return is_loaded;
+static enum build_outcome report_unloadable(const struct compiled *compiled, const char *key) {
     const char *reason = dlerror();
     fprintf(stderr, "refdyn: %s/%s.so: cannot be loaded: %s\n", compiled->cache.path, key,
             reason ? reason : "it is not as it was written");
-    return false;
+    return BUILD_FAILED;
 }
 
+/* Loads a library, and builds it before if no other program has done so meanwhile. */
+static enum build_outcome provide(struct compiled *compiled, const struct emitted *emitted,
+                                  const struct toolchain *chain, const char *key, bool is_first) {
+    struct scratch claimed;
+    if (load(compiled, emitted, key))
+        return BUILD_DONE;
+    if (!claim(&claimed, compiled, emitted, key))
+        return BUILD_FAILED;
+    bool is_loaded = load(compiled, emitted, key);
+    enum build_outcome outcome = BUILD_DONE;
+    if (!is_loaded)
+        outcome = compile_build(&compiled->cache, key, chain, emitted, is_first);
+    is_loaded = is_loaded || (outcome == BUILD_DONE && load(compiled, emitted, key));
+    compile_cache_unclaim(&claimed);
+    return outcome == BUILD_DONE && !is_loaded ? report_unloadable(compiled, key) : outcome;
+}
+
+/* Loads the optimised library if it is there, otherwise the first tier; or builds what the tier says. */
 static bool load_or_build(struct compiled *compiled, const struct emitted *emitted, enum compile_tier tier) {
     struct toolchain chain, first;
     if (!compile_toolchain_find(&chain))
         return false;
     const char *key = key_of(&chain, false, emitted);
+    enum build_outcome outcome = BUILD_REFUSED;
     if (load(compiled, emitted, key))
         return true;
-    if (tier == COMPILE_OPTIMISED || emitted->lanes || !compile_toolchain_first(&first, &chain) ||
-        !provide(compiled, emitted, &first, key_of(&first, true, emitted), true))
-        return provide(compiled, emitted, &chain, key, false);
+    if (tier != COMPILE_OPTIMISED && !emitted->lanes && compile_toolchain_first(&first, &chain))
+        outcome = provide(compiled, emitted, &first, key_of(&first, true, emitted), true);
+    if (outcome == BUILD_REFUSED)
+        return provide(compiled, emitted, &chain, key, false) == BUILD_DONE;
+    if (outcome != BUILD_DONE)
+        return false;
     compiled->awaited = format_text("%s.so", key);
     if (tier == COMPILE_FIRST)
         compile_in_background(&chain, key, emitted);

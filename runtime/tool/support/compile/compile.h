@@ -73,9 +73,15 @@ void compile_release(struct compiled *compiled);
 
 /* ---- Builds ---- */
 
-/* Compiles into the cache as KEY.so: a first tier, or optimised. A first tier that fails reports nothing. */
-bool compile_build(const struct cache *cache, const char *key, const struct toolchain *chain,
-                   const struct emitted *emitted, bool is_first);
+enum build_outcome {
+    BUILD_DONE,
+    BUILD_REFUSED, /* by the compiler of the first tier: not reported, because $CC will report the reason */
+    BUILD_FAILED   /* reported */
+};
+
+/* Compiles into the cache as KEY.so: a first tier, or optimised. */
+enum build_outcome compile_build(const struct cache *cache, const char *key, const struct toolchain *chain,
+                                 const struct emitted *emitted, bool is_first);
 /* Compiles the optimised library in a background process. Does nothing if that is not possible. */
 void compile_in_background(const struct toolchain *chain, const char *key, const struct emitted *emitted);
 
