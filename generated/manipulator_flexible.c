@@ -5,8 +5,7 @@
 #include <string.h>
 
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
-#error \
-    "manipulator_flexible.c needs infinities and NaN: compile it without -ffinite-math-only, or add -fno-finite-math-only to -ffast-math or -Ofast"
+#error "manipulator_flexible.c needs infinities and NaN: compile it without -ffinite-math-only, or add -fno-finite-math-only to -ffast-math or -Ofast"
 #endif
 #ifdef __cplusplus
 static_assert(
@@ -26,42 +25,36 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.half_arm_element_length = p->derived.arm_element_length * 0.5;
     const double t5 = p->rho * p->derived.half_arm_element_length;
     p->derived.arm_half_element_mass = t4 * t5;
-    p->derived.arm_half_element_moment_x =
-        0.5 * (p->derived.half_arm_element_length * p->derived.arm_half_element_mass);
+    p->derived.arm_half_element_moment_x = 0.5 * (p->derived.half_arm_element_length * p->derived.arm_half_element_mass);
     const double t6 = t3 + t3;
     p->derived.arm_half_element_inertia_xx = t5 * t6;
-    p->derived.arm_half_element_inertia_yy =
-        p->derived.arm_half_element_mass *
-            (p->derived.half_arm_element_length * p->derived.half_arm_element_length) / 3.0 +
-        t3 * t5;
+    p->derived.arm_half_element_inertia_yy = p->derived.arm_half_element_mass * (p->derived.half_arm_element_length *
+        p->derived.half_arm_element_length) / 3.0 + t3 * t5;
     p->derived.arm_stiffness_bending = p->E * t3 / p->derived.arm_element_length;
     p->derived.arm_damping_bending = p->eta * p->derived.arm_stiffness_bending;
-    p->derived.arm_stiffness_phi =
-        t2 * 0.09817477042468103 * (p->E / (2.0 * (1.0 + p->nu))) / p->derived.arm_element_length;
+    p->derived.arm_stiffness_phi = t2 * 0.09817477042468103 * (p->E / (2.0 * (1.0 + p->nu))) / p->derived.arm_element_length;
     p->derived.arm_damping_phi = p->eta * p->derived.arm_stiffness_phi;
     const double t7 = p->rho * p->derived.arm_element_length;
     p->derived.arm_element_mass = t4 * t7;
     p->derived.arm_element_length_squared = p->derived.arm_element_length * p->derived.arm_element_length;
     p->derived.arm_element_moment_x = 0.5 * (p->derived.arm_element_length * p->derived.arm_element_mass);
     p->derived.arm_element_inertia_xx = t6 * t7;
-    p->derived.arm_element_inertia_yy =
-        p->derived.arm_element_mass * p->derived.arm_element_length_squared / 3.0 + t3 * t7;
+    p->derived.arm_element_inertia_yy = p->derived.arm_element_mass * p->derived.arm_element_length_squared /
+        3.0 + t3 * t7;
     p->derived.arm_psi_e_entry_x = p->derived.half_arm_element_length - p->derived.arm_element_length;
     /* arm_phi_3: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_3_mass_beyond = p->m_E + p->derived.arm_half_element_mass;
     /* arm_psi_3: Ic = I + Ic of all that it carries (4.5) */
-    p->derived.arm_element_length_times_arm_phi_3_mass_beyond =
-        p->derived.arm_element_length * arm_phi_3_mass_beyond;
+    p->derived.arm_element_length_times_arm_phi_3_mass_beyond = p->derived.arm_element_length * arm_phi_3_mass_beyond;
     /* arm_phi_2: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_2_mass_beyond = p->derived.arm_element_mass + arm_phi_3_mass_beyond;
     /* arm_psi_2: Ic = I + Ic of all that it carries (4.5) */
-    p->derived.arm_element_length_times_arm_phi_2_mass_beyond =
-        p->derived.arm_element_length * arm_phi_2_mass_beyond;
+    p->derived.arm_element_length_times_arm_phi_2_mass_beyond = p->derived.arm_element_length * arm_phi_2_mass_beyond;
     /* arm_phi_1: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_1_mass_beyond = p->derived.arm_element_mass + arm_phi_2_mass_beyond;
     /* arm_psi_1: Ic = I + Ic of all that it carries (4.5) */
-    p->derived.half_arm_element_length_times_arm_phi_1_mass_beyond =
-        p->derived.half_arm_element_length * arm_phi_1_mass_beyond;
+    p->derived.half_arm_element_length_times_arm_phi_1_mass_beyond = p->derived.half_arm_element_length *
+        arm_phi_1_mass_beyond;
     /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_mass_beyond_2 = p->derived.arm_half_element_mass + arm_phi_1_mass_beyond;
     /* column_psi: Ic = I + Ic of all that it carries (4.5) */
@@ -96,8 +89,7 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     /* column_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double column_psi_load_force_z = p->m_col * p->g;
     /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
-    p->derived.base_z_load_force_z_plus_column_psi_load_force_z =
-        base_z_load_force_z + column_psi_load_force_z;
+    p->derived.base_z_load_force_z_plus_column_psi_load_force_z = base_z_load_force_z + column_psi_load_force_z;
 }
 
 #ifndef REFDYN_GENERATED_manipulator_flexible_SINCOS /* parts may be compiled as one file */
@@ -110,9 +102,8 @@ static void manipulator_flexible_sincos_libm(const double *angle, double *sine, 
     }
 }
 
-#if (defined(__TINYC__) && defined(__x86_64__)) || \
-    defined(__FLT_EVAL_METHOD__) &&                \
-        (__FLT_EVAL_METHOD__ == 0 || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 16)
+#if (defined(__TINYC__) && defined(__x86_64__)) || defined(__FLT_EVAL_METHOD__) && \
+    (__FLT_EVAL_METHOD__ == 0 || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 16)
 #ifdef __has_builtin
 #define HAS_BUILTIN(name) __has_builtin(name)
 #else
@@ -137,10 +128,9 @@ static double manipulator_flexible_rounded(double sum, unsigned long long ones) 
 #undef HAS_BUILTIN
 
 /* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
-   |r| <= pi/4; error at most 0.82 units in the last place. For larger angles and values that are not numbers
-   libm. */
+   |r| <= pi/4; error at most 0.82 units in the last place. For larger angles and values that are not numbers libm. */
 static void manipulator_flexible_sincos_4(const double *angle, double *sine, double *cosine) {
-    const double whole = 6755399441055744.0;        /* 1.5 2^52: doubles of this size are whole numbers */
+    const double whole = 6755399441055744.0; /* 1.5 2^52: doubles of this size are whole numbers */
     const volatile unsigned long long mask = ~0ULL; /* volatile: unknown to the compiler */
     const unsigned long long ones = mask;
     double x[4], s[4], c[4];
@@ -155,11 +145,11 @@ static void manipulator_flexible_sincos_4(const double *angle, double *sine, dou
         for (int i = 0; i < 4; i++) {
             const double z = x[i] * x[i], zz = z * z, half = 0.5 * z, level = 1.0 - half;
             const double S = (-0.1666666666666663 + z * 0.008333333333322113) +
-                             zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +
-                                   zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));
+                zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +
+                zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));
             const double C = (0.0416666666666666 - z * 0.0013888888888874131) +
-                             zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +
-                                   zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));
+                zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +
+                zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));
             s[i] = x[i] + (x[i] * z) * S;
             c[i] = level + (((1.0 - level) - half) + zz * C);
         }
@@ -178,11 +168,11 @@ static void manipulator_flexible_sincos_4(const double *angle, double *sine, dou
             const double low = left - rest;
             const double z = r * r, zz = z * z, half = 0.5 * z, level = 1.0 - half;
             const double S = (-0.1666666666666663 + z * 0.008333333333322113) +
-                             zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +
-                                   zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));
+                zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +
+                zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));
             const double C = (0.0416666666666666 - z * 0.0013888888888874131) +
-                             zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +
-                                   zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));
+                zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +
+                zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));
             const double sin_r = r + ((r * z) * S + low * level);
             const double cos_r = level + (((1.0 - level) - half) + (zz * C - r * low));
             /* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */
@@ -221,9 +211,8 @@ static void manipulator_flexible_sincos(const double *angle, double *sine, doubl
 }
 #endif
 
-void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
-                            const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                            const double qd[13], double M[13 * 13]) {
+void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double M[13 * 13]) {
     (void)x;
     (void)t;
     (void)qd;
@@ -300,15 +289,13 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     const double t28 = arm_psi_1_sin * t27 + arm_psi_1_cos * t23;
     M[12 * 13 + 0] = arm_psi_cos * t28 + arm_psi_sin * (arm_psi_1_cos * t27 - arm_psi_1_sin * t23);
     M[12 * 13 + 2] = t25 + p->derived.half_arm_element_length * t28;
-    const double t29 =
-        arm_psi_cos * (arm_psi_1_sin * t26 + arm_psi_1_cos * t21 -
-                       p->derived.half_arm_element_length * (arm_theta_1_cos * t24 - arm_theta_1_sin * t17)) +
-        arm_psi_sin * (arm_psi_1_cos * t26 - arm_psi_1_sin * t21);
+    const double t29 = arm_psi_cos * (arm_psi_1_sin * t26 + arm_psi_1_cos * t21 - p->derived.half_arm_element_length *
+        (arm_theta_1_cos * t24 - arm_theta_1_sin * t17)) + arm_psi_sin * (arm_psi_1_cos * t26 - arm_psi_1_sin *
+        t21);
     M[12 * 13 + 1] = t29;
     /* arm_phi_3: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_3_moment_beyond_x = t1 + p->derived.arm_half_element_moment_x;
-    const double arm_phi_3_inertia_beyond_yy =
-        effector_z_shift_x * t1 + p->derived.arm_half_element_inertia_yy;
+    const double arm_phi_3_inertia_beyond_yy = effector_z_shift_x * t1 + p->derived.arm_half_element_inertia_yy;
     M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
     /* arm_phi_3: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t30 = p->derived.arm_half_element_inertia_xx * arm_theta_3_sin;
@@ -333,13 +320,12 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     M[11 * 13 + 2] = t42;
     M[11 * 13 + 3] = t42;
     const double t43 = arm_theta_1_sin * t41 + arm_theta_1_cos * t38;
-    M[11 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * t43 + arm_psi_1_cos * t40) +
-                     arm_psi_sin * (arm_psi_1_cos * t43 - arm_psi_1_sin * t40);
+    M[11 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * t43 + arm_psi_1_cos * t40) + arm_psi_sin * (arm_psi_1_cos *
+        t43 - arm_psi_1_sin * t40);
     /* arm_theta_3: Ic = I + Ic of all that it carries (4.5) */
     const double t44 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t45 =
-        arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_half_element_inertia_xx);
+    const double t45 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_half_element_inertia_xx);
     const double t46 = arm_theta_3_sin * t45;
     const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t46;
     M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
@@ -351,8 +337,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     const double t48 = arm_psi_3_cos * t44;
     const double t49 = arm_psi_3_sin * t44;
     const double t50 = p->derived.arm_element_length * t49;
-    const double t51 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy +
-                       p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
+    const double t51 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
     const double t52 = arm_phi_2_cos * t51 + arm_phi_2_sin * t50;
     M[10 * 13 + 7] = t52;
     const double t53 = arm_phi_2_sin * t51 - arm_phi_2_cos * t50;
@@ -381,10 +366,9 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     const double t72 = arm_psi_1_sin * t71 + arm_psi_1_cos * t67;
     M[10 * 13 + 0] = arm_psi_cos * t72 + arm_psi_sin * (arm_psi_1_cos * t71 - arm_psi_1_sin * t67);
     M[10 * 13 + 2] = p->derived.half_arm_element_length * t72 + t69;
-    const double t73 =
-        arm_psi_cos * (arm_psi_1_sin * t70 + arm_psi_1_cos * t65 -
-                       p->derived.half_arm_element_length * (arm_theta_1_cos * t68 + arm_theta_1_sin * t61)) +
-        arm_psi_sin * (arm_psi_1_cos * t70 - arm_psi_1_sin * t65);
+    const double t73 = arm_psi_cos * (arm_psi_1_sin * t70 + arm_psi_1_cos * t65 - p->derived.half_arm_element_length *
+        (arm_theta_1_cos * t68 + arm_theta_1_sin * t61)) + arm_psi_sin * (arm_psi_1_cos * t70 - arm_psi_1_sin *
+        t65);
     M[10 * 13 + 1] = t73;
     /* arm_psi_3: Ic = I + Ic of all that it carries (4.5) */
     const double t74 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
@@ -396,8 +380,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
     const double t78 = p->derived.arm_element_length_times_arm_phi_3_mass_beyond + t74;
     const double t79 = p->derived.arm_element_length * (t74 + t78);
-    const double arm_phi_2_inertia_beyond_xy =
-        arm_psi_3_cos * t75 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t75 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
     const double arm_phi_2_inertia_beyond_xz = p->derived.arm_element_length * t44 + t77;
     /* arm_psi_3: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t80 = p->derived.arm_element_length * t74 + arm_psi_3_inertia_beyond_zz;
@@ -429,52 +412,48 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     const double t101 = arm_psi_1_sin * t100 + arm_psi_1_cos * t96;
     M[9 * 13 + 0] = arm_psi_cos * t101 + arm_psi_sin * (arm_psi_1_cos * t100 - arm_psi_1_sin * t96);
     M[9 * 13 + 2] = p->derived.half_arm_element_length * t101 + t98;
-    const double t102 =
-        arm_psi_cos * (arm_psi_1_sin * t99 + arm_psi_1_cos * t94 -
-                       p->derived.half_arm_element_length * (arm_theta_1_cos * t97 - arm_theta_1_sin * t90)) +
-        arm_psi_sin * (arm_psi_1_cos * t99 - arm_psi_1_sin * t94);
+    const double t102 = arm_psi_cos * (arm_psi_1_sin * t99 + arm_psi_1_cos * t94 - p->derived.half_arm_element_length *
+        (arm_theta_1_cos * t97 - arm_theta_1_sin * t90)) + arm_psi_sin * (arm_psi_1_cos * t99 - arm_psi_1_sin *
+        t94);
     M[9 * 13 + 1] = t102;
     /* arm_phi_2: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_2_moment_beyond_x = p->derived.arm_element_moment_x + t78;
-    const double arm_phi_2_inertia_beyond_xx =
-        p->derived.arm_element_inertia_xx + arm_psi_3_inertia_beyond_xx - t76;
+    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_element_inertia_xx + arm_psi_3_inertia_beyond_xx -
+        t76;
     M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    const double arm_phi_2_inertia_beyond_yy =
-        p->derived.arm_element_inertia_yy + arm_phi_3_inertia_beyond_yy + t79 + t76;
-    const double arm_phi_2_inertia_beyond_zz =
-        p->derived.arm_element_inertia_yy + t79 + arm_psi_3_inertia_beyond_zz;
-    const double arm_theta_2_moment_beyond_y =
-        arm_phi_2_cos * arm_phi_2_moment_beyond_y + arm_phi_2_sin * t44;
+    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_element_inertia_yy + arm_phi_3_inertia_beyond_yy +
+        t79 + t76;
+    const double arm_phi_2_inertia_beyond_zz = p->derived.arm_element_inertia_yy + t79 + arm_psi_3_inertia_beyond_zz;
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_cos * arm_phi_2_moment_beyond_y + arm_phi_2_sin *
+        t44;
     const double t103 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
     const double t104 = arm_phi_2_cos * t44;
     const double arm_theta_2_moment_beyond_z = t103 - t104;
-    const double t105 = arm_phi_2_sin * (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz) +
-                        arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz);
+    const double t105 = arm_phi_2_sin * (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz) + arm_phi_2_cos *
+        (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz);
     const double t106 = arm_phi_2_sin * t105;
     const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t106;
     M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
     const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t106;
     const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t105 - arm_phi_2_inertia_beyond_yz;
-    const double arm_theta_2_inertia_beyond_xy =
-        arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin * arm_phi_2_inertia_beyond_xz;
+    const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
+        arm_phi_2_inertia_beyond_xz;
     M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
-    const double arm_theta_2_inertia_beyond_xz =
-        arm_phi_2_sin * arm_phi_2_inertia_beyond_xy + arm_phi_2_cos * arm_phi_2_inertia_beyond_xz;
+    const double arm_theta_2_inertia_beyond_xz = arm_phi_2_sin * arm_phi_2_inertia_beyond_xy + arm_phi_2_cos *
+        arm_phi_2_inertia_beyond_xz;
     /* arm_phi_2: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t107 = t104 - t103;
-    const double t108 =
-        arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
+    const double t108 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
     M[8 * 13 + 6] = t108;
-    const double t109 =
-        arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
+    const double t109 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
     const double t110 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
     const double t111 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
     const double t112 = arm_psi_2_cos * t109 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
     M[8 * 13 + 5] = t112;
     const double t113 = arm_psi_2_cos * t111 - arm_psi_2_sin * t107;
     const double t114 = arm_psi_2_sin * t111 + arm_psi_2_cos * t107;
-    const double t115 = arm_psi_2_sin * t109 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy -
-                        p->derived.arm_element_length * t110;
+    const double t115 = arm_psi_2_sin * t109 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
+        t110;
     const double t116 = p->derived.arm_element_length * t114 + t108;
     const double t117 = arm_phi_1_cos * t115 - arm_phi_1_sin * t116;
     M[8 * 13 + 4] = t117;
@@ -488,38 +467,35 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     const double t124 = arm_psi_1_sin * t123 + arm_psi_1_cos * t119;
     M[8 * 13 + 0] = arm_psi_cos * t124 + arm_psi_sin * (arm_psi_1_cos * t123 - arm_psi_1_sin * t119);
     M[8 * 13 + 2] = p->derived.half_arm_element_length * t124 + t121;
-    const double t125 = arm_psi_cos * (arm_psi_1_sin * t122 + arm_psi_1_cos * t117 -
-                                       p->derived.half_arm_element_length *
-                                           (arm_theta_1_cos * t120 - arm_theta_1_sin * t113)) +
-                        arm_psi_sin * (arm_psi_1_cos * t122 - arm_psi_1_sin * t117);
+    const double t125 = arm_psi_cos * (arm_psi_1_sin * t122 + arm_psi_1_cos * t117 - p->derived.half_arm_element_length *
+        (arm_theta_1_cos * t120 - arm_theta_1_sin * t113)) + arm_psi_sin * (arm_psi_1_cos * t122 - arm_psi_1_sin *
+        t117);
     M[8 * 13 + 1] = t125;
     /* arm_theta_2: Ic = I + Ic of all that it carries (4.5) */
     const double t126 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
     const double t127 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
     const double arm_psi_2_moment_beyond_z = t127 - t126;
-    const double arm_psi_2_moment_beyond_x =
-        arm_theta_2_cos * arm_phi_2_moment_beyond_x + arm_theta_2_sin * arm_theta_2_moment_beyond_z;
+    const double arm_psi_2_moment_beyond_x = arm_theta_2_cos * arm_phi_2_moment_beyond_x + arm_theta_2_sin *
+        arm_theta_2_moment_beyond_z;
     const double t128 = arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx) +
-                        arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz);
+        arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz);
     const double t129 = arm_theta_2_sin * t128;
     const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t129;
     M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
     const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t129;
     const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t128 - arm_theta_2_inertia_beyond_xz;
-    const double arm_psi_2_inertia_beyond_yz =
-        arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin * arm_theta_2_inertia_beyond_xy;
+    const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
+        arm_theta_2_inertia_beyond_xy;
     M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
-    const double arm_psi_2_inertia_beyond_xy =
-        arm_theta_2_sin * arm_theta_2_inertia_beyond_yz + arm_theta_2_cos * arm_theta_2_inertia_beyond_xy;
+    const double arm_psi_2_inertia_beyond_xy = arm_theta_2_sin * arm_theta_2_inertia_beyond_yz + arm_theta_2_cos *
+        arm_theta_2_inertia_beyond_xy;
     /* arm_theta_2: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
-    const double t130 =
-        arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
+    const double t130 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
     M[7 * 13 + 5] = t130;
     const double t131 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
     const double t132 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t133 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy +
-                        arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
-                        p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
+    const double t133 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
+        p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
     const double t134 = p->derived.arm_element_length * t132 + arm_psi_2_inertia_beyond_yz;
     const double t135 = arm_phi_1_cos * t133 - arm_phi_1_sin * t134;
     M[7 * 13 + 4] = t135;
@@ -533,30 +509,25 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     const double t142 = arm_psi_1_sin * t141 + arm_psi_1_cos * t137;
     M[7 * 13 + 0] = arm_psi_cos * t142 + arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t137);
     M[7 * 13 + 2] = p->derived.half_arm_element_length * t142 + t139;
-    const double t143 = arm_psi_cos * (arm_psi_1_sin * t140 + arm_psi_1_cos * t135 -
-                                       p->derived.half_arm_element_length *
-                                           (arm_theta_1_cos * t138 - arm_theta_1_sin * t131)) +
-                        arm_psi_sin * (arm_psi_1_cos * t140 - arm_psi_1_sin * t135);
+    const double t143 = arm_psi_cos * (arm_psi_1_sin * t140 + arm_psi_1_cos * t135 - p->derived.half_arm_element_length *
+        (arm_theta_1_cos * t138 - arm_theta_1_sin * t131)) + arm_psi_sin * (arm_psi_1_cos * t140 - arm_psi_1_sin *
+        t135);
     M[7 * 13 + 1] = t143;
     /* arm_psi_2: Ic = I + Ic of all that it carries (4.5) */
-    const double t144 =
-        arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
-    const double arm_phi_1_moment_beyond_y =
-        arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    const double t145 = arm_psi_2_sin * (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy) +
-                        arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy);
+    const double t144 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
+    const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
+    const double t145 = arm_psi_2_sin * (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy) + arm_psi_2_cos *
+        (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy);
     const double t146 = arm_psi_2_sin * t145;
-    const double t147 =
-        arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
+    const double t147 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
     M[6 * 13 + 5] = t147;
-    const double arm_phi_1_inertia_beyond_yz =
-        arm_psi_2_sin * arm_psi_2_inertia_beyond_xz + arm_psi_2_cos * arm_psi_2_inertia_beyond_yz;
+    const double arm_phi_1_inertia_beyond_yz = arm_psi_2_sin * arm_psi_2_inertia_beyond_xz + arm_psi_2_cos *
+        arm_psi_2_inertia_beyond_yz;
     const double t148 = p->derived.arm_element_length_times_arm_phi_2_mass_beyond + t144;
     const double t149 = p->derived.arm_element_length * (t144 + t148);
-    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t145 - arm_psi_2_inertia_beyond_xy -
-                                               p->derived.arm_element_length * arm_phi_1_moment_beyond_y;
-    const double arm_phi_1_inertia_beyond_xz =
-        t147 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
+    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t145 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
+        arm_phi_1_moment_beyond_y;
+    const double arm_phi_1_inertia_beyond_xz = t147 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
     /* arm_psi_2: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t150 = p->derived.arm_element_length * t144 + arm_psi_2_inertia_beyond_zz;
     const double t151 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t150;
@@ -571,77 +542,70 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     const double t158 = arm_psi_1_sin * t157 + arm_psi_1_cos * t153;
     M[6 * 13 + 0] = arm_psi_cos * t158 + arm_psi_sin * (arm_psi_1_cos * t157 - arm_psi_1_sin * t153);
     M[6 * 13 + 2] = p->derived.half_arm_element_length * t158 + t155;
-    const double t159 =
-        arm_psi_cos * (arm_psi_1_sin * t156 + arm_psi_1_cos * t151 -
-                       p->derived.half_arm_element_length *
-                           (arm_theta_1_cos * t154 + arm_theta_1_sin * arm_phi_1_moment_beyond_y)) +
-        arm_psi_sin * (arm_psi_1_cos * t156 - arm_psi_1_sin * t151);
+    const double t159 = arm_psi_cos * (arm_psi_1_sin * t156 + arm_psi_1_cos * t151 - p->derived.half_arm_element_length *
+        (arm_theta_1_cos * t154 + arm_theta_1_sin * arm_phi_1_moment_beyond_y)) + arm_psi_sin * (arm_psi_1_cos *
+        t156 - arm_psi_1_sin * t151);
     M[6 * 13 + 1] = t159;
     /* arm_phi_1: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_1_moment_beyond_x = p->derived.arm_element_moment_x + t148;
-    const double arm_phi_1_inertia_beyond_xx =
-        p->derived.arm_element_inertia_xx + arm_psi_2_inertia_beyond_xx - t146;
+    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_element_inertia_xx + arm_psi_2_inertia_beyond_xx -
+        t146;
     M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    const double arm_phi_1_inertia_beyond_yy =
-        p->derived.arm_element_inertia_yy + arm_theta_2_inertia_beyond_yy + t149 + t146;
-    const double arm_phi_1_inertia_beyond_zz =
-        p->derived.arm_element_inertia_yy + t149 + arm_psi_2_inertia_beyond_zz;
+    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_element_inertia_yy + arm_theta_2_inertia_beyond_yy +
+        t149 + t146;
+    const double arm_phi_1_inertia_beyond_zz = p->derived.arm_element_inertia_yy + t149 + arm_psi_2_inertia_beyond_zz;
     const double t160 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
     const double t161 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
     const double arm_theta_1_moment_beyond_y = t161 - t160;
     const double t162 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
     const double arm_theta_1_moment_beyond_z = arm_phi_1_cos * arm_psi_2_moment_beyond_z + t162;
-    const double t163 = arm_phi_1_sin * (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz) +
-                        arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz);
+    const double t163 = arm_phi_1_sin * (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz) + arm_phi_1_cos *
+        (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz);
     const double t164 = arm_phi_1_sin * t163;
     const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t164;
     M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
     const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t164;
     const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t163 - arm_phi_1_inertia_beyond_yz;
-    const double arm_theta_1_inertia_beyond_xy =
-        arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin * arm_phi_1_inertia_beyond_xz;
+    const double arm_theta_1_inertia_beyond_xy = arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin *
+        arm_phi_1_inertia_beyond_xz;
     M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
-    const double arm_theta_1_inertia_beyond_xz =
-        arm_phi_1_sin * arm_phi_1_inertia_beyond_xy + arm_phi_1_cos * arm_phi_1_inertia_beyond_xz;
+    const double arm_theta_1_inertia_beyond_xz = arm_phi_1_sin * arm_phi_1_inertia_beyond_xy + arm_phi_1_cos *
+        arm_phi_1_inertia_beyond_xz;
     /* arm_phi_1: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t165 = t126 - t127;
     const double t166 = arm_phi_1_cos * t165 - t162;
     const double t167 = arm_phi_1_sin * t165 + t161;
-    const double t168 =
-        arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
+    const double t168 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
     M[5 * 13 + 3] = t168;
-    const double t169 =
-        arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
+    const double t169 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
     const double t170 = arm_theta_1_sin * t167;
     const double t171 = arm_psi_1_sin * t170 + arm_psi_1_cos * t166;
     M[5 * 13 + 0] = arm_psi_cos * t171 + arm_psi_sin * (arm_psi_1_cos * t170 - arm_psi_1_sin * t166);
     M[5 * 13 + 2] = p->derived.half_arm_element_length * t171 + t168;
     const double t172 = arm_psi_cos * (arm_psi_1_sin * t169 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy -
-                                       p->derived.half_arm_element_length * (arm_theta_1_cos * t167)) +
-                        arm_psi_sin * (arm_psi_1_cos * t169 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy);
+        p->derived.half_arm_element_length * (arm_theta_1_cos * t167)) + arm_psi_sin * (arm_psi_1_cos * t169 -
+        arm_psi_1_sin * arm_theta_1_inertia_beyond_xy);
     M[5 * 13 + 1] = t172;
     /* arm_theta_1: Ic = I + Ic of all that it carries (4.5) */
-    const double arm_psi_1_moment_beyond_z =
-        arm_theta_1_cos * arm_theta_1_moment_beyond_z - arm_theta_1_sin * arm_phi_1_moment_beyond_x;
-    const double arm_psi_1_moment_beyond_x =
-        arm_theta_1_cos * arm_phi_1_moment_beyond_x + arm_theta_1_sin * arm_theta_1_moment_beyond_z;
+    const double arm_psi_1_moment_beyond_z = arm_theta_1_cos * arm_theta_1_moment_beyond_z - arm_theta_1_sin *
+        arm_phi_1_moment_beyond_x;
+    const double arm_psi_1_moment_beyond_x = arm_theta_1_cos * arm_phi_1_moment_beyond_x + arm_theta_1_sin *
+        arm_theta_1_moment_beyond_z;
     const double t173 = arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx) +
-                        arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz);
+        arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz);
     const double t174 = arm_theta_1_sin * t173;
     const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t174;
     M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
     const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t174;
     const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t173 - arm_theta_1_inertia_beyond_xz;
-    const double arm_psi_1_inertia_beyond_yz =
-        arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin * arm_theta_1_inertia_beyond_xy;
+    const double arm_psi_1_inertia_beyond_yz = arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin *
+        arm_theta_1_inertia_beyond_xy;
     M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
-    const double arm_psi_1_inertia_beyond_xy =
-        arm_theta_1_sin * arm_theta_1_inertia_beyond_yz + arm_theta_1_cos * arm_theta_1_inertia_beyond_xy;
-    M[4 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy +
-                                   arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
-                                   p->derived.half_arm_element_length * arm_psi_1_moment_beyond_x) +
-                    arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy -
-                                   arm_psi_1_sin * arm_theta_1_inertia_beyond_yy);
+    const double arm_psi_1_inertia_beyond_xy = arm_theta_1_sin * arm_theta_1_inertia_beyond_yz + arm_theta_1_cos *
+        arm_theta_1_inertia_beyond_xy;
+    M[4 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
+        p->derived.half_arm_element_length * arm_psi_1_moment_beyond_x) + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy -
+        arm_psi_1_sin * arm_theta_1_inertia_beyond_yy);
     /* arm_theta_1: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t175 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
     M[4 * 13 + 0] = arm_psi_cos * t175 + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z);
@@ -651,19 +615,17 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     const double t177 = t176 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
     const double t178 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
     const double arm_psi_moment_beyond_y = arm_psi_1_cos * arm_theta_1_moment_beyond_y + t178;
-    const double t179 = arm_psi_1_sin * (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy) +
-                        arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy);
+    const double t179 = arm_psi_1_sin * (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy) + arm_psi_1_cos *
+        (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy);
     const double t180 = arm_psi_1_sin * t179;
-    const double t181 =
-        arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
-    const double arm_psi_inertia_beyond_yz =
-        arm_psi_1_sin * arm_psi_1_inertia_beyond_xz + arm_psi_1_cos * arm_psi_1_inertia_beyond_yz;
+    const double t181 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
+    const double arm_psi_inertia_beyond_yz = arm_psi_1_sin * arm_psi_1_inertia_beyond_xz + arm_psi_1_cos *
+        arm_psi_1_inertia_beyond_yz;
     const double t182 = p->derived.half_arm_element_length_times_arm_phi_1_mass_beyond + t177;
     const double t183 = p->derived.half_arm_element_length * (t177 + t182);
-    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t179 - arm_psi_1_inertia_beyond_xy -
-                                             p->derived.half_arm_element_length * arm_psi_moment_beyond_y;
-    const double arm_psi_inertia_beyond_xz =
-        t181 - p->derived.half_arm_element_length * arm_psi_1_moment_beyond_z;
+    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t179 - arm_psi_1_inertia_beyond_xy - p->derived.half_arm_element_length *
+        arm_psi_moment_beyond_y;
+    const double arm_psi_inertia_beyond_xz = t181 - p->derived.half_arm_element_length * arm_psi_1_moment_beyond_z;
     /* arm_psi_1: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t184 = t160 - t161;
     const double t185 = arm_psi_1_sin * t184 + t176;
@@ -674,30 +636,26 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p,
     M[3 * 13 + 1] = arm_psi_sin * t181 + t186;
     /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_moment_beyond_x_2 = p->derived.arm_half_element_moment_x + t182;
-    const double arm_psi_inertia_beyond_xx =
-        p->derived.arm_half_element_inertia_xx + arm_psi_1_inertia_beyond_xx - t180;
-    const double arm_psi_inertia_beyond_yy =
-        p->derived.arm_half_element_inertia_yy + arm_theta_1_inertia_beyond_yy + t183 + t180;
-    const double arm_psi_inertia_beyond_zz =
-        p->derived.arm_half_element_inertia_yy + t183 + arm_psi_1_inertia_beyond_zz;
+    const double arm_psi_inertia_beyond_xx = p->derived.arm_half_element_inertia_xx + arm_psi_1_inertia_beyond_xx -
+        t180;
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_half_element_inertia_yy + arm_theta_1_inertia_beyond_yy +
+        t183 + t180;
+    const double arm_psi_inertia_beyond_zz = p->derived.arm_half_element_inertia_yy + t183 + arm_psi_1_inertia_beyond_zz;
     M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
-    const double column_psi_moment_beyond_x_2 =
-        arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
+    const double column_psi_moment_beyond_x_2 = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
     M[2 * 13 + 0] = column_psi_moment_beyond_x_2;
     /* column_psi: Ic = I + Ic of all that it carries (4.5) */
-    const double column_psi_inertia_beyond_zz =
-        p->Izz_col + arm_psi_inertia_beyond_yy +
-        arm_psi_sin * (arm_psi_sin * (arm_psi_inertia_beyond_xx - arm_psi_inertia_beyond_yy) +
-                       arm_psi_cos * (arm_psi_inertia_beyond_xy + arm_psi_inertia_beyond_xy));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
+        (arm_psi_inertia_beyond_xx - arm_psi_inertia_beyond_yy) + arm_psi_cos * (arm_psi_inertia_beyond_xy +
+        arm_psi_inertia_beyond_xy));
     M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
     for (int i = 0; i < 13; i++)
         for (int j = 0; j < i; j++)
             M[j * 13 + i] = M[i * 13 + j];
 }
 
-void manipulator_flexible_h(const struct manipulator_flexible_parameters *p,
-                            const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                            const double qd[13], double h[13]) {
+void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double h[13]) {
     (void)x;
     (void)t;
     double sine[10], cosine[10];
@@ -750,30 +708,23 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p,
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t5 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
         const double t6 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
-        const double arm_psi_e_bias_a_z_2 =
-            last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
         const double arm_psi_e_bias_a_x_2 = arm_psi_e_cos * t5 + arm_psi_e_sin * t6;
         const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * t5;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
-                                           arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
-                                           qd[3 + 3 * e] * arm_psi_e_w_y;
-        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y -
-                                           arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
-                                           qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x + arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_bias_a_z =
-            arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        arm_theta_e_bias_a_x[e] =
-            arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
-        arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x -
-                                   arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
-                                   qd[4 + 3 * e] * arm_theta_e_w_z;
-        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x +
-                                             arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
-                                             qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        arm_theta_e_bias_a_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
         /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
@@ -781,9 +732,9 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p,
         arm_phi_e_bias_a_y[e] = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
         arm_phi_e_bias_a_z[e] = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
         arm_phi_e_bias_wd_y[e] = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
-                                 qd[5 + 3 * e] * arm_phi_e_w_z;
+        qd[5 + 3 * e] * arm_phi_e_w_z;
         arm_phi_e_bias_wd_z[e] = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
-                                 qd[5 + 3 * e] * arm_phi_e_w_y;
+        qd[5 + 3 * e] * arm_phi_e_w_y;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
         t7[e] = arm_phi_e_w_y * arm_phi_e_w_x;
         t8[e] = arm_phi_e_w_y * arm_phi_e_w_y + arm_phi_e_w_z * arm_phi_e_w_z;
@@ -809,10 +760,9 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p,
     const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
     const double t12 = last_arm_phi_e_w_y * qd[12];
     const double t13 = last_arm_phi_e_w_z * qd[12];
-    const double effector_z_bias_a_x =
-        t12 + t12 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
-    const double effector_z_bias_a_y =
-        last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t13 + t13);
+    const double effector_z_bias_a_x = t12 + t12 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
+    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t13 +
+        t13);
     /* effector_z: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
@@ -820,8 +770,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p,
     h[12] = -effector_z_bias_force_z;
     /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y =
-        t1 * p->derived.constant_1 - p->derived.arm_half_element_inertia_yy * t1;
+    const double arm_psi_load_moment_y = t1 * p->derived.constant_1 - p->derived.arm_half_element_inertia_yy *
+        t1;
     double carried_52 = 0.0;
     double carried_53 = effector_z_shift_x * effector_z_bias_force_x;
     double carried_54 = effector_z_shift_x * effector_z_bias_force_y;
@@ -829,16 +779,12 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p,
     double carried_56 = effector_z_bias_force_y;
     double last_arm_psi_e_bias_force_z = -effector_z_bias_force_x;
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
-        const double arm_phi_e_inertia_xx =
-            (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_phi_e_inertia_yy =
-            (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
-        const double arm_phi_e_moment_x =
-            (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
-        const double arm_phi_e_mass =
-            (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
@@ -847,50 +793,43 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p,
         const double arm_phi_e_bias_moment_x = arm_theta_e_bias_wd_x[e] * arm_phi_e_inertia_xx;
         /* arm_phi_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double arm_phi_e_bias_moment_x_2 = arm_phi_e_bias_moment_x + carried_52;
-        const double arm_phi_e_bias_moment_y = t10[e] * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) +
-                                               arm_phi_e_bias_wd_y[e] * arm_phi_e_inertia_yy -
-                                               arm_phi_e_bias_a_z[e] * arm_phi_e_moment_x + carried_53;
-        const double arm_phi_e_bias_moment_z = t7[e] * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) +
-                                               arm_phi_e_bias_wd_z[e] * arm_phi_e_inertia_yy +
-                                               arm_phi_e_bias_a_y[e] * arm_phi_e_moment_x + carried_54;
-        const double arm_phi_e_bias_force_x =
-            arm_theta_e_bias_a_x[e] * arm_phi_e_mass - t8[e] * arm_phi_e_moment_x + carried_55;
-        const double arm_phi_e_bias_force_y =
-            arm_phi_e_bias_a_y[e] * arm_phi_e_mass + t9[e] * arm_phi_e_moment_x + carried_56;
-        const double arm_phi_e_bias_force_z = arm_phi_e_bias_a_z[e] * arm_phi_e_mass +
-                                              t11[e] * arm_phi_e_moment_x + last_arm_psi_e_bias_force_z;
+        const double arm_phi_e_bias_moment_y = t10[e] * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y[e] *
+        arm_phi_e_inertia_yy - arm_phi_e_bias_a_z[e] * arm_phi_e_moment_x + carried_53;
+        const double arm_phi_e_bias_moment_z = t7[e] * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_bias_wd_z[e] *
+        arm_phi_e_inertia_yy + arm_phi_e_bias_a_y[e] * arm_phi_e_moment_x + carried_54;
+        const double arm_phi_e_bias_force_x = arm_theta_e_bias_a_x[e] * arm_phi_e_mass - t8[e] * arm_phi_e_moment_x +
+        carried_55;
+        const double arm_phi_e_bias_force_y = arm_phi_e_bias_a_y[e] * arm_phi_e_mass + t9[e] * arm_phi_e_moment_x +
+        carried_56;
+        const double arm_phi_e_bias_force_z = arm_phi_e_bias_a_z[e] * arm_phi_e_mass + t11[e] * arm_phi_e_moment_x +
+        last_arm_psi_e_bias_force_z;
         const double t14 = arm_phi_e_sin * arm_phi_e_bias_moment_z;
         const double t15 = arm_phi_e_cos * arm_phi_e_bias_moment_y;
         const double arm_theta_e_bias_moment_y = t15 - t14;
-        const double arm_theta_e_bias_moment_z =
-            arm_phi_e_cos * arm_phi_e_bias_moment_z + arm_phi_e_sin * arm_phi_e_bias_moment_y;
-        const double arm_theta_e_bias_force_y =
-            arm_phi_e_cos * arm_phi_e_bias_force_y - arm_phi_e_sin * arm_phi_e_bias_force_z;
-        const double arm_theta_e_bias_force_z =
-            arm_phi_e_cos * arm_phi_e_bias_force_z + arm_phi_e_sin * arm_phi_e_bias_force_y;
+        const double arm_theta_e_bias_moment_z = arm_phi_e_cos * arm_phi_e_bias_moment_z + arm_phi_e_sin *
+        arm_phi_e_bias_moment_y;
+        const double arm_theta_e_bias_force_y = arm_phi_e_cos * arm_phi_e_bias_force_y - arm_phi_e_sin * arm_phi_e_bias_force_z;
+        const double arm_theta_e_bias_force_z = arm_phi_e_cos * arm_phi_e_bias_force_z + arm_phi_e_sin * arm_phi_e_bias_force_y;
         /* arm_theta_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double t16 = arm_theta_e_sin * arm_phi_e_bias_moment_x_2;
         const double t17 = arm_theta_e_cos * arm_theta_e_bias_moment_z;
         const double arm_psi_e_bias_moment_z = t17 - t16;
-        const double arm_psi_e_bias_moment_x =
-            arm_theta_e_sin * arm_theta_e_bias_moment_z + arm_theta_e_cos * arm_phi_e_bias_moment_x_2;
-        const double arm_psi_e_bias_force_z =
-            arm_theta_e_cos * arm_theta_e_bias_force_z - arm_theta_e_sin * arm_phi_e_bias_force_x;
-        const double arm_psi_e_bias_force_x =
-            arm_theta_e_sin * arm_theta_e_bias_force_z + arm_theta_e_cos * arm_phi_e_bias_force_x;
+        const double arm_psi_e_bias_moment_x = arm_theta_e_sin * arm_theta_e_bias_moment_z + arm_theta_e_cos *
+        arm_phi_e_bias_moment_x_2;
+        const double arm_psi_e_bias_force_z = arm_theta_e_cos * arm_theta_e_bias_force_z - arm_theta_e_sin *
+        arm_phi_e_bias_force_x;
+        const double arm_psi_e_bias_force_x = arm_theta_e_sin * arm_theta_e_bias_force_z + arm_theta_e_cos *
+        arm_phi_e_bias_force_x;
         /* arm_psi_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double t18 = arm_psi_e_sin * arm_psi_e_bias_force_x + arm_psi_e_cos * arm_theta_e_bias_force_y;
         h[3 + 3 * e] = t16 - t17;
         h[4 + 3 * e] = t14 - t15;
         h[5 + 3 * e] = -arm_phi_e_bias_moment_x_2;
-        const double next_carried_52 =
-            arm_psi_e_cos * arm_psi_e_bias_moment_x - arm_psi_e_sin * arm_theta_e_bias_moment_y;
-        const double next_carried_53 = arm_psi_e_sin * arm_psi_e_bias_moment_x +
-                                       arm_psi_e_cos * arm_theta_e_bias_moment_y -
-                                       p->derived.arm_element_length * arm_psi_e_bias_force_z;
+        const double next_carried_52 = arm_psi_e_cos * arm_psi_e_bias_moment_x - arm_psi_e_sin * arm_theta_e_bias_moment_y;
+        const double next_carried_53 = arm_psi_e_sin * arm_psi_e_bias_moment_x + arm_psi_e_cos * arm_theta_e_bias_moment_y -
+        p->derived.arm_element_length * arm_psi_e_bias_force_z;
         const double next_carried_54 = arm_psi_e_bias_moment_z + p->derived.arm_element_length * t18;
-        const double next_carried_55 =
-            arm_psi_e_cos * arm_psi_e_bias_force_x - arm_psi_e_sin * arm_theta_e_bias_force_y;
+        const double next_carried_55 = arm_psi_e_cos * arm_psi_e_bias_force_x - arm_psi_e_sin * arm_theta_e_bias_force_y;
         carried_52 = next_carried_52;
         carried_53 = next_carried_53;
         carried_54 = next_carried_54;
@@ -900,24 +839,20 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p,
     }
     /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_bias_moment_x = arm_psi_load_moment_x + carried_52;
-    const double arm_psi_bias_moment_y =
-        carried_53 - p->derived.arm_psi_e_entry_x * last_arm_psi_e_bias_force_z + arm_psi_load_moment_y;
-    const double arm_psi_bias_moment_z =
-        carried_54 + p->derived.arm_psi_e_entry_x * carried_56 + t2 * p->derived.constant_2;
+    const double arm_psi_bias_moment_y = carried_53 - p->derived.arm_psi_e_entry_x * last_arm_psi_e_bias_force_z +
+        arm_psi_load_moment_y;
+    const double arm_psi_bias_moment_z = carried_54 + p->derived.arm_psi_e_entry_x * carried_56 + t2 * p->derived.constant_2;
     h[2] = -arm_psi_bias_moment_z;
     const double arm_psi_bias_force_x = carried_55 - p->derived.arm_half_element_moment_x * t3;
     const double arm_psi_bias_force_y = p->derived.arm_half_element_moment_x * t2 + carried_56;
-    const double column_psi_bias_moment_z =
-        arm_psi_cos * arm_psi_bias_moment_y + arm_psi_sin * arm_psi_bias_moment_x;
+    const double column_psi_bias_moment_z = arm_psi_cos * arm_psi_bias_moment_y + arm_psi_sin * arm_psi_bias_moment_x;
     h[1] = -column_psi_bias_moment_z;
-    const double column_psi_bias_force_z =
-        arm_psi_cos * arm_psi_bias_force_y + arm_psi_sin * arm_psi_bias_force_x;
+    const double column_psi_bias_force_z = arm_psi_cos * arm_psi_bias_force_y + arm_psi_sin * arm_psi_bias_force_x;
     h[0] = -column_psi_bias_force_z;
 }
 
-void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p,
-                            const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                            const double qd[13], double Q[13]) {
+void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double Q[13]) {
     (void)x;
     double sine[10], cosine[10];
     manipulator_flexible_sincos(q + 2, sine, cosine, 10);
@@ -944,20 +879,14 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p,
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        arm_psi_e_gravity_x[e] =
-            arm_psi_e_cos * last_arm_theta_e_gravity_x + arm_psi_e_sin * last_arm_phi_e_gravity_y;
-        arm_psi_e_gravity_y[e] =
-            arm_psi_e_cos * last_arm_phi_e_gravity_y - arm_psi_e_sin * last_arm_theta_e_gravity_x;
+        arm_psi_e_gravity_x[e] = arm_psi_e_cos * last_arm_theta_e_gravity_x + arm_psi_e_sin * last_arm_phi_e_gravity_y;
+        arm_psi_e_gravity_y[e] = arm_psi_e_cos * last_arm_phi_e_gravity_y - arm_psi_e_sin * last_arm_theta_e_gravity_x;
         /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        arm_theta_e_gravity_z[e] =
-            arm_theta_e_sin * arm_psi_e_gravity_x[e] + arm_theta_e_cos * last_arm_phi_e_gravity_z;
-        arm_theta_e_gravity_x[e] =
-            arm_theta_e_cos * arm_psi_e_gravity_x[e] - arm_theta_e_sin * last_arm_phi_e_gravity_z;
+        arm_theta_e_gravity_z[e] = arm_theta_e_sin * arm_psi_e_gravity_x[e] + arm_theta_e_cos * last_arm_phi_e_gravity_z;
+        arm_theta_e_gravity_x[e] = arm_theta_e_cos * arm_psi_e_gravity_x[e] - arm_theta_e_sin * last_arm_phi_e_gravity_z;
         /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        arm_phi_e_gravity_y[e] =
-            arm_phi_e_sin * arm_theta_e_gravity_z[e] + arm_phi_e_cos * arm_psi_e_gravity_y[e];
-        arm_phi_e_gravity_z[e] =
-            arm_phi_e_cos * arm_theta_e_gravity_z[e] - arm_phi_e_sin * arm_psi_e_gravity_y[e];
+        arm_phi_e_gravity_y[e] = arm_phi_e_sin * arm_theta_e_gravity_z[e] + arm_phi_e_cos * arm_psi_e_gravity_y[e];
+        arm_phi_e_gravity_z[e] = arm_phi_e_cos * arm_theta_e_gravity_z[e] - arm_phi_e_sin * arm_psi_e_gravity_y[e];
         last_arm_theta_e_gravity_x = arm_theta_e_gravity_x[e];
         last_arm_phi_e_gravity_y = arm_phi_e_gravity_y[e];
         last_arm_phi_e_gravity_z = arm_phi_e_gravity_z[e];
@@ -972,10 +901,8 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p,
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_phi_e_mass =
-            (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
-        const double arm_phi_e_moment_x =
-            (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
@@ -983,31 +910,24 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p,
         /* arm_phi_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
         const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
-        const double arm_theta_e_moment_beyond_y =
-            arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
-        const double arm_theta_e_moment_beyond_z =
-            arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin * carried_44;
+        const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
+        const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
+        carried_44;
         /* arm_theta_e: Ic = I + Ic of all that it carries (4.5) */
-        const double arm_psi_e_moment_beyond_z =
-            arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin * arm_phi_e_moment_beyond_x;
-        const double arm_psi_e_moment_beyond_x =
-            arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos * arm_phi_e_moment_beyond_x;
-        Q[3 + 3 * e] = arm_psi_e_gravity_y[e] * arm_psi_e_moment_beyond_x -
-                       arm_psi_e_gravity_x[e] * arm_theta_e_moment_beyond_y -
-                       (p->derived.arm_stiffness_bending * q[3 + 3 * e] +
-                        p->derived.arm_damping_bending * qd[3 + 3 * e]);
-        Q[4 + 3 * e] = arm_theta_e_gravity_x[e] * arm_theta_e_moment_beyond_z -
-                       arm_theta_e_gravity_z[e] * arm_phi_e_moment_beyond_x -
-                       (p->derived.arm_stiffness_bending * q[4 + 3 * e] +
-                        p->derived.arm_damping_bending * qd[4 + 3 * e]);
-        Q[5 + 3 * e] =
-            arm_phi_e_gravity_z[e] * carried_44 - arm_phi_e_gravity_y[e] * last_arm_psi_e_moment_beyond_z -
-            (p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e]);
-        const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x -
-                                       arm_psi_e_sin * arm_theta_e_moment_beyond_y +
-                                       p->derived.arm_element_length * arm_phi_e_mass_beyond;
-        const double next_carried_44 =
-            arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
+        const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
+        arm_phi_e_moment_beyond_x;
+        const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
+        arm_phi_e_moment_beyond_x;
+        Q[3 + 3 * e] = arm_psi_e_gravity_y[e] * arm_psi_e_moment_beyond_x - arm_psi_e_gravity_x[e] * arm_theta_e_moment_beyond_y -
+        (p->derived.arm_stiffness_bending * q[3 + 3 * e] + p->derived.arm_damping_bending * qd[3 + 3 * e]);
+        Q[4 + 3 * e] = arm_theta_e_gravity_x[e] * arm_theta_e_moment_beyond_z - arm_theta_e_gravity_z[e] *
+        arm_phi_e_moment_beyond_x - (p->derived.arm_stiffness_bending * q[4 + 3 * e] + p->derived.arm_damping_bending *
+        qd[4 + 3 * e]);
+        Q[5 + 3 * e] = arm_phi_e_gravity_z[e] * carried_44 - arm_phi_e_gravity_y[e] * last_arm_psi_e_moment_beyond_z -
+        (p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e]);
+        const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x - arm_psi_e_sin * arm_theta_e_moment_beyond_y +
+        p->derived.arm_element_length * arm_phi_e_mass_beyond;
+        const double next_carried_44 = arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
         last_arm_phi_e_mass_beyond = arm_phi_e_mass_beyond;
         carried_43 = next_carried_43;
         carried_44 = next_carried_44;
@@ -1015,8 +935,8 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p,
     }
     /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_mass_beyond = p->derived.arm_half_element_mass + last_arm_phi_e_mass_beyond;
-    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 +
-                                           p->derived.arm_psi_e_entry_x * last_arm_phi_e_mass_beyond;
+    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
+        last_arm_phi_e_mass_beyond;
     Q[2] = arm_psi_bias_a_falling_x * carried_44 - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
     /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
@@ -1025,17 +945,15 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p,
     Q[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + p->g * base_z_mass_beyond);
 }
 
-void manipulator_flexible_u(const struct manipulator_flexible_parameters *p,
-                            const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                            const double qd[13], double u[2 * 13]) {
+void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double u[2 * 13]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(u, terms.u, sizeof terms.u);
 }
 
-void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters *p,
-                                    const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                    const double qd[13], struct manipulator_flexible_row_terms_result *out) {
+void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_row_terms_result *out) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(out->u, terms.u, sizeof terms.u);
@@ -1045,9 +963,8 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
     memcpy(out->k, terms.k, sizeof terms.k);
 }
 
-void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
-                                const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                const double qd[13], struct manipulator_flexible_terms_result *out) {
+void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_terms_result *out) {
     (void)x;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
@@ -1137,99 +1054,69 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
         last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
         /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        const double arm_psi_e_ground_x_x =
-            arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin * last_arm_phi_e_ground_x_y;
-        arm_psi_e_ground_x_y[e] =
-            arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x =
-            arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin * last_arm_phi_e_ground_y_y;
-        arm_psi_e_ground_y_y[e] =
-            arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x =
-            arm_psi_e_cos * last_arm_theta_e_ground_z_x + arm_psi_e_sin * last_arm_phi_e_ground_z_y;
-        arm_psi_e_ground_z_y[e] =
-            arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        arm_psi_e_position_x_2[e] =
-            last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-        arm_psi_e_position_y_2[e] =
-            last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-        arm_psi_e_position_z_2[e] =
-            last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_x_y;
+        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_y_y;
+        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_cos * last_arm_theta_e_ground_z_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_z_y;
+        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t7 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 =
-            last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t7 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double t8 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
         const double t9 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
-        const double arm_psi_e_bias_a_z_2 =
-            last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
         const double arm_psi_e_bias_a_x_2 = arm_psi_e_cos * t8 + arm_psi_e_sin * t9;
         const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t9 - arm_psi_e_sin * t8;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
-                                           arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
-                                           qd[3 + 3 * e] * arm_psi_e_w_y;
-        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y -
-                                           arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
-                                           qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x + arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        const double arm_theta_e_ground_x_z =
-            arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        arm_theta_e_ground_x_x[e] =
-            arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z =
-            arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        arm_theta_e_ground_y_x[e] =
-            arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z =
-            arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        arm_theta_e_ground_z_x[e] =
-            arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
         const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
         const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_bias_a_z =
-            arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_x =
-            arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x -
-                                             arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
-                                             qd[4 + 3 * e] * arm_theta_e_w_z;
-        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x +
-                                             arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
-                                             qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
         /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        const double arm_phi_e_ground_x_y =
-            arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_x_z =
-            arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_y_y =
-            arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_y_z =
-            arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_z_y =
-            arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
-        const double arm_phi_e_ground_z_z =
-            arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
         const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
         const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
         const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
-        const double arm_phi_e_bias_a_y =
-            arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_a_z =
-            arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z +
-                                           arm_phi_e_cos * arm_psi_e_bias_wd_y +
-                                           qd[5 + 3 * e] * arm_phi_e_w_z;
-        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z -
-                                           arm_phi_e_sin * arm_psi_e_bias_wd_y -
-                                           qd[5 + 3 * e] * arm_phi_e_w_y;
+        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        qd[5 + 3 * e] * arm_phi_e_w_z;
+        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        qd[5 + 3 * e] * arm_phi_e_w_y;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
         const double next_carried_15 = -(arm_phi_e_w_y * arm_phi_e_w_y + arm_phi_e_w_z * arm_phi_e_w_z);
         const double next_carried_18 = arm_phi_e_w_y * arm_phi_e_w_x + arm_phi_e_bias_wd_z;
@@ -1268,16 +1155,13 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
     /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
-    const double effector_z_position_x =
-        last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     out->r[0 * 3 + 0] = effector_z_position_x;
     out->C[1 * 13 + 1] = effector_z_position_x;
-    const double effector_z_position_y =
-        last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
     out->r[0 * 3 + 1] = effector_z_position_y;
     out->C[0 * 13 + 1] = -effector_z_position_y;
-    const double effector_z_position_z =
-        last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
+    const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
     out->r[0 * 3 + 2] = effector_z_position_z;
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
@@ -1285,42 +1169,34 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double t10 = last_arm_phi_e_w_y * qd[12];
     const double t11 = last_arm_phi_e_w_z * qd[12];
     const double effector_z_v_z = qd[12] + last_arm_theta_e_v_x;
-    const double effector_z_bias_a_x =
-        t10 + t10 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
-    const double effector_z_bias_a_y =
-        last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t11 + t11);
+    const double effector_z_bias_a_x = t10 + t10 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
+    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t11 +
+        t11);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
-    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y -
-                              last_arm_phi_e_ground_x_z * effector_z_v_x +
-                              last_arm_theta_e_ground_x_x * effector_z_v_z;
+    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
+        last_arm_theta_e_ground_x_x * effector_z_v_z;
     out->rd[0 * 3 + 0] = point_E_xd;
-    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y -
-                              last_arm_phi_e_ground_y_z * effector_z_v_x +
-                              last_arm_theta_e_ground_y_x * effector_z_v_z;
+    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
+        last_arm_theta_e_ground_y_x * effector_z_v_z;
     out->rd[0 * 3 + 1] = point_E_yd;
-    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y -
-                              last_arm_phi_e_ground_z_z * effector_z_v_x +
-                              last_arm_theta_e_ground_z_x * effector_z_v_z;
+    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
+        last_arm_theta_e_ground_z_x * effector_z_v_z;
     out->rd[0 * 3 + 2] = point_E_zd;
-    const double point_E_bias_x = last_arm_phi_e_ground_x_y * effector_z_bias_a_y -
-                                  last_arm_phi_e_ground_x_z * effector_z_bias_a_x +
-                                  last_arm_theta_e_ground_x_x * effector_z_bias_a_z;
+    const double point_E_bias_x = last_arm_phi_e_ground_x_y * effector_z_bias_a_y - last_arm_phi_e_ground_x_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_x_x * effector_z_bias_a_z;
     out->d[0 * 3 + 0] = point_E_bias_x;
-    const double point_E_bias_y = last_arm_phi_e_ground_y_y * effector_z_bias_a_y -
-                                  last_arm_phi_e_ground_y_z * effector_z_bias_a_x +
-                                  last_arm_theta_e_ground_y_x * effector_z_bias_a_z;
+    const double point_E_bias_y = last_arm_phi_e_ground_y_y * effector_z_bias_a_y - last_arm_phi_e_ground_y_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_y_x * effector_z_bias_a_z;
     out->d[0 * 3 + 1] = point_E_bias_y;
-    const double point_E_bias_z = last_arm_phi_e_ground_z_y * effector_z_bias_a_y -
-                                  last_arm_phi_e_ground_z_z * effector_z_bias_a_x +
-                                  last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
+    const double point_E_bias_z = last_arm_phi_e_ground_z_y * effector_z_bias_a_y - last_arm_phi_e_ground_z_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
     out->d[0 * 3 + 2] = point_E_bias_z;
     const double t12 = effector_z_position_z - arm_psi_position_z;
     const double t13 = column_psi_cos * t12;
     out->C[0 * 13 + 2] = -t13;
     const double t14 = column_psi_sin * t12;
     out->C[1 * 13 + 2] = -t14;
-    const double point_E_C_z_arm_psi =
-        column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
+    const double point_E_C_z_arm_psi = column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
     out->u[1 * 13 + 2] = point_E_C_z_arm_psi;
     out->C[2 * 13 + 2] = point_E_C_z_arm_psi;
     /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
@@ -1338,8 +1214,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.b_inverse);
     const double row_1_v = t21 + t21 + t22 + t22;
     out->v[0] = row_1_v;
-    out->k[0] =
-        -(row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain + row_1_v);
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain + row_1_v);
     const double t23 = p->derived.b_inverse * (t16 + t16);
     const double t24 = p->derived.a_inverse * (t15 + t15);
     out->u[0 * 13 + 2] = -(t13 * t24 + t14 * t23);
@@ -1352,15 +1227,15 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double t27 = effector_z_position_z - arm_psi_e_position_z_2[e];
         const double t28 = last_arm_phi_e_ground_y_z_at[e] * t27 - last_arm_phi_e_ground_z_z_at[e] * t26;
         const double t29 = last_arm_phi_e_ground_z_z_at[e] * t25 - last_arm_phi_e_ground_x_z_at[e] * t27;
-        const double point_E_C_z_arm_psi_e =
-            last_arm_phi_e_ground_x_z_at[e] * t26 - last_arm_phi_e_ground_y_z_at[e] * t25;
+        const double point_E_C_z_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t26 - last_arm_phi_e_ground_y_z_at[e] *
+        t25;
         const double t30 = arm_psi_e_ground_y_y[e] * t27 - arm_psi_e_ground_z_y[e] * t26;
         const double t31 = arm_psi_e_ground_z_y[e] * t25 - arm_psi_e_ground_x_y[e] * t27;
         const double point_E_C_z_arm_theta_e = arm_psi_e_ground_x_y[e] * t26 - arm_psi_e_ground_y_y[e] * t25;
         const double t32 = arm_theta_e_ground_y_x[e] * t27 - arm_theta_e_ground_z_x[e] * t26;
         const double t33 = arm_theta_e_ground_z_x[e] * t25 - arm_theta_e_ground_x_x[e] * t27;
-        const double point_E_C_z_arm_phi_e =
-            arm_theta_e_ground_x_x[e] * t26 - arm_theta_e_ground_y_x[e] * t25;
+        const double point_E_C_z_arm_phi_e = arm_theta_e_ground_x_x[e] * t26 - arm_theta_e_ground_y_x[e] *
+        t25;
         /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
         const double row_1_u_arm_psi_e = t29 * t23 + t28 * t24;
         const double row_1_u_arm_theta_e = t31 * t23 + t30 * t24;
@@ -1392,50 +1267,43 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->k[1] = -(row_2_v + p->derived.shared_rate_gain * row_2_psi);
 }
 
-void manipulator_flexible_v(const struct manipulator_flexible_parameters *p,
-                            const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                            const double qd[13], double v[2]) {
+void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double v[2]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(v, terms.v, sizeof terms.v);
 }
 
-void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p,
-                              const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                              const double qd[13], double phi[2]) {
+void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double phi[2]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(phi, terms.phi, sizeof terms.phi);
 }
 
-void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p,
-                              const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                              const double qd[13], double psi[2]) {
+void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double psi[2]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(psi, terms.psi, sizeof terms.psi);
 }
 
-void manipulator_flexible_k(const struct manipulator_flexible_parameters *p,
-                            const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                            const double qd[13], double k[2]) {
+void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double k[2]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(k, terms.k, sizeof terms.k);
 }
 
-void manipulator_flexible_r(const struct manipulator_flexible_parameters *p,
-                            const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                            const double qd[13], double r[1 * 3]) {
+void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double r[1 * 3]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(r, terms.r, sizeof terms.r);
 }
 
-void manipulator_flexible_point_terms(const struct manipulator_flexible_parameters *p,
-                                      const struct manipulator_flexible_inputs *x, double t,
-                                      const double q[13], const double qd[13],
-                                      struct manipulator_flexible_point_terms_result *out) {
+void manipulator_flexible_point_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_point_terms_result *out) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(out->r, terms.r, sizeof terms.r);
@@ -1444,33 +1312,29 @@ void manipulator_flexible_point_terms(const struct manipulator_flexible_paramete
     memcpy(out->d, terms.d, sizeof terms.d);
 }
 
-void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p,
-                             const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                             const double qd[13], double rd[1 * 3]) {
+void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double rd[1 * 3]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(rd, terms.rd, sizeof terms.rd);
 }
 
-void manipulator_flexible_C(const struct manipulator_flexible_parameters *p,
-                            const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                            const double qd[13], double C[3 * 13]) {
+void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double C[3 * 13]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(C, terms.C, sizeof terms.C);
 }
 
-void manipulator_flexible_d(const struct manipulator_flexible_parameters *p,
-                            const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                            const double qd[13], double d[1 * 3]) {
+void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double d[1 * 3]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
     memcpy(d, terms.d, sizeof terms.d);
 }
 
-void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p,
-                                 const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                 const double qd[13], double energy[2]) {
+void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double energy[2]) {
     (void)x;
     (void)t;
     double sine[10], cosine[10];
@@ -1487,15 +1351,12 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     /* 2 Ek = sum of v.p + w.L (4.10) */
-    const double t1 = qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_base * qd[0]) +
-                      qd[0] * (p->m_col * qd[0]) +
-                      arm_psi_w_x * (p->derived.arm_half_element_inertia_xx * arm_psi_w_x) +
-                      arm_psi_w_y * (p->derived.arm_half_element_inertia_yy * arm_psi_w_y);
-    const double t2 = t1 + arm_psi_v_x * (p->derived.arm_half_element_mass * arm_psi_v_x) +
-                      arm_psi_v_y * (p->derived.arm_half_element_moment_x * qd[2] +
-                                     p->derived.arm_half_element_mass * arm_psi_v_y) +
-                      qd[2] * (p->derived.arm_half_element_inertia_yy * qd[2] +
-                               p->derived.arm_half_element_moment_x * arm_psi_v_y);
+    const double t1 = qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) +
+        arm_psi_w_x * (p->derived.arm_half_element_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_half_element_inertia_yy *
+        arm_psi_w_y);
+    const double t2 = t1 + arm_psi_v_x * (p->derived.arm_half_element_mass * arm_psi_v_x) + arm_psi_v_y *
+        (p->derived.arm_half_element_moment_x * qd[2] + p->derived.arm_half_element_mass * arm_psi_v_y) +
+        qd[2] * (p->derived.arm_half_element_inertia_yy * qd[2] + p->derived.arm_half_element_moment_x * arm_psi_v_y);
     double last_arm_phi_e_w_x = arm_psi_w_x;
     double last_arm_phi_e_w_y = arm_psi_w_y;
     double last_arm_phi_e_w_z = qd[2];
@@ -1511,20 +1372,15 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_inertia_yy =
-            (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
-        const double arm_phi_e_moment_x =
-            (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
-        const double arm_phi_e_inertia_xx =
-            (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
-        const double arm_phi_e_mass =
-            (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
         /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t3 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 =
-            last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t3 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t3 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
@@ -1541,19 +1397,16 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
         /* 2 Ek = sum of v.p + w.L (4.10) */
-        const double t4 =
-            arm_phi_e_w_y * (arm_phi_e_w_y * arm_phi_e_inertia_yy - arm_phi_e_v_z * arm_phi_e_moment_x) +
-            arm_phi_e_w_x * (arm_phi_e_w_x * arm_phi_e_inertia_xx) +
-            arm_phi_e_w_z * (arm_phi_e_v_y * arm_phi_e_moment_x + arm_phi_e_w_z * arm_phi_e_inertia_yy);
-        const double t5 =
-            t4 + arm_phi_e_v_y * (arm_phi_e_v_y * arm_phi_e_mass + arm_phi_e_w_z * arm_phi_e_moment_x) +
-            arm_phi_e_v_z * (arm_phi_e_v_z * arm_phi_e_mass - arm_phi_e_w_y * arm_phi_e_moment_x) +
-            arm_theta_e_v_x * (arm_theta_e_v_x * arm_phi_e_mass);
+        const double t4 = arm_phi_e_w_y * (arm_phi_e_w_y * arm_phi_e_inertia_yy - arm_phi_e_v_z * arm_phi_e_moment_x) +
+        arm_phi_e_w_x * (arm_phi_e_w_x * arm_phi_e_inertia_xx) + arm_phi_e_w_z * (arm_phi_e_v_y * arm_phi_e_moment_x +
+        arm_phi_e_w_z * arm_phi_e_inertia_yy);
+        const double t5 = t4 + arm_phi_e_v_y * (arm_phi_e_v_y * arm_phi_e_mass + arm_phi_e_w_z * arm_phi_e_moment_x) +
+        arm_phi_e_v_z * (arm_phi_e_v_z * arm_phi_e_mass - arm_phi_e_w_y * arm_phi_e_moment_x) + arm_theta_e_v_x *
+        (arm_theta_e_v_x * arm_phi_e_mass);
         const double next_carried_58 = t5 + carried_58;
         const double next_carried_59 = p->derived.half_arm_stiffness_bending * (q[4 + 3 * e] * q[4 + 3 * e]) +
-                                       p->derived.half_arm_stiffness_phi * (q[5 + 3 * e] * q[5 + 3 * e]) +
-                                       p->derived.half_arm_stiffness_bending * (q[3 + 3 * e] * q[3 + 3 * e]) +
-                                       carried_59;
+        p->derived.half_arm_stiffness_phi * (q[5 + 3 * e] * q[5 + 3 * e]) + p->derived.half_arm_stiffness_bending *
+        (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59;
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
         last_arm_phi_e_w_z = arm_phi_e_w_z;
@@ -1567,9 +1420,8 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
     const double effector_z_v_z = qd[12] + last_arm_theta_e_v_x;
-    energy[0] =
-        0.5 * (carried_58 + effector_z_v_x * (p->m_E * effector_z_v_x) +
-               effector_z_v_z * (p->m_E * effector_z_v_z) + effector_z_v_y * (p->m_E * effector_z_v_y));
+    energy[0] = 0.5 * (carried_58 + effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_z * (p->m_E *
+        effector_z_v_z) + effector_z_v_y * (p->m_E * effector_z_v_y));
     double last_arm_phi_e_mass_beyond = p->m_E;
     double carried_43 = p->m_E * effector_z_shift_x;
     double carried_44 = 0.0;
@@ -1577,10 +1429,8 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_phi_e_mass =
-            (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
-        const double arm_phi_e_moment_x =
-            (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
@@ -1588,20 +1438,17 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         /* arm_phi_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
         const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
-        const double arm_theta_e_moment_beyond_y =
-            arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
-        const double arm_theta_e_moment_beyond_z =
-            arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin * carried_44;
+        const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
+        const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
+        carried_44;
         /* arm_theta_e: Ic = I + Ic of all that it carries (4.5) */
-        const double arm_psi_e_moment_beyond_z =
-            arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin * arm_phi_e_moment_beyond_x;
-        const double arm_psi_e_moment_beyond_x =
-            arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos * arm_phi_e_moment_beyond_x;
-        const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x -
-                                       arm_psi_e_sin * arm_theta_e_moment_beyond_y +
-                                       p->derived.arm_element_length * arm_phi_e_mass_beyond;
-        const double next_carried_44 =
-            arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
+        const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
+        arm_phi_e_moment_beyond_x;
+        const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
+        arm_phi_e_moment_beyond_x;
+        const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x - arm_psi_e_sin * arm_theta_e_moment_beyond_y +
+        p->derived.arm_element_length * arm_phi_e_mass_beyond;
+        const double next_carried_44 = arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
         last_arm_phi_e_mass_beyond = arm_phi_e_mass_beyond;
         carried_43 = next_carried_43;
         carried_44 = next_carried_44;
@@ -1609,41 +1456,36 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     }
     /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_mass_beyond = p->derived.arm_half_element_mass + last_arm_phi_e_mass_beyond;
-    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 +
-                                           p->derived.arm_psi_e_entry_x * last_arm_phi_e_mass_beyond;
+    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
+        last_arm_phi_e_mass_beyond;
     /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
     const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + arm_psi_cos * carried_44 +
-                                              p->h * arm_psi_mass_beyond +
-                                              arm_psi_sin * arm_psi_moment_beyond_x;
+        p->h * arm_psi_mass_beyond + arm_psi_sin * arm_psi_moment_beyond_x;
     /* base_z: Ic = I + Ic of all that it carries (4.5) */
     const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
     energy[1] = carried_59 + p->g * (q[0] * base_z_mass_beyond + column_psi_moment_beyond_z);
 }
 
-void manipulator_flexible_power(const struct manipulator_flexible_parameters *p,
-                                const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                const double qd[13], double power[1]) {
+void manipulator_flexible_power(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double power[1]) {
     (void)x;
     (void)q;
     /* Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10) */
-    const double t1 =
-        qd[1] * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1]) -
-        qd[0] * (p->d_sup * qd[0]);
+    const double t1 = qd[1] * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+        0.5 * qd[1]) - qd[0] * (p->d_sup * qd[0]);
     double carried_60 = t1;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double next_carried_60 = carried_60 -
-                                       qd[5 + 3 * e] * (p->derived.arm_damping_phi * qd[5 + 3 * e]) -
-                                       qd[4 + 3 * e] * (p->derived.arm_damping_bending * qd[4 + 3 * e]) -
-                                       qd[3 + 3 * e] * (p->derived.arm_damping_bending * qd[3 + 3 * e]);
+        const double next_carried_60 = carried_60 - qd[5 + 3 * e] * (p->derived.arm_damping_phi * qd[5 + 3 * e]) -
+        qd[4 + 3 * e] * (p->derived.arm_damping_bending * qd[4 + 3 * e]) - qd[3 + 3 * e] * (p->derived.arm_damping_bending *
+        qd[3 + 3 * e]);
         carried_60 = next_carried_60;
     }
     power[0] = carried_60;
 }
 
-void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p,
-                              const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                              const double qd[13], double Q_q[13 * 13]) {
+void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double Q_q[13 * 13]) {
     (void)x;
     (void)t;
     (void)qd;
@@ -1700,32 +1542,20 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p,
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
         /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        arm_psi_e_ground_x_x[e] =
-            arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin * last_arm_phi_e_ground_x_y;
-        arm_psi_e_ground_x_y[e] =
-            arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        arm_psi_e_ground_y_x[e] =
-            arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin * last_arm_phi_e_ground_y_y;
-        arm_psi_e_ground_y_y[e] =
-            arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        arm_psi_e_ground_x_x[e] = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin * last_arm_phi_e_ground_x_y;
+        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        arm_psi_e_ground_y_x[e] = arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin * last_arm_phi_e_ground_y_y;
+        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
         /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        arm_theta_e_ground_x_z[e] =
-            arm_theta_e_sin * arm_psi_e_ground_x_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        arm_theta_e_ground_x_x[e] =
-            arm_theta_e_cos * arm_psi_e_ground_x_x[e] - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        arm_theta_e_ground_y_z[e] =
-            arm_theta_e_sin * arm_psi_e_ground_y_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        arm_theta_e_ground_y_x[e] =
-            arm_theta_e_cos * arm_psi_e_ground_y_x[e] - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        arm_theta_e_ground_x_z[e] = arm_theta_e_sin * arm_psi_e_ground_x_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x[e] - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_y_z[e] = arm_theta_e_sin * arm_psi_e_ground_y_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x[e] - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
         /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        arm_phi_e_ground_x_y[e] =
-            arm_phi_e_sin * arm_theta_e_ground_x_z[e] + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
-        arm_phi_e_ground_x_z[e] =
-            arm_phi_e_cos * arm_theta_e_ground_x_z[e] - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
-        arm_phi_e_ground_y_y[e] =
-            arm_phi_e_sin * arm_theta_e_ground_y_z[e] + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
-        arm_phi_e_ground_y_z[e] =
-            arm_phi_e_cos * arm_theta_e_ground_y_z[e] - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
+        arm_phi_e_ground_x_y[e] = arm_phi_e_sin * arm_theta_e_ground_x_z[e] + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
+        arm_phi_e_ground_x_z[e] = arm_phi_e_cos * arm_theta_e_ground_x_z[e] - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
+        arm_phi_e_ground_y_y[e] = arm_phi_e_sin * arm_theta_e_ground_y_z[e] + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
+        arm_phi_e_ground_y_z[e] = arm_phi_e_cos * arm_theta_e_ground_y_z[e] - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
         axis_x[3 + 3 * e] = last_arm_phi_e_ground_x_z;
         axis_x[4 + 3 * e] = arm_psi_e_ground_x_y[e];
         axis_x[5 + 3 * e] = arm_theta_e_ground_x_x[e];
@@ -1755,10 +1585,8 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p,
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_phi_e_mass =
-            (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
-        const double arm_phi_e_moment_x =
-            (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
@@ -1769,57 +1597,53 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p,
         const double t3 = arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
         const double t4 = arm_phi_e_cos * carried_44;
         const double arm_theta_e_moment_beyond_y = t4 - t3;
-        const double arm_theta_e_moment_beyond_z =
-            arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin * carried_44;
+        const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
+        carried_44;
         /* arm_theta_e: Ic = I + Ic of all that it carries (4.5) */
-        const double arm_psi_e_moment_beyond_z =
-            arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin * arm_phi_e_moment_beyond_x;
-        const double arm_psi_e_moment_beyond_x =
-            arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos * arm_phi_e_moment_beyond_x;
+        const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
+        arm_phi_e_moment_beyond_x;
+        const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
+        arm_phi_e_moment_beyond_x;
         /* e and W = Ic e of each joint, in the ground's axes (4.6) */
         const double t5 = t3 - t4;
-        const double arm_psi_e_moment_change_x =
-            arm_psi_e_ground_x_y[e] * arm_psi_e_moment_beyond_x + arm_psi_e_ground_x_x[e] * t5;
-        const double arm_psi_e_moment_change_y =
-            arm_psi_e_ground_y_y[e] * arm_psi_e_moment_beyond_x + arm_psi_e_ground_y_x[e] * t5;
+        const double arm_psi_e_moment_change_x = arm_psi_e_ground_x_y[e] * arm_psi_e_moment_beyond_x + arm_psi_e_ground_x_x[e] *
+        t5;
+        const double arm_psi_e_moment_change_y = arm_psi_e_ground_y_y[e] * arm_psi_e_moment_beyond_x + arm_psi_e_ground_y_x[e] *
+        t5;
         const double arm_theta_e_moment_change_x = arm_theta_e_ground_x_x[e] * arm_theta_e_moment_beyond_z -
-                                                   arm_theta_e_ground_x_z[e] * arm_phi_e_moment_beyond_x;
+        arm_theta_e_ground_x_z[e] * arm_phi_e_moment_beyond_x;
         const double arm_theta_e_moment_change_y = arm_theta_e_ground_y_x[e] * arm_theta_e_moment_beyond_z -
-                                                   arm_theta_e_ground_y_z[e] * arm_phi_e_moment_beyond_x;
-        const double arm_phi_e_moment_change_x =
-            arm_phi_e_ground_x_z[e] * carried_44 - arm_phi_e_ground_x_y[e] * last_arm_psi_e_moment_beyond_z;
-        const double arm_phi_e_moment_change_y =
-            arm_phi_e_ground_y_z[e] * carried_44 - arm_phi_e_ground_y_y[e] * last_arm_psi_e_moment_beyond_z;
+        arm_theta_e_ground_y_z[e] * arm_phi_e_moment_beyond_x;
+        const double arm_phi_e_moment_change_x = arm_phi_e_ground_x_z[e] * carried_44 - arm_phi_e_ground_x_y[e] *
+        last_arm_psi_e_moment_beyond_z;
+        const double arm_phi_e_moment_change_y = arm_phi_e_ground_y_z[e] * carried_44 - arm_phi_e_ground_y_y[e] *
+        last_arm_psi_e_moment_beyond_z;
         turned_rows_x[3 + 3 * e] = -p->g * arm_psi_e_moment_change_y;
         turned_rows_x[4 + 3 * e] = -p->g * arm_theta_e_moment_change_y;
         turned_rows_x[5 + 3 * e] = -p->g * arm_phi_e_moment_change_y;
         turned_rows_y[3 + 3 * e] = p->g * arm_psi_e_moment_change_x;
         turned_rows_y[4 + 3 * e] = p->g * arm_theta_e_moment_change_x;
         turned_rows_y[5 + 3 * e] = p->g * arm_phi_e_moment_change_x;
-        const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x -
-                                       arm_psi_e_sin * arm_theta_e_moment_beyond_y +
-                                       p->derived.arm_element_length * arm_phi_e_mass_beyond;
-        const double next_carried_44 =
-            arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
+        const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x - arm_psi_e_sin * arm_theta_e_moment_beyond_y +
+        p->derived.arm_element_length * arm_phi_e_mass_beyond;
+        const double next_carried_44 = arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
         last_arm_phi_e_mass_beyond = arm_phi_e_mass_beyond;
         carried_43 = next_carried_43;
         carried_44 = next_carried_44;
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
     /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
-    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 +
-                                           p->derived.arm_psi_e_entry_x * last_arm_phi_e_mass_beyond;
+    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
+        last_arm_phi_e_mass_beyond;
     turned_rows_x[2] = p->g * (t2 * arm_psi_moment_beyond_x + arm_psi_ground_y_x * carried_44);
     turned_rows_y[2] = -p->g * (t1 * arm_psi_moment_beyond_x + arm_psi_ground_x_x * carried_44);
-    const double column_psi_moment_beyond_x =
-        arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * carried_44;
+    const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * carried_44;
     /* column_psi: Ic = I + Ic of all that it carries (4.5) */
-    const double base_z_moment_beyond_x =
-        column_psi_cos * column_psi_moment_beyond_x + column_psi_sin * last_arm_psi_e_moment_beyond_z;
+    const double base_z_moment_beyond_x = column_psi_cos * column_psi_moment_beyond_x + column_psi_sin * last_arm_psi_e_moment_beyond_z;
     turned_rows_x[1] = -p->g * base_z_moment_beyond_x;
     /* e and W = Ic e of each joint, in the ground's axes (4.6) */
-    const double column_psi_moment_change_x =
-        column_psi_cos * last_arm_psi_e_moment_beyond_z - column_psi_sin * column_psi_moment_beyond_x;
+    const double column_psi_moment_change_x = column_psi_cos * last_arm_psi_e_moment_beyond_z - column_psi_sin *
+        column_psi_moment_beyond_x;
     turned_rows_y[1] = p->g * column_psi_moment_change_x;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         Q_q[42 + 42 * e] = -p->derived.arm_stiffness_bending;
@@ -1837,7 +1661,8 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p,
                 for (int i = j; i < end; i++) {
                     Q_q_rows[i] = Q_q_rows_1x * turned_rows_x[i] + Q_q_rows_1y * turned_rows_y[i];
                 }
-            } else {
+            }
+            else {
                 for (int i = j; i < end; i++) {
                     Q_q_rows[i] = 0.0;
                 }
@@ -1850,18 +1675,15 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p,
     }
 }
 
-void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters *p,
-                                   const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                   const double qd[13], double qdd_free[13]) {
+void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double qdd_free[13]) {
     struct manipulator_flexible_accelerations_result accelerations;
     manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
     memcpy(qdd_free, accelerations.qdd_free, sizeof accelerations.qdd_free);
 }
 
-void manipulator_flexible_accelerations(const struct manipulator_flexible_parameters *p,
-                                        const struct manipulator_flexible_inputs *x, double t,
-                                        const double q[13], const double qd[13],
-                                        struct manipulator_flexible_accelerations_result *out) {
+void manipulator_flexible_accelerations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_accelerations_result *out) {
     (void)x;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
@@ -1900,8 +1722,8 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t7 = p->m_E * effector_z_shift_x;
     /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y =
-        t3 * p->derived.constant_1 - p->derived.arm_half_element_inertia_yy * t3;
+    const double arm_psi_load_moment_y = t3 * p->derived.constant_1 - p->derived.arm_half_element_inertia_yy *
+        t3;
     /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double t8 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
     /* effector_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
@@ -1909,12 +1731,12 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double t10 = arm_psi_sin * arm_psi_cos;
     /* arm_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
-    const double arm_psi_load_moment_z =
-        p->derived.arm_half_element_moment_x * arm_psi_bias_a_falling_y + t4 * p->derived.constant_2;
-    const double arm_psi_load_force_x = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_x -
-                                        p->derived.arm_half_element_moment_x * t5;
-    const double arm_psi_load_force_y = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_y +
-                                        p->derived.arm_half_element_moment_x * t4;
+    const double arm_psi_load_moment_z = p->derived.arm_half_element_moment_x * arm_psi_bias_a_falling_y +
+        t4 * p->derived.constant_2;
+    const double arm_psi_load_force_x = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_x - p->derived.arm_half_element_moment_x *
+        t5;
+    const double arm_psi_load_force_y = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_y + p->derived.arm_half_element_moment_x *
+        t4;
     double arm_psi_e_w_x[3];
     double arm_psi_e_w_y[3];
     double arm_theta_e_w_z[3];
@@ -1956,70 +1778,50 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
-        const double arm_phi_e_inertia_xx =
-            (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
-        const double arm_phi_e_inertia_yy =
-            (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
-        const double arm_phi_e_moment_x =
-            (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
-        const double arm_phi_e_mass =
-            (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
         /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        const double arm_psi_e_ground_x_x =
-            arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin * last_arm_phi_e_ground_x_y;
-        const double arm_psi_e_ground_x_y =
-            arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x =
-            arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin * last_arm_phi_e_ground_y_y;
-        const double arm_psi_e_ground_y_y =
-            arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x =
-            arm_psi_e_cos * last_arm_theta_e_ground_z_x + arm_psi_e_sin * last_arm_phi_e_ground_z_y;
-        const double arm_psi_e_ground_z_y =
-            arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_position_x_2 =
-            last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_position_y_2 =
-            last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_x_y;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_y_y;
+        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_cos * last_arm_theta_e_ground_z_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_z_y;
+        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
+        last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
+        last_arm_theta_e_ground_y_x;
         arm_psi_e_w_x[e] = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         arm_psi_e_w_y[e] = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t11 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 =
-            last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t11 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t11 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        const double arm_theta_e_ground_x_z =
-            arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_x_x =
-            arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z =
-            arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_y_x =
-            arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z =
-            arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_ground_z_x =
-            arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         arm_theta_e_w_z[e] = arm_theta_e_sin * arm_psi_e_w_x[e] + arm_theta_e_cos * arm_psi_e_w_z;
         arm_theta_e_w_x[e] = arm_theta_e_cos * arm_psi_e_w_x[e] - arm_theta_e_sin * arm_psi_e_w_z;
         const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
         const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y[e];
         /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        const double arm_phi_e_ground_x_y =
-            arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_x_z =
-            arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_y_y =
-            arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_y_z =
-            arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_z_y =
-            arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
-        const double arm_phi_e_ground_z_z =
-            arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
         arm_phi_e_w_y[e] = arm_phi_e_sin * arm_theta_e_w_z[e] + arm_phi_e_cos * arm_theta_e_w_y;
         arm_phi_e_w_z[e] = arm_phi_e_cos * arm_theta_e_w_z[e] - arm_phi_e_sin * arm_theta_e_w_y;
         const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
@@ -2031,25 +1833,25 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         /* arm_psi_e: reference accelerations wdr, ar (5.5) */
         const double t15 = last_arm_theta_e_reference_a_x + p->derived.arm_element_length * carried_81;
         const double t16 = last_arm_phi_e_reference_a_y + p->derived.arm_element_length * carried_84;
-        const double arm_psi_e_reference_a_z =
-            last_arm_phi_e_reference_a_z + p->derived.arm_element_length * carried_87;
+        const double arm_psi_e_reference_a_z = last_arm_phi_e_reference_a_z + p->derived.arm_element_length *
+        carried_87;
         const double arm_psi_e_reference_a_x = arm_psi_e_cos * t15 + arm_psi_e_sin * t16;
         const double arm_psi_e_reference_a_y = arm_psi_e_cos * t16 - arm_psi_e_sin * t15;
         /* arm_theta_e: reference accelerations wdr, ar (5.5) */
-        const double arm_theta_e_reference_a_z =
-            arm_theta_e_sin * arm_psi_e_reference_a_x + arm_theta_e_cos * arm_psi_e_reference_a_z;
-        const double arm_theta_e_reference_a_x =
-            arm_theta_e_cos * arm_psi_e_reference_a_x - arm_theta_e_sin * arm_psi_e_reference_a_z;
+        const double arm_theta_e_reference_a_z = arm_theta_e_sin * arm_psi_e_reference_a_x + arm_theta_e_cos *
+        arm_psi_e_reference_a_z;
+        const double arm_theta_e_reference_a_x = arm_theta_e_cos * arm_psi_e_reference_a_x - arm_theta_e_sin *
+        arm_psi_e_reference_a_z;
         /* arm_phi_e: reference accelerations wdr, ar (5.5) */
-        const double arm_phi_e_reference_a_y =
-            arm_phi_e_sin * arm_theta_e_reference_a_z + arm_phi_e_cos * arm_psi_e_reference_a_y;
-        const double arm_phi_e_reference_a_z =
-            arm_phi_e_cos * arm_theta_e_reference_a_z - arm_phi_e_sin * arm_psi_e_reference_a_y;
+        const double arm_phi_e_reference_a_y = arm_phi_e_sin * arm_theta_e_reference_a_z + arm_phi_e_cos *
+        arm_psi_e_reference_a_y;
+        const double arm_phi_e_reference_a_z = arm_phi_e_cos * arm_theta_e_reference_a_z - arm_phi_e_sin *
+        arm_psi_e_reference_a_y;
         /* arm_phi_e: load l = wrench of I at wdr, ar (4.7, 5.5) */
-        arm_phi_e_load_moment_y[e] = t14 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) -
-                                     arm_phi_e_moment_x * arm_phi_e_reference_a_z;
-        arm_phi_e_load_moment_z[e] = t12 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) +
-                                     arm_phi_e_moment_x * arm_phi_e_reference_a_y;
+        arm_phi_e_load_moment_y[e] = t14 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) - arm_phi_e_moment_x *
+        arm_phi_e_reference_a_z;
+        arm_phi_e_load_moment_z[e] = t12 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_moment_x *
+        arm_phi_e_reference_a_y;
         arm_phi_e_load_force_x[e] = arm_phi_e_mass * arm_theta_e_reference_a_x - t13 * arm_phi_e_moment_x;
         arm_phi_e_load_force_y[e] = arm_phi_e_mass * arm_phi_e_reference_a_y + t12 * arm_phi_e_moment_x;
         arm_phi_e_load_force_z[e] = arm_phi_e_mass * arm_phi_e_reference_a_z + t14 * arm_phi_e_moment_x;
@@ -2079,25 +1881,20 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_87 = t14;
     }
     /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
-    const double effector_z_position_x =
-        last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y =
-        last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
     const double t17 = last_arm_phi_e_w_y * qd[12];
     const double t18 = last_arm_phi_e_w_z * qd[12];
     const double effector_z_v_z = qd[12] + last_arm_theta_e_v_x;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
-    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y -
-                              last_arm_phi_e_ground_x_z * effector_z_v_x +
-                              last_arm_theta_e_ground_x_x * effector_z_v_z;
-    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y -
-                              last_arm_phi_e_ground_y_z * effector_z_v_x +
-                              last_arm_theta_e_ground_y_x * effector_z_v_z;
-    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y -
-                              last_arm_phi_e_ground_z_z * effector_z_v_x +
-                              last_arm_theta_e_ground_z_x * effector_z_v_z;
+    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
+        last_arm_theta_e_ground_x_x * effector_z_v_z;
+    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
+        last_arm_theta_e_ground_y_x * effector_z_v_z;
+    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
+        last_arm_theta_e_ground_z_x * effector_z_v_z;
     /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
     const double t19 = (effector_z_position_x - p->xc) / p->a;
     const double t20 = effector_z_position_y / p->b;
@@ -2114,28 +1911,23 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
     /* effector_z: reference accelerations wdr, ar (5.5) */
     const double effector_z_reference_a_z = last_arm_theta_e_reference_a_x + effector_z_shift_x * carried_81;
-    const double effector_z_reference_a_x =
-        t17 + t17 - last_arm_phi_e_reference_a_z - effector_z_shift_x * carried_87;
-    const double effector_z_reference_a_y =
-        last_arm_phi_e_reference_a_y + effector_z_shift_x * carried_84 + (t18 + t18);
+    const double effector_z_reference_a_x = t17 + t17 - last_arm_phi_e_reference_a_z - effector_z_shift_x *
+        carried_87;
+    const double effector_z_reference_a_y = last_arm_phi_e_reference_a_y + effector_z_shift_x * carried_84 +
+        (t18 + t18);
     /* effector_z: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double effector_z_load_force_x = p->m_E * effector_z_reference_a_x;
     const double effector_z_load_force_y = p->m_E * effector_z_reference_a_y;
     const double effector_z_load_force_z = p->m_E * effector_z_reference_a_z;
     /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
-    const double t27 =
-        t21 * t21 + t19 * (p->derived.a_inverse * (last_arm_phi_e_ground_x_y * effector_z_reference_a_y -
-                                                   last_arm_phi_e_ground_x_z * effector_z_reference_a_x +
-                                                   last_arm_theta_e_ground_x_x * effector_z_reference_a_z));
-    const double t28 =
-        t23 * t23 + t20 * (p->derived.b_inverse * (last_arm_phi_e_ground_y_y * effector_z_reference_a_y -
-                                                   last_arm_phi_e_ground_y_z * effector_z_reference_a_x +
-                                                   last_arm_theta_e_ground_y_x * effector_z_reference_a_z));
+    const double t27 = t21 * t21 + t19 * (p->derived.a_inverse * (last_arm_phi_e_ground_x_y * effector_z_reference_a_y -
+        last_arm_phi_e_ground_x_z * effector_z_reference_a_x + last_arm_theta_e_ground_x_x * effector_z_reference_a_z));
+    const double t28 = t23 * t23 + t20 * (p->derived.b_inverse * (last_arm_phi_e_ground_y_y * effector_z_reference_a_y -
+        last_arm_phi_e_ground_y_z * effector_z_reference_a_x + last_arm_theta_e_ground_y_x * effector_z_reference_a_z));
     const double row_1_v_2 = t27 + t27 + t28 + t28;
     /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_v_2 = last_arm_phi_e_ground_z_y * effector_z_reference_a_y - p->g - p->v0 * (t8 + t8) +
-                             last_arm_theta_e_ground_z_x * effector_z_reference_a_z -
-                             last_arm_phi_e_ground_z_z * effector_z_reference_a_x;
+        last_arm_theta_e_ground_z_x * effector_z_reference_a_z - last_arm_phi_e_ground_z_z * effector_z_reference_a_x;
     const double t29 = last_arm_phi_e_ground_x_z * t26 + last_arm_phi_e_ground_y_z * t25;
     const double t30 = last_arm_phi_e_ground_x_y * t26 + last_arm_phi_e_ground_y_y * t25;
     double arm_theta_e_cos_inverse[3];
@@ -2190,17 +1982,13 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_phi_e_inertia_yy =
-            (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
-        const double arm_phi_e_moment_x =
-            (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
-        const double arm_phi_e_mass =
-            (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
         /* Q = -s (q - rest) - d qd + F.C + T.e (4.9) */
-        const double t31 =
-            p->derived.arm_stiffness_bending * q[4 + 3 * e] + p->derived.arm_damping_bending * qd[4 + 3 * e];
-        const double t32 =
-            p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
+        const double t31 = p->derived.arm_stiffness_bending * q[4 + 3 * e] + p->derived.arm_damping_bending *
+        qd[4 + 3 * e];
+        const double t32 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
         arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
         const double t33 = arm_phi_e_sin * arm_phi_e_sin;
@@ -2215,8 +2003,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t41 = arm_phi_e_moment_x + carried_68;
         const double t42 = 1.0 / t39;
         const double t43 = carried_63 * t42;
-        const double t44 =
-            t39 * (1.0 / (t39 * (arm_phi_e_inertia_yy + carried_62) - carried_63 * carried_63));
+        const double t44 = t39 * (1.0 / (t39 * (arm_phi_e_inertia_yy + carried_62) - carried_63 * carried_63));
         const double t45 = carried_67 - carried_64 * t43;
         const double t46 = carried_64 * t42;
         t47[e] = t44 * t45;
@@ -2258,18 +2045,15 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t83 = p->derived.arm_element_length * t80;
         /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
         const double t84 = arm_theta_e_sin * t32;
-        const double t85 =
-            arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_bending * q[3 + 3 * e] +
-                                          p->derived.arm_damping_bending * qd[3 + 3 * e] + t84);
+        const double t85 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_bending * q[3 + 3 * e] +
+        p->derived.arm_damping_bending * qd[3 + 3 * e] + t84);
         const double t86 = arm_theta_e_cos * t32 + arm_theta_e_sin * t85;
         /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
-        const double t87 =
-            arm_phi_e_load_moment_y[e] + arm_phi_e_sin * t85 + arm_phi_e_cos * t31 + carried_91;
-        t88[e] = (e == 2 ? p->derived.arm_half_element_inertia_xx_inverse
-                         : p->derived.arm_element_inertia_xx_inverse) *
-                 (t32 + carried_90);
+        const double t87 = arm_phi_e_load_moment_y[e] + arm_phi_e_sin * t85 + arm_phi_e_cos * t31 + carried_91;
+        t88[e] = (e == 2 ? p->derived.arm_half_element_inertia_xx_inverse : p->derived.arm_element_inertia_xx_inverse) *
+        (t32 + carried_90);
         t89[e] = t44 * (arm_phi_e_sin * t31 - arm_phi_e_cos * t85 - arm_phi_e_load_moment_z[e] - carried_92 +
-                        t43 * t87);
+        t43 * t87);
         t90[e] = t43 * t89[e] + t42 * t87;
         const double t91 = arm_phi_e_load_force_x[e] + carried_93 + carried_67 * t89[e] - carried_64 * t90[e];
         const double t92 = arm_phi_e_load_force_y[e] + carried_94 + t41 * t89[e] - carried_65 * t90[e];
@@ -2311,8 +2095,8 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double next_carried_68 = p->derived.arm_element_length * t81;
         const double next_carried_70 = t75 - t78;
         const double next_carried_90 = arm_psi_e_sin * t31 - arm_psi_e_cos * t86;
-        const double next_carried_91 =
-            -(arm_psi_e_cos * t31 + arm_psi_e_sin * t86 + p->derived.arm_element_length * t96);
+        const double next_carried_91 = -(arm_psi_e_cos * t31 + arm_psi_e_sin * t86 + p->derived.arm_element_length *
+        t96);
         const double next_carried_92 = t84 - arm_theta_e_cos * t85 + p->derived.arm_element_length * t98;
         const double next_carried_93 = arm_psi_e_cos * t97 - arm_psi_e_sin * t94;
         const double next_carried_105 = -p->derived.arm_element_length * t106;
@@ -2357,50 +2141,45 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double arm_psi_U_force_x = carried_67 + p->derived.arm_psi_e_entry_x * carried_73;
     const double t119 = p->derived.arm_psi_e_entry_x * carried_66;
     const double t120 = p->derived.arm_psi_e_entry_x * carried_68;
-    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.arm_psi_e_entry_x_squared -
-                                      p->derived.arm_psi_e_entry_x * carried_69 +
-                                      p->derived.arm_psi_e_entry_x * carried_65;
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.arm_psi_e_entry_x_squared - p->derived.arm_psi_e_entry_x *
+        carried_69 + p->derived.arm_psi_e_entry_x * carried_65;
     /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
-    const double arm_psi_U_moment_z = p->derived.arm_half_element_inertia_yy + carried_62 + t120 +
-                                      carried_71 * p->derived.arm_psi_e_entry_x_squared + t120;
-    const double arm_psi_U_force_y =
-        p->derived.arm_half_element_moment_x + carried_68 + p->derived.arm_psi_e_entry_x * carried_71;
+    const double arm_psi_U_moment_z = p->derived.arm_half_element_inertia_yy + carried_62 + t120 + carried_71 *
+        p->derived.arm_psi_e_entry_x_squared + t120;
+    const double arm_psi_U_force_y = p->derived.arm_half_element_moment_x + carried_68 + p->derived.arm_psi_e_entry_x *
+        carried_71;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
     const double t121 = arm_psi_U_moment_y * arm_psi_D_inverse;
     const double t122 = arm_psi_U_force_x * arm_psi_D_inverse;
     const double t123 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t124 = p->derived.arm_half_element_inertia_yy + carried_61 - t119 - t119 +
-                        carried_72 * p->derived.arm_psi_e_entry_x_squared - arm_psi_U_moment_y * t121;
+    const double t124 = p->derived.arm_half_element_inertia_yy + carried_61 - t119 - t119 + carried_72 * p->derived.arm_psi_e_entry_x_squared -
+        arm_psi_U_moment_y * t121;
     const double t125 = p->derived.arm_half_element_mass + carried_71 - arm_psi_U_force_y * t123;
-    const double column_psi_U_force_z =
-        arm_psi_cos * (arm_psi_cos *
-                       (carried_65 - p->derived.arm_psi_e_entry_x * carried_75 - arm_psi_U_moment_y * t123)) +
-        arm_psi_sin * (arm_psi_cos *
-                       (carried_64 - p->derived.arm_psi_e_entry_x * carried_74 - arm_psi_U_moment_y * t122));
+    const double column_psi_U_force_z = arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.arm_psi_e_entry_x *
+        carried_75 - arm_psi_U_moment_y * t123)) + arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.arm_psi_e_entry_x *
+        carried_74 - arm_psi_U_moment_y * t122));
     /* column_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
-    const double column_psi_U_moment_z =
-        p->Izz_col + t124 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_half_element_inertia_xx - t124));
+    const double column_psi_U_moment_z = p->Izz_col + t124 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_half_element_inertia_xx -
+        t124));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     const double t126 = column_psi_U_force_z * column_psi_D_inverse;
-    const double t127 = p->derived.m_base_plus_m_col + t125 +
-                        (carried_73 - arm_psi_U_force_x * t123) * (t10 + t10) +
-                        arm_psi_sin * arm_psi_sin *
-                            (p->derived.arm_half_element_mass + carried_70 - arm_psi_U_force_x * t122 - t125);
+    const double t127 = p->derived.m_base_plus_m_col + t125 + (carried_73 - arm_psi_U_force_x * t123) * (t10 +
+        t10) + arm_psi_sin * arm_psi_sin * (p->derived.arm_half_element_mass + carried_70 - arm_psi_U_force_x *
+        t122 - t125);
     /* base_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double base_z_U_force_z = t127 - column_psi_U_force_z * t126;
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
     const double t128 = arm_psi_load_moment_z + carried_92 + p->derived.arm_psi_e_entry_x * carried_94;
     /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
-    const double t129 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
-                        0.5 * qd[1] - arm_psi_sin * (arm_psi_load_moment_x + carried_90);
+    const double t129 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - arm_psi_sin * (arm_psi_load_moment_x + carried_90);
     /* column_psi: u = f - e.p, p + U u/D is passed on (5.4) */
-    const double t130 = t129 - arm_psi_cos * (arm_psi_load_moment_y + carried_91 -
-                                              p->derived.arm_psi_e_entry_x * carried_95 - t121 * t128);
-    const double t131 = p->derived.base_z_load_force_z_plus_column_psi_load_force_z +
-                        (p->s_sup * q[0] + p->d_sup * qd[0]) +
-                        arm_psi_sin * (arm_psi_load_force_x + carried_93 - t122 * t128) +
-                        arm_psi_cos * (arm_psi_load_force_y + carried_94 - t123 * t128);
+    const double t130 = t129 - arm_psi_cos * (arm_psi_load_moment_y + carried_91 - p->derived.arm_psi_e_entry_x *
+        carried_95 - t121 * t128);
+    const double t131 = p->derived.base_z_load_force_z_plus_column_psi_load_force_z + (p->s_sup * q[0] + p->d_sup *
+        qd[0]) + arm_psi_sin * (arm_psi_load_force_x + carried_93 - t122 * t128) + arm_psi_cos * (arm_psi_load_force_y +
+        carried_94 - t123 * t128);
     /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t132 = base_z_D_inverse * (t131 + t126 * t130);
     out->qdd_free[0] = -t132;
@@ -2416,11 +2195,10 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
     const double t138 = carried_106 + p->derived.arm_psi_e_entry_x * carried_108;
     /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
-    const double t139 =
-        arm_psi_cos * (carried_105 - p->derived.arm_psi_e_entry_x * carried_109 - t121 * t138);
+    const double t139 = arm_psi_cos * (carried_105 - p->derived.arm_psi_e_entry_x * carried_109 - t121 * t138);
     /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t140 = base_z_D_inverse * (t126 * t139 - (arm_psi_sin * (carried_107 - t122 * t138) +
-                                                           arm_psi_cos * (carried_108 - t123 * t138)));
+    const double t140 = base_z_D_inverse * (t126 * t139 - (arm_psi_sin * (carried_107 - t122 * t138) + arm_psi_cos *
+        (carried_108 - t123 * t138)));
     /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t141 = t126 * t140 + column_psi_D_inverse * t139;
     /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
@@ -2431,11 +2209,10 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
     const double t146 = carried_119 + p->derived.arm_psi_e_entry_x * carried_121;
     /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
-    const double t147 =
-        arm_psi_cos * (carried_118 - p->derived.arm_psi_e_entry_x * carried_122 - t121 * t146);
+    const double t147 = arm_psi_cos * (carried_118 - p->derived.arm_psi_e_entry_x * carried_122 - t121 * t146);
     /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
-    const double t148 = base_z_D_inverse * (t126 * t147 - (arm_psi_sin * (carried_120 - t122 * t146) +
-                                                           arm_psi_cos * (carried_121 - t123 * t146)));
+    const double t148 = base_z_D_inverse * (t126 * t147 - (arm_psi_sin * (carried_120 - t122 * t146) + arm_psi_cos *
+        (carried_121 - t123 * t146)));
     /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t149 = t126 * t148 + column_psi_D_inverse * t147;
     /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
@@ -2505,18 +2282,15 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t161 = arm_phi_e_cos * t158 - arm_phi_e_sin * t157;
         const double t162 = t90[e] + t48[e] * t159 + t56[e] * t161 + t52[e] * t160;
         const double t163 = t89[e] - t47[e] * t159 - t55[e] * t161 - t51[e] * t160;
-        const double t164 =
-            arm_psi_e_cos * carried_102 + arm_psi_e_sin * carried_103 + qd[3 + 3 * e] * arm_psi_e_w_y[e];
+        const double t164 = arm_psi_e_cos * carried_102 + arm_psi_e_sin * carried_103 + qd[3 + 3 * e] * arm_psi_e_w_y[e];
         const double t165 = qd[5 + 3 * e] * arm_phi_e_w_z[e] + t162;
         const double t166 = qd[5 + 3 * e] * arm_phi_e_w_y[e] + t163;
-        t167[e] = arm_psi_e_cos * carried_103 - arm_psi_e_sin * carried_102 -
-                  qd[3 + 3 * e] * arm_psi_e_w_x[e] + arm_phi_e_cos * t165 + arm_phi_e_sin * t166;
-        t168[e] =
-            arm_theta_e_cos_inverse[e] *
-            (arm_phi_e_cos * t166 - arm_phi_e_sin * t165 -
-             (qd[4 + 3 * e] * arm_theta_e_w_x[e] + (arm_theta_e_cos * carried_104 + arm_theta_e_sin * t164)));
-        t169[e] = qd[4 + 3 * e] * arm_theta_e_w_z[e] + arm_theta_e_sin * carried_104 - t88[e] -
-                  arm_theta_e_cos * t164 + arm_theta_e_sin * t168[e];
+        t167[e] = arm_psi_e_cos * carried_103 - arm_psi_e_sin * carried_102 - qd[3 + 3 * e] * arm_psi_e_w_x[e] +
+        arm_phi_e_cos * t165 + arm_phi_e_sin * t166;
+        t168[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t166 - arm_phi_e_sin * t165 - (qd[4 + 3 * e] *
+        arm_theta_e_w_x[e] + (arm_theta_e_cos * carried_104 + arm_theta_e_sin * t164)));
+        t169[e] = qd[4 + 3 * e] * arm_theta_e_w_z[e] + arm_theta_e_sin * carried_104 - t88[e] - arm_theta_e_cos *
+        t164 + arm_theta_e_sin * t168[e];
         /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         t170[e] = arm_psi_e_cos * carried_110 + arm_psi_e_sin * carried_111;
         const double t171 = carried_114 + p->derived.arm_element_length * carried_112;
@@ -2530,8 +2304,8 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t178 = arm_phi_e_cos * t175 - arm_phi_e_sin * t174;
         t179[e] = t100[e] + t48[e] * t176 + t56[e] * t178 + t52[e] * t177;
         t180[e] = t99[e] - t47[e] * t176 - t55[e] * t178 - t51[e] * t177;
-        t181[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t180[e] - arm_phi_e_sin * t179[e] -
-                                                (arm_theta_e_sin * t170[e] + arm_theta_e_cos * carried_112));
+        t181[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t180[e] - arm_phi_e_sin * t179[e] - (arm_theta_e_sin *
+        t170[e] + arm_theta_e_cos * carried_112));
         /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         t182[e] = arm_psi_e_cos * carried_123 + arm_psi_e_sin * carried_124;
         const double t183 = carried_127 + p->derived.arm_element_length * carried_125;
@@ -2545,8 +2319,8 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t190 = arm_phi_e_cos * t187 - arm_phi_e_sin * t186;
         t191[e] = t110[e] + t48[e] * t188 + t56[e] * t190 + t52[e] * t189;
         t192[e] = t109[e] - t47[e] * t188 - t55[e] * t190 - t51[e] * t189;
-        t193[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t192[e] - arm_phi_e_sin * t191[e] -
-                                                (arm_theta_e_sin * t182[e] + arm_theta_e_cos * carried_125));
+        t193[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t192[e] - arm_phi_e_sin * t191[e] - (arm_theta_e_sin *
+        t182[e] + arm_theta_e_cos * carried_125));
         out->qdd_free[3 + 3 * e] = t168[e];
         out->qdd_free[4 + 3 * e] = -t167[e];
         out->qdd_free[5 + 3 * e] = t169[e];
@@ -2586,28 +2360,24 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t197 = carried_99 - t196;
     /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t198 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_113;
-    const double t199 = t30 * (carried_114 + effector_z_shift_x * carried_112) -
-                        t29 * (effector_z_shift_x * carried_111 - carried_115) +
-                        row_1_u_effector_z * (carried_113 + t198);
+    const double t199 = t30 * (carried_114 + effector_z_shift_x * carried_112) - t29 * (effector_z_shift_x *
+        carried_111 - carried_115) + row_1_u_effector_z * (carried_113 + t198);
     /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t200 = carried_127 + effector_z_shift_x * carried_125;
     const double t201 = effector_z_shift_x * carried_124 - carried_128;
     const double t202 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_126;
     const double t203 = carried_126 + t202;
     const double t204 = t30 * t200 - t29 * t201 + row_1_u_effector_z * t203;
-    const double t205 = last_arm_phi_e_ground_z_y * t200 - last_arm_phi_e_ground_z_z * t201 +
-                        last_arm_theta_e_ground_z_x * t203;
+    const double t205 = last_arm_phi_e_ground_z_y * t200 - last_arm_phi_e_ground_z_z * t201 + last_arm_theta_e_ground_z_x *
+        t203;
     const double t206 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain +
-                        row_1_v_2 + t194 * t30 + row_1_u_effector_z * t197 - t195 * t29;
+        row_1_v_2 + t194 * t30 + row_1_u_effector_z * t197 - t195 * t29;
     const double row_1_pivot_inverse = (t199 * 1e-12 < t199 ? 1.0 / t199 : 0.0);
     const double t207 = t204 * row_1_pivot_inverse;
     const double t208 = t205 - t204 * t207;
     const double row_2_pivot_inverse = (t205 * 1e-12 < t208 ? 1.0 / t208 : 0.0);
-    const double row_2_lambda =
-        (t206 * t207 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 +
-                        (last_arm_theta_e_ground_z_x * t197 -
-                         (last_arm_phi_e_ground_z_z * t195 - last_arm_phi_e_ground_z_y * t194)))) *
-        row_2_pivot_inverse;
+    const double row_2_lambda = (t206 * t207 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
+        t197 - (last_arm_phi_e_ground_z_z * t195 - last_arm_phi_e_ground_z_y * t194)))) * row_2_pivot_inverse;
     out->lambda[1] = row_2_lambda;
     const double t209 = row_1_pivot_inverse * (t206 + t204 * row_2_lambda);
     out->qdd[0] = t148 * row_2_lambda - (t132 + t140 * t209);
@@ -2624,37 +2394,27 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         /* qdd = qdd_free + M^-1 u^T lambda (5.6) */
-        const double t210 = (arm_psi_e_cos * carried_111_at[e] - arm_psi_e_sin * carried_110_at[e] +
-                             arm_phi_e_cos * t179[e] + arm_phi_e_sin * t180[e]) *
-                                t209 -
-                            t167[e] -
-                            (arm_psi_e_cos * carried_124_at[e] - arm_psi_e_sin * carried_123_at[e] +
-                             arm_phi_e_cos * t191[e] + arm_phi_e_sin * t192[e]) *
-                                row_2_lambda;
-        const double t211 =
-            t169[e] -
-            (arm_theta_e_sin * carried_112_at[e] - arm_theta_e_cos * t170[e] + arm_theta_e_sin * t181[e]) *
-                t209 +
-            (arm_theta_e_sin * carried_125_at[e] - arm_theta_e_cos * t182[e] + arm_theta_e_sin * t193[e]) *
-                row_2_lambda;
+        const double t210 = (arm_psi_e_cos * carried_111_at[e] - arm_psi_e_sin * carried_110_at[e] + arm_phi_e_cos *
+        t179[e] + arm_phi_e_sin * t180[e]) * t209 - t167[e] - (arm_psi_e_cos * carried_124_at[e] - arm_psi_e_sin *
+        carried_123_at[e] + arm_phi_e_cos * t191[e] + arm_phi_e_sin * t192[e]) * row_2_lambda;
+        const double t211 = t169[e] - (arm_theta_e_sin * carried_112_at[e] - arm_theta_e_cos * t170[e] + arm_theta_e_sin *
+        t181[e]) * t209 + (arm_theta_e_sin * carried_125_at[e] - arm_theta_e_cos * t182[e] + arm_theta_e_sin *
+        t193[e]) * row_2_lambda;
         out->qdd[3 + 3 * e] = t168[e] - t181[e] * t209 + t193[e] * row_2_lambda;
         out->qdd[4 + 3 * e] = t210;
         out->qdd[5 + 3 * e] = t211;
     }
 }
 
-void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p,
-                              const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                              const double qd[13], double qdd[13]) {
+void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double qdd[13]) {
     struct manipulator_flexible_accelerations_result accelerations;
     manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
     memcpy(qdd, accelerations.qdd, sizeof accelerations.qdd);
 }
 
-void manipulator_flexible_constrained(const struct manipulator_flexible_parameters *p,
-                                      const struct manipulator_flexible_inputs *x, double t,
-                                      const double q[13], const double qd[13],
-                                      struct manipulator_flexible_constrained_result *out) {
+void manipulator_flexible_constrained(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_constrained_result *out) {
     struct manipulator_flexible_accelerations_result accelerations;
     manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
     memcpy(out->qdd, accelerations.qdd, sizeof accelerations.qdd);
@@ -2662,9 +2422,8 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     memcpy(out->lambda, accelerations.lambda, sizeof accelerations.lambda);
 }
 
-void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
-                                const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                const double qd[13], double force[13]) {
+void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double force[13]) {
     double u[26];
     double lambda[2];
     for (int i = 0; i < 13; i++)
@@ -2681,15 +2440,14 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
                 const double left_0 = 1.0 * u[k * 13 + i];
                 const double left_1 = 1.0 * u[(k + 1) * 13 + i];
                 for (int j = 0; j < 1; j++)
-                    force[i * 1 + j] =
-                        force[i * 1 + j] + left_0 * lambda[k * 1 + j] + left_1 * lambda[(k + 1) * 1 + j];
+                    force[i * 1 + j] = force[i * 1 + j] + left_0 * lambda[k * 1 + j]
+                        + left_1 * lambda[(k + 1) * 1 + j];
             }
     }
 }
 
-void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p,
-                                    const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                    const double qd[13], struct manipulator_flexible_equations_result *out) {
+void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_equations_result *out) {
     manipulator_flexible_M(p, x, t, q, qd, out->M);
     manipulator_flexible_h(p, x, t, q, qd, out->f);
     double Q[13];
@@ -2705,9 +2463,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     memcpy(out->k, terms.k, sizeof terms.k);
 }
 
-void manipulator_flexible_course(const struct manipulator_flexible_parameters *p,
-                                 const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                 const double qd[13], double course[2]) {
+void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double course[2]) {
     (void)x;
     (void)q;
     course[0] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
@@ -2715,9 +2472,8 @@ void manipulator_flexible_course(const struct manipulator_flexible_parameters *p
     course[1] = p->v0 * (t1 * t1);
 }
 
-void manipulator_flexible_breaks(const struct manipulator_flexible_parameters *p,
-                                 const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                 const double qd[13], double breaks[2]) {
+void manipulator_flexible_breaks(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double breaks[2]) {
     (void)p;
     (void)x;
     (void)t;
@@ -2727,9 +2483,8 @@ void manipulator_flexible_breaks(const struct manipulator_flexible_parameters *p
     breaks[1] = 2.0;
 }
 
-void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p,
-                                 const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                 const double qd[13], double anchored[1]) {
+void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double anchored[1]) {
     (void)x;
     (void)t;
     (void)qd;
@@ -2756,22 +2511,17 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
         /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        const double arm_psi_e_ground_x_x =
-            arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin * last_arm_phi_e_ground_x_y;
-        const double arm_psi_e_ground_x_y =
-            arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_position_x_2 =
-            last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_x_y;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
+        last_arm_theta_e_ground_x_x;
         /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        const double arm_theta_e_ground_x_z =
-            arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_x_x =
-            arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
         /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
-        const double arm_phi_e_ground_x_y =
-            arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_x_z =
-            arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
         last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
         last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
         last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
@@ -2779,14 +2529,12 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
     }
     /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
-    const double effector_z_position_x =
-        last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     anchored[0] = effector_z_position_x - p->a;
 }
 
-void manipulator_flexible_start(const struct manipulator_flexible_parameters *p,
-                                const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                const double qd[13], double start[26]) {
+void manipulator_flexible_start(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double start[26]) {
     (void)p;
     (void)x;
     (void)t;
@@ -2797,9 +2545,8 @@ void manipulator_flexible_start(const struct manipulator_flexible_parameters *p,
     start[2] = 0.7853981633974483;
 }
 
-void manipulator_flexible_required(const struct manipulator_flexible_parameters *p,
-                                   const struct manipulator_flexible_inputs *x, double t, const double q[13],
-                                   const double qd[13], double required[51]) {
+void manipulator_flexible_required(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double required[51]) {
     (void)x;
     (void)t;
     (void)q;
@@ -2858,15 +2605,14 @@ void manipulator_flexible_required(const struct manipulator_flexible_parameters 
     const double t10 = t7 - p->Izz_col;
     const double t11 = fmax(0.0, fmax(0.0, fabs(p->Izz_col)));
     const double t12 = t11 * t11;
-    const double t13 = (0.0 < -t11 * t12 * 1e-09 ? 0.0 : 1.0) *
-                       ((0.0 < -t12 * 1e-09 ? 0.0 : 1.0) * (t8 < -t11 * 1e-09 ? 0.0 : 1.0));
+    const double t13 = (0.0 < -t11 * t12 * 1e-09 ? 0.0 : 1.0) * ((0.0 < -t12 * 1e-09 ? 0.0 : 1.0) * (t8 < -t11 *
+        1e-09 ? 0.0 : 1.0));
     const double t14 = fabs(t7);
     const double t15 = fmax(t14, fmax(t14, fabs(t10)));
     const double t16 = t15 * t15;
     const double t17 = t7 * t10;
-    const double t18 = (t7 * t17 < -1e-09 * (t15 * t16) ? 0.0 : 1.0) *
-                       ((fmin(t7 * t7, t17) < -1e-09 * t16 ? 0.0 : 1.0) *
-                        (fmin(t7, fmin(t7, t10)) < -1e-09 * t15 ? 0.0 : 1.0));
+    const double t18 = (t7 * t17 < -1e-09 * (t15 * t16) ? 0.0 : 1.0) * ((fmin(t7 * t7, t17) < -1e-09 * t16 ? 0.0 : 1.0) *
+        (fmin(t7, fmin(t7, t10)) < -1e-09 * t15 ? 0.0 : 1.0));
     required[18] = (t9 != 0.0 ? t18 : t13);
     const double t19 = (0.0 < t4 ? 1.0 : 0.0) * (fabs(t4) < 1.7976931348623157e+308 ? 1.0 : 0.0);
     required[29] = t19;
@@ -2907,17 +2653,12 @@ void manipulator_flexible_defaults(struct manipulator_flexible_parameters *p) {
     manipulator_flexible_prepare(p);
 }
 
-#define ELEMENT_1(e)                                              \
-    {"arm_psi_" #e, "rad", 0.0}, {"arm_theta_" #e, "rad", 0.0}, { \
-        "arm_phi_" #e, "rad", 0.0                                 \
-    }
+#define ELEMENT_1(e) {"arm_psi_" #e, "rad", 0.0}, {"arm_theta_" #e, "rad", 0.0}, {"arm_phi_" #e, "rad", 0.0}
 static const struct refdyn_name manipulator_flexible_coordinate_names[] = {
     {"base_z", "m", 0.0},
     {"column_psi", "rad", 0.0},
     {"arm_psi", "rad", 0.7853981633974483},
-    ELEMENT_1(1),
-    ELEMENT_1(2),
-    ELEMENT_1(3),
+    ELEMENT_1(1), ELEMENT_1(2), ELEMENT_1(3),
     {"effector_z", "m", 0.0},
 };
 #undef ELEMENT_1
@@ -2995,183 +2736,177 @@ static void manipulator_flexible_prepare_doubles(double *p) {
 }
 
 static void manipulator_flexible_M_doubles(const double *p, const double *x, double t, const double *q,
-                                           const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_M((const struct manipulator_flexible_parameters *)(const void *)p,
-                           (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_h_doubles(const double *p, const double *x, double t, const double *q,
-                                           const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_h((const struct manipulator_flexible_parameters *)(const void *)p,
-                           (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_Q_doubles(const double *p, const double *x, double t, const double *q,
-                                           const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_Q((const struct manipulator_flexible_parameters *)(const void *)p,
-                           (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_u_doubles(const double *p, const double *x, double t, const double *q,
-                                           const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_u((const struct manipulator_flexible_parameters *)(const void *)p,
-                           (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
-static void manipulator_flexible_row_terms_doubles(const double *p, const double *x, double t,
-                                                   const double *q, const double *qd, double *out) {
+static void manipulator_flexible_row_terms_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
     manipulator_flexible_row_terms((const struct manipulator_flexible_parameters *)(const void *)p,
-                                   (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd,
-                                   (struct manipulator_flexible_row_terms_result *)(void *)out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_row_terms_result *)(void *)out);
 }
 
 static void manipulator_flexible_terms_doubles(const double *p, const double *x, double t, const double *q,
-                                               const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_terms((const struct manipulator_flexible_parameters *)(const void *)p,
-                               (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd,
-                               (struct manipulator_flexible_terms_result *)(void *)out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_terms_result *)(void *)out);
 }
 
 static void manipulator_flexible_v_doubles(const double *p, const double *x, double t, const double *q,
-                                           const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_v((const struct manipulator_flexible_parameters *)(const void *)p,
-                           (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_phi_doubles(const double *p, const double *x, double t, const double *q,
-                                             const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_phi((const struct manipulator_flexible_parameters *)(const void *)p,
-                             (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_psi_doubles(const double *p, const double *x, double t, const double *q,
-                                             const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_psi((const struct manipulator_flexible_parameters *)(const void *)p,
-                             (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_k_doubles(const double *p, const double *x, double t, const double *q,
-                                           const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_k((const struct manipulator_flexible_parameters *)(const void *)p,
-                           (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_r_doubles(const double *p, const double *x, double t, const double *q,
-                                           const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_r((const struct manipulator_flexible_parameters *)(const void *)p,
-                           (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
-static void manipulator_flexible_point_terms_doubles(const double *p, const double *x, double t,
-                                                     const double *q, const double *qd, double *out) {
+static void manipulator_flexible_point_terms_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
     manipulator_flexible_point_terms((const struct manipulator_flexible_parameters *)(const void *)p,
-                                     (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd,
-                                     (struct manipulator_flexible_point_terms_result *)(void *)out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_point_terms_result *)(void *)out);
 }
 
 static void manipulator_flexible_rd_doubles(const double *p, const double *x, double t, const double *q,
-                                            const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_rd((const struct manipulator_flexible_parameters *)(const void *)p,
-                            (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_C_doubles(const double *p, const double *x, double t, const double *q,
-                                           const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_C((const struct manipulator_flexible_parameters *)(const void *)p,
-                           (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_d_doubles(const double *p, const double *x, double t, const double *q,
-                                           const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_d((const struct manipulator_flexible_parameters *)(const void *)p,
-                           (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_energy_doubles(const double *p, const double *x, double t, const double *q,
-                                                const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_energy((const struct manipulator_flexible_parameters *)(const void *)p,
-                                (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_power_doubles(const double *p, const double *x, double t, const double *q,
-                                               const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_power((const struct manipulator_flexible_parameters *)(const void *)p,
-                               (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_Q_q_doubles(const double *p, const double *x, double t, const double *q,
-                                             const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_Q_q((const struct manipulator_flexible_parameters *)(const void *)p,
-                             (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_qdd_free_doubles(const double *p, const double *x, double t, const double *q,
-                                                  const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_qdd_free((const struct manipulator_flexible_parameters *)(const void *)p,
-                                  (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
-static void manipulator_flexible_accelerations_doubles(const double *p, const double *x, double t,
-                                                       const double *q, const double *qd, double *out) {
+static void manipulator_flexible_accelerations_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
     manipulator_flexible_accelerations((const struct manipulator_flexible_parameters *)(const void *)p,
-                                       (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd,
-                                       (struct manipulator_flexible_accelerations_result *)(void *)out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_accelerations_result *)(void *)out);
 }
 
 static void manipulator_flexible_qdd_doubles(const double *p, const double *x, double t, const double *q,
-                                             const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_qdd((const struct manipulator_flexible_parameters *)(const void *)p,
-                             (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
-static void manipulator_flexible_constrained_doubles(const double *p, const double *x, double t,
-                                                     const double *q, const double *qd, double *out) {
+static void manipulator_flexible_constrained_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
     manipulator_flexible_constrained((const struct manipulator_flexible_parameters *)(const void *)p,
-                                     (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd,
-                                     (struct manipulator_flexible_constrained_result *)(void *)out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_constrained_result *)(void *)out);
 }
 
 static void manipulator_flexible_force_doubles(const double *p, const double *x, double t, const double *q,
-                                               const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_force((const struct manipulator_flexible_parameters *)(const void *)p,
-                               (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
-static void manipulator_flexible_equations_doubles(const double *p, const double *x, double t,
-                                                   const double *q, const double *qd, double *out) {
+static void manipulator_flexible_equations_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
     manipulator_flexible_equations((const struct manipulator_flexible_parameters *)(const void *)p,
-                                   (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd,
-                                   (struct manipulator_flexible_equations_result *)(void *)out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_equations_result *)(void *)out);
 }
 
 static void manipulator_flexible_course_doubles(const double *p, const double *x, double t, const double *q,
-                                                const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_course((const struct manipulator_flexible_parameters *)(const void *)p,
-                                (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_breaks_doubles(const double *p, const double *x, double t, const double *q,
-                                                const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_breaks((const struct manipulator_flexible_parameters *)(const void *)p,
-                                (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_anchor_doubles(const double *p, const double *x, double t, const double *q,
-                                                const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_anchor((const struct manipulator_flexible_parameters *)(const void *)p,
-                                (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_start_doubles(const double *p, const double *x, double t, const double *q,
-                                               const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_start((const struct manipulator_flexible_parameters *)(const void *)p,
-                               (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_required_doubles(const double *p, const double *x, double t, const double *q,
-                                                  const double *qd, double *out) {
+        const double *qd, double *out) {
     manipulator_flexible_required((const struct manipulator_flexible_parameters *)(const void *)p,
-                                  (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 /* C checks the names of the fields; C++17 has no designated initialisers, the order is the same. */
@@ -3182,8 +2917,7 @@ static void manipulator_flexible_required_doubles(const double *p, const double 
 #endif
 
 #if REFDYN_MODEL_VERSION != 4
-#error \
-    "manipulator_flexible was emitted for version 4 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
+#error "manipulator_flexible was emitted for version 4 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
 #endif
 
 const struct refdyn_model manipulator_flexible_model = {
