@@ -75,7 +75,7 @@ def test_no_operation_of_two_literals(tmp_path):
 # ---- Calls ----
 
 class Place:
-    """A cache of its own, and programs that are found before others and record their calls."""
+    """A separate cache, and programs that are found before others and record their calls."""
 
     def __init__(self, folder):
         self.folder, self.cache, self.bin = folder, folder / "cache", folder / "bin"
@@ -171,7 +171,7 @@ def test_a_few_calls_are_not_optimised(place):
 
 
 def test_compilers_of_the_first_tier(place):
-    """tcc, else clang, else gcc. $CC with words of its own compiles alone, since they may change arithmetic."""
+    """tcc, else clang, else gcc. If $CC has several words, it compiles alone, since they may change arithmetic."""
     real = {name: shutil.which(name) for name in ("clang", "gcc", "cc", "ld", "as")}
     for name in ("cc", "ld", "as"):
         (place.bin / name).symlink_to(real[name])

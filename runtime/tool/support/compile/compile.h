@@ -110,7 +110,7 @@ extern const char *const compile_gcc_flags[];
 /* $CC. Reports on stderr if there is no compiler. */
 bool compile_toolchain_find(struct toolchain *chain);
 /* The compiler of the first tier, with its flags as words. Returns false if there is none, or if $CC has
- * words of its own, which may change the bits of the results. */
+ * several words, which may change the bits of the results. */
 bool compile_toolchain_first(struct toolchain *first, const struct toolchain *chain);
 /* Returns whether it is a gcc that knows all of compile_gcc_flags. clang also claims to be gcc. */
 bool compile_toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch);

@@ -163,9 +163,10 @@ static bool start(struct process *process, const struct scratch *scratch, const 
 /* What a notice calls these jobs. */
 static const char *describe(const struct job *jobs, int count) {
     const char *source = jobs[0].source, *slash = source ? strrchr(source, '/') : NULL;
+    if (!slash)
+        return count > 1 ? format_text("compiling %d files", count) : "linking";
     return count > 1 ? format_text("compiling %s and %d more", slash + 1, count - 1)
-           : source  ? format_text("compiling %s", slash + 1)
-                     : "linking";
+                     : format_text("compiling %s", slash + 1);
 }
 
 bool compile_jobs_run(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
