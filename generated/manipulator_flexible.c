@@ -102,7 +102,7 @@ static void manipulator_flexible_sincos_libm(const double *angle, double *sine, 
     }
 }
 
-#if defined(__FLT_EVAL_METHOD__) && \
+#if (defined(__TINYC__) && defined(__x86_64__)) || defined(__FLT_EVAL_METHOD__) && \
     (__FLT_EVAL_METHOD__ == 0 || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 16)
 #ifdef __has_builtin
 #define HAS_BUILTIN(name) __has_builtin(name)
@@ -2923,7 +2923,7 @@ static void manipulator_flexible_required_doubles(const double *p, const double 
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 5,
     SET(name) "manipulator_flexible",
-    SET(hash) "5d3815f6c91bbb4a",
+    SET(hash) "a81b3dae76048a5d",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

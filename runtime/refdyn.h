@@ -187,6 +187,15 @@ size_t refdyn_workspace_size(const struct refdyn_model *model);
 int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
                           size_t size);
 
+/** Continues with another compilation of the same model, such as an optimised one: later calls evaluate its
+ * functions. All values stay; equal arithmetic makes the results equal to the bit. For a workspace with an
+ * integrator call refdyn_integrator_exchange_model. Afterwards nothing refers to the old table.
+ *
+ * Errors, after which nothing has changed: BAD_MODEL if the tables differ in name, hash or sizes, or if the
+ * new one lacks a function that the old one has; OTHER_VERSION; BAD_MEMORY if refdyn_workspace_init failed.
+ */
+int refdyn_exchange_model(struct refdyn_workspace *work, const struct refdyn_model *model);
+
 /** Recomputes the derived parameters. Call it after changing work->p. Does nothing if refdyn_workspace_init
  * failed. */
 void refdyn_prepare(struct refdyn_workspace *work);
@@ -563,6 +572,10 @@ void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, doub
  * integrator's q and qd between steps. The gains are those that options.stabilise requests. Errors: REFUSED,
  * those of refdyn_accelerate. */
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
+
+/** refdyn_exchange_model for a motion: its next step evaluates the functions of the other table. Call it
+ * between any two calls of the motion. Each integrator of a workspace needs its own call. Errors as there. */
+int refdyn_integrator_exchange_model(struct refdyn_integrator *integrator, const struct refdyn_model *model);
 
 /* ---- Energy balance ---- */
 

@@ -10,6 +10,8 @@ SOURCE = pathlib.Path(__file__).resolve().parent.parent
 TESTS = SOURCE / "tests"
 MODELS = SOURCE / "models"
 BUILD = pathlib.Path(os.environ.get("REFDYN_BUILD", SOURCE / "build" / "release"))
+# Tests compile without a background, so that one model is compiled at a time; test_tiers.py sets it for its calls.
+os.environ.setdefault("REFDYN_BACKGROUND", "0")
 REFDYN = os.path.abspath(os.environ.get("REFDYN", BUILD / "bin" / "refdyn"))
 # 0 shows the actual residuals: every comparison then fails and prints its figure.
 SCALE = float(os.environ.get("REFDYN_TOLERANCE_SCALE", "1"))

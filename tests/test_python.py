@@ -80,8 +80,7 @@ def same(found, expected):
     return np.array_equal(np.asarray(found, float), np.array(expected, float), equal_nan=True)
 
 
-@pytest.mark.quick
-def test_package_of_the_sources(tmp_path):
+def make_package(tmp_path):
     """Without pip: the extension by one call of the compiler, beside the package's files and the program of the build."""
     import sysconfig
     shutil.copytree(SOURCE / "runtime" / "bindings" / "python" / "refdyn", tmp_path / "refdyn")
@@ -91,6 +90,11 @@ def test_package_of_the_sources(tmp_path):
     (tmp_path / "refdyn-0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: refdyn\nVersion: 0\n")
     run("cc", "-std=c11", "-O0", "-fPIC", "-shared", "-I", SOURCE, "-I", SOURCE / "runtime", "-I", sysconfig.get_path("include"), *(SOURCE / "runtime" / "bindings" / "python").glob("*.c"),
         "-o", tmp_path / "refdyn" / ("core" + sysconfig.get_config_var("EXT_SUFFIX")), "-ldl")
+
+
+@pytest.mark.quick
+def test_package_of_the_sources(tmp_path):
+    make_package(tmp_path)
     model = TESTS / "models" / "double_pendulum.lua"
     expected = evaluate(model)
     said = run(sys.executable, "-c", f"""import refdyn
@@ -100,6 +104,42 @@ print(float(model.simulate(0.1, tol=1e-6).upper_theta[-1]))""", cwd=tmp_path, PY
     assert said[0] == str([float(value).hex() for row in expected["M"] for value in row])
     columns, _, _ = motion(model, "--until", 0.1, "--tol", 1e-6)
     assert float(said[1]) == columns["upper_theta"][-1]
+
+
+def test_quantities_change_over(tmp_path):
+    """A quantity begins with the first tier, and continues with the optimised library, by the same bits. A damaged one is not
+    loaded. A long compilation is reported meanwhile."""
+    make_package(tmp_path)
+    (tmp_path / "cc").write_text(f'#!/bin/sh\nwhile test -e "{tmp_path}/hold"; do sleep 0.01; done\nexec cc "$@"\n')
+    (tmp_path / "cc").chmod(0o755)
+    (tmp_path / "hold").touch()
+    program = f"""import os, threading, time, numpy, refdyn
+arm = refdyn.Model({str(REFERENCE)!r}, n_rfe=2)
+compiled, first = arm.M._compiled, arm.M._library
+q = numpy.random.default_rng(7).standard_normal((30, len(arm.q0)))
+before = [arm.M(row).tobytes() + arm.Q(row).tobytes() for row in q]
+print(compiled.optimised is not None, compiled.library is first)
+os.unlink({str(tmp_path / "hold")!r})
+end = time.monotonic() + 60
+while compiled.library is first and time.monotonic() < end:
+    time.sleep(0.01)
+    arm.M(q[0])
+print(compiled.optimised is None, arm.M._library is compiled.library, arm.Q._library is first)
+print(before == [arm.M(row).tobytes() + arm.Q(row).tobytes() for row in q], arm.Q._library is compiled.library)
+open({str(tmp_path / "hold")!r}, "w").close()
+threading.Timer(1.5, os.unlink, [{str(tmp_path / "hold")!r}]).start()
+arm.M(q)
+other = refdyn.Model({str(REFERENCE)!r}, n_rfe=3)
+path = other.M._compiled.optimised
+with open(path + ".new", "wb") as file:
+    file.write(open(compiled.description["library"], "rb").read()[:-1])
+os.rename(path + ".new", path)
+other.M(other.q0)
+print(other.M._compiled.optimised, other.M._compiled.library is other.M._library)"""
+    done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, timeout=300,
+                          env={**os.environ, "PYTHONPATH": str(tmp_path), "REFDYN_BACKGROUND": "1", "CC": str(tmp_path / "cc"), "REFDYN_CACHE": str(tmp_path / "cache")})
+    assert done.stdout.splitlines() == ["True True", "True True True", "True True", "None True"], done.stderr
+    assert done.stderr == "refdyn: compiling manipulator.c and 1 more ...\n"
 
 
 # ---- The wheel ----

@@ -26,13 +26,17 @@ static void reserve(struct text *text, size_t more) {
 
 void text_add(struct text *text, const char *format, ...) {
     va_list list;
+    reserve(text, 0);
+    const size_t room = text->capacity - text->length;
     va_start(list, format);
-    const int length = vsnprintf(NULL, 0, format, list);
+    const int length = vsnprintf(text->data + text->length, room, format, list);
     va_end(list);
-    reserve(text, (size_t)length);
-    va_start(list, format);
-    vsnprintf(text->data + text->length, (size_t)length + 1, format, list);
-    va_end(list);
+    if ((size_t)length >= room) { /* it did not fit, which is rare */
+        reserve(text, (size_t)length);
+        va_start(list, format);
+        vsnprintf(text->data + text->length, (size_t)length + 1, format, list);
+        va_end(list);
+    }
     for (size_t i = text->length; i < text->length + (size_t)length; i++)
         if (text->data[i] == '\n')
             text->line_start = i + 1;

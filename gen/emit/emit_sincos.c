@@ -9,7 +9,8 @@
  * the rounding error of the last subtraction is carried on as `low`. This requires sums that are rounded one
  * by one. Compilers may be allowed to reorder sums (-funsafe-math-optimizations, -fassociative-math):
  * `rounded` protects each sum that must keep its order. Where doubles are not rounded to doubles at all, as
- * on the x87 unit (FLT_EVAL_METHOD of C11, 5.2.4.2.2), libm replaces the pass.
+ * on the x87 unit (FLT_EVAL_METHOD of C11, 5.2.4.2.2), libm replaces the pass. tcc does not define the macro;
+ * on x86-64 it rounds doubles to doubles.
  *
  * Polynomials: tests/minimax.py, relative error 4e-18 and 5e-20 on |x| <= pi/4. tests/test_sincos.py derives
  * them again and measures the total error: at most 0.82 units in the last place.
@@ -22,6 +23,12 @@ enum { LARGEST = 100000 }; /* [rad] larger angles, and values that are not numbe
 struct form {
     const char *name, *number, *indent, *angle;
 };
+
+/* FLT_EVAL_METHOD is 0 if doubles are rounded to doubles, and 1 or 16 if that is true for all but narrower
+ * types. */
+static const char rounds_to_doubles[] =
+    "#if (defined(__TINYC__) && defined(__x86_64__)) || defined(__FLT_EVAL_METHOD__) && \\\n"
+    "    (__FLT_EVAL_METHOD__ == 0 || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 16)\n";
 
 static void put_line(struct text *text, const struct form *form, const char *line) {
     text_add(text, "%s%s\n", form->indent, line);
@@ -177,12 +184,8 @@ static void put_block(const struct emission *x, struct text *text) {
              x->name, n, n);
 }
 
-/* FLT_EVAL_METHOD is 0 if doubles are rounded to doubles, and 1 or 16 if that is true for all but narrower
- * types. */
 static void put_pass(const struct emission *x, struct text *text) {
-    text_add(text,
-             "#if defined(__FLT_EVAL_METHOD__) && \\\n"
-             "    (__FLT_EVAL_METHOD__ == 0 || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 16)\n");
+    text_add(text, "%s", rounds_to_doubles);
     put_rounded(x, text);
     put_block(x, text);
     text_add(text,
@@ -303,12 +306,10 @@ void emit_lane_sincos(struct emission *x, struct text *text) {
     if (!x->has_sincos && !x->uses_operation[OP_SIN] && !x->uses_operation[OP_COS])
         return;
     text_add(text,
-             "#if defined(__FLT_EVAL_METHOD__) && \\\n"
-             "    (__FLT_EVAL_METHOD__ == 0 || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 16)\n"
-             "static const double %s_largest = %d.0;\n"
+             "%sstatic const double %s_largest = %d.0;\n"
              "#else /* sums may be wider than doubles: libm computes all */\n"
              "static const double %s_largest = -1.0;\n#endif\n",
-             x->name, LARGEST, x->name);
+             rounds_to_doubles, x->name, LARGEST, x->name);
     put_rounded(x, text);
     put_lane_angle(x, text);
     put_lane_repair(x, text);

@@ -15,6 +15,8 @@
  */
 #include "gen/plan/plan.h"
 
+#include <string.h>
+
 enum { OPERATION_WAIT = 4, DIVISION_WAIT = 14, FUNCTION_WAIT = 20, LOOP_WAIT = 1000 };
 
 enum { MOST_SUMMANDS = 64 }; /* a longer sum is a sum of sums */
@@ -158,6 +160,18 @@ static void set_node(struct graph *g, expression e, enum operation operation, ex
     node->loop = g->nodes[a].loop || g->nodes[b].loop ? loop : 0;
 }
 
+/* A sum of numbers becomes a number: some compilers would add its digits in more than double precision. */
+static void fold(struct graph *g, expression e) {
+    const struct node *node = &g->nodes[e];
+    double a, b;
+    if (!expr_is_number(g, node->operand[0], &a) || !expr_is_number(g, node->operand[1], &b))
+        return;
+    const double sum = operation_value(node->operation, a, b, 0);
+    struct node number = {.operation = OP_NUMBER};
+    memcpy(number.operand, &sum, sizeof sum);
+    g->nodes[e] = number;
+}
+
 static void order_sum(struct orderer *x, expression root) {
     struct sum sum = {.count = 0};
     collect(x, &sum, root, false);
@@ -177,6 +191,7 @@ static void order_sum(struct orderer *x, expression root) {
             set_node(x->g, e, OP_SUB, total, next.value);
         else
             set_node(x->g, e, OP_ADD, fuses_next ? next.value : total, fuses_next ? total : next.value);
+        fold(x->g, e);
         total = e;
     }
 }

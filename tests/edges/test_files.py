@@ -285,6 +285,19 @@ def run_as_other(folder, *arguments, env=None):
                           timeout=100, env={**os.environ, "REFDYN_CACHE": str(folder / "cache"), "HOME": str(folder), **(env or {})})
 
 
+@pytest.mark.parametrize("background", ["0", "1"])
+def test_cache_that_may_only_be_read(background, ours):
+    """Libraries in it are loaded. A model that it lacks is refused with the reason."""
+    env = {"REFDYN_BACKGROUND": background}
+    assert run_as_other(ours, "eval", PENDULUM.name, env=env).returncode == 0
+    (ours / "cache").chmod(0o500)
+    files = files_in(ours / "cache")
+    assert run_as_other(ours, "eval", PENDULUM.name, env=env).returncode == 0
+    done = run_as_other(ours, "eval", PENDULUM.name, "--accelerations", "dense", env=env)
+    assert done.returncode == 1 and done.stderr == f"refdyn: {ours}/cache: cannot make a temporary folder: Permission denied\n", done.stderr
+    assert files_in(ours / "cache") == files and len(files) == 1
+
+
 @pytest.mark.parametrize("command", [["eval", "-o"], ["sim", "--until", NEVER, "-o"], ["sim", "--until", NEVER, "-o", "run.csv", "--summary"],
                                      ["gen", "-o"], ["report", "--until", "1", "-o"]], ids=" ".join)
 @pytest.mark.parametrize("what", ["folder", "file"])

@@ -2,6 +2,7 @@
  * Motions of the runtime core: tables, orders, landing, energy, drift, failures.
  */
 #include <float.h>
+#include <stdbool.h>
 #include <string.h>
 #if defined(__GLIBC__)
 #include <malloc.h>
@@ -399,6 +400,81 @@ static void test_passing(void) {
     }
 }
 
+/* ---- Another compilation of the model ---- */
+
+static long other_calls;
+
+static void other_M(const double *p, const double *x, double t, const double *q, const double *qd,
+                    double *out) {
+    other_calls++;
+    spring_M(p, x, t, q, qd, out);
+}
+
+/* States at the outputs of a motion. With `is_exchanged` another table replaces the first one on the way,
+ * which is then overwritten, so that a pointer to it would be noticed. */
+static void exchange_on_the_way(enum refdyn_method method, bool is_exchanged, double *states) {
+    const double qd[] = {0.2317, -0.713, 0.617};
+    struct refdyn_model first = spring_model(2), second = first;
+    struct rig rig;
+    struct refdyn_options options = refdyn_options_default(method);
+    options.project_start = options.balance = 1;
+    second.M = other_M;
+    other_calls = 0;
+    CHECK(rig_start(&rig, first, options, 0.2, qd) == REFDYN_OK);
+    for (int i = 0; i < 5; i++) {
+        CHECK(refdyn_integrator_to(&rig.integrator, 0.2371 + 0.0713 * i) == REFDYN_OK);
+        memcpy(states + 7 * i, rig.integrator.q, 6 * sizeof *states);
+        states[7 * i + 6] = rig.integrator.work_done;
+        if (i != 2 || !is_exchanged)
+            continue;
+        CHECK(refdyn_integrator_exchange_model(&rig.integrator, &second) == REFDYN_OK);
+        CHECK(rig.work.model == &second && rig.integrator.motion->linear.chain.model == &second);
+        memset(&rig.model, 0xa5, sizeof rig.model);
+    }
+    CHECK((other_calls > 0) == is_exchanged);
+    CHECK(rig_close(&rig));
+}
+
+static void test_exchange(void) {
+    double states[35], others[35];
+    for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++) {
+        exchange_on_the_way((enum refdyn_method)method, false, states);
+        exchange_on_the_way((enum refdyn_method)method, true, others);
+        CHECK(memcmp(states, others, sizeof states) == 0);
+    }
+}
+
+/* Tables of other models are refused, and the motion continues with the first one. */
+static void test_exchange_refused(void) {
+    struct refdyn_model first = spring_model(2), other;
+    const struct refdyn_options options = refdyn_options_default(REFDYN_RK8);
+    struct rig rig;
+    rig_open(&rig, first);
+    const struct refdyn_model *model = rig.work.model;
+    CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
+#define REFUSED_WITH(status, field, value)                                          \
+    (other = first, other.field = (value),                                          \
+     CHECK(refdyn_integrator_exchange_model(&rig.integrator, &other) == (status) && \
+           rig.work.model == model))
+    REFUSED_WITH(REFDYN_BAD_MODEL, hash, "713");
+    REFUSED_WITH(REFDYN_BAD_MODEL, hash, NULL);
+    REFUSED_WITH(REFDYN_BAD_MODEL, name, "autumn");
+    REFUSED_WITH(REFDYN_BAD_MODEL, m, 1);
+    REFUSED_WITH(REFDYN_BAD_MODEL, derived_count, 2);
+    REFUSED_WITH(REFDYN_BAD_MODEL, energy, NULL);
+    REFUSED_WITH(REFDYN_BAD_MODEL, qdd_free, spring_h);
+    REFUSED_WITH(REFDYN_BAD_MODEL, coordinates, NULL);
+    REFUSED_WITH(REFDYN_OTHER_VERSION, interface_version, REFDYN_MODEL_VERSION + 1);
+#undef REFUSED_WITH
+    CHECK(refdyn_exchange_model(&rig.work, NULL) == REFDYN_BAD_MODEL);
+    other = first;
+    CHECK(refdyn_exchange_model(&rig.work, &other) == REFDYN_OK && rig.work.model == &other);
+    CHECK(rig_close(&rig));
+    struct refdyn_workspace work;
+    CHECK(refdyn_workspace_init(&work, &first, NULL, 0) == REFDYN_BAD_MEMORY);
+    CHECK(refdyn_exchange_model(&work, &other) == REFDYN_BAD_MEMORY && work.model == &first);
+}
+
 /* ---- Failures ---- */
 
 static void test_undefined_mid_run(void) {
@@ -559,6 +635,8 @@ int main(void) {
     test_changes_partition();
     test_redundant_motion();
     test_passing();
+    test_exchange();
+    test_exchange_refused();
     test_undefined_mid_run();
     test_unstable();
     test_limits();

@@ -56,6 +56,8 @@ static inline int refdyn_model_is_readable(const struct refdyn_model *model) {
  * when the arrays have not been laid out. */
 int refdyn_model_status(const struct refdyn_model *model);
 int refdyn_workspace_status(const struct refdyn_workspace *work);
+/* Whether two tables are compilations of one model: the same name, hash, sizes and functions. */
+int refdyn_models_agree(const struct refdyn_model *model, const struct refdyn_model *other);
 /* Number of doubles in the result of `required`. */
 int refdyn_required_count(const struct refdyn_model *model);
 

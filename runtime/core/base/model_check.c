@@ -104,6 +104,30 @@ int refdyn_model_status(const struct refdyn_model *model) {
                : REFDYN_BAD_MODEL;
 }
 
+/* The sizes on which layouts and places depend; the hash covers them in emitted tables. */
+static int have_equal_sizes(const struct refdyn_model *a, const struct refdyn_model *b) {
+    return a->n == b->n && a->m == b->m && a->parameter_count == b->parameter_count &&
+           a->derived_count == b->derived_count && a->input_count == b->input_count &&
+           a->point_count == b->point_count && a->course_count == b->course_count &&
+           a->break_count == b->break_count && a->switch_count == b->switch_count &&
+           a->event_count == b->event_count && a->kink_count == b->kink_count &&
+           a->change_count == b->change_count && a->anchored_count == b->anchored_count &&
+           a->coupling_count == b->coupling_count && refdyn_required_count(a) == refdyn_required_count(b);
+}
+
+static int have_equal_texts(const char *a, const char *b) {
+    return a == b || (a && b && strcmp(a, b) == 0);
+}
+
+int refdyn_models_agree(const struct refdyn_model *a, const struct refdyn_model *b) {
+    int has_functions = !a->prepare == !b->prepare;
+#define HAS_SAME(name) has_functions &= !a->name == !b->name;
+    REFDYN_QUANTITIES(HAS_SAME)
+#undef HAS_SAME
+    return has_functions && have_equal_sizes(a, b) && have_equal_texts(a->name, b->name) &&
+           have_equal_texts(a->hash, b->hash);
+}
+
 int refdyn_programme_rows(const struct refdyn_model *model) {
     int count = model->m;
     for (int i = 0; i < model->event_count; i++)

@@ -113,6 +113,16 @@ int refdyn_workspace_status(const struct refdyn_workspace *work) {
     return !status && !work->equations ? REFDYN_BAD_MEMORY : status;
 }
 
+int refdyn_exchange_model(struct refdyn_workspace *work, const struct refdyn_model *model) {
+    const int status = refdyn_workspace_status(work), other = refdyn_model_status(model);
+    if (status || other)
+        return status ? status : other;
+    if (!refdyn_models_agree(work->model, model))
+        return REFDYN_BAD_MODEL;
+    work->model = model;
+    return REFDYN_OK;
+}
+
 void refdyn_prepare(struct refdyn_workspace *work) {
     if (!refdyn_workspace_status(work) && work->model->prepare)
         work->model->prepare(work->p);

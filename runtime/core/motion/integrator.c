@@ -327,6 +327,13 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     return leave(integrator, status, integrator->t);
 }
 
+int refdyn_integrator_exchange_model(struct refdyn_integrator *integrator, const struct refdyn_model *model) {
+    const int status = refdyn_exchange_model(integrator->work, model);
+    if (!status && integrator->motion)
+        integrator->motion->linear.chain.model = model;
+    return status;
+}
+
 void refdyn_integrator_until(struct refdyn_integrator *integrator, double t) {
     if (integrator->motion)
         integrator->motion->t_final = t;

@@ -68,6 +68,8 @@ const struct option_rule scene_rules[] = {
      "auto (default), always or never: loops over equal elements instead of code for each", loop_words, NULL},
     {"accelerations", "HOW", OPTION_TEXT, "auto (default), recursive or dense: how the C solves M qdd = f",
      acceleration_words, NULL},
+    {"watch", NULL, OPTION_FLAG, "repeat whenever the model, a file that it requires, or a RUN is saved",
+     NULL, NULL},
     {"fold", NULL, OPTION_FLAG, "turn parameters into numbers in the C", NULL, NULL},
     {.name = NULL}};
 
@@ -96,7 +98,7 @@ static enum status read_with(struct scene *scene, const struct options *options,
 }
 
 enum status scene_read(struct scene *scene, const struct options *options, bool is_telling) {
-    *scene = (struct scene){.compiled = {.file = -1}};
+    *scene = (struct scene){.compiled = compile_nothing};
     return read_with(scene, options, options->settings, options->setting_count, options_has(options, "fold"),
                      is_telling);
 }
@@ -254,8 +256,14 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
         scene_outcome(scene, options, gen_plan(generation, emit_list(scene, options, needs, values)));
     if (status != STATUS_DONE)
         return status;
-    if (!compile_load(&scene->compiled, generation->model.name, gen_files(generation),
-                      gen_file_count(generation), lanes))
+    const struct emitted emitted = {.name = generation->model.name,
+                                    .files = gen_files(generation),
+                                    .count = gen_file_count(generation),
+                                    .lanes = lanes};
+    const enum compile_tier tier = needs & NEEDS_OPTIMISED ? COMPILE_OPTIMISED
+                                   : needs & NEEDS_ONCE    ? COMPILE_ONCE
+                                                           : COMPILE_FIRST;
+    if (!compile_load(&scene->compiled, &emitted, tier))
         return STATUS_FAULT;
     scene->model = scene->compiled.model;
     return STATUS_DONE;

@@ -1,5 +1,5 @@
 /* One model made ready to compute with, and the parts that several commands share: sampled inputs;
- * STATE.json; the scene; messages about failures. */
+ * STATE.json; the scene; repetition by --watch; messages about failures. */
 #ifndef REFDYN_TOOL_SCENE_H
 #define REFDYN_TOOL_SCENE_H
 
@@ -91,8 +91,10 @@ enum {
     NEEDS_LINEAR = 128,      /* d_rows, C */
     NEEDS_NO_WARNINGS = 512, /* another call has printed the model's warnings */
     NEEDS_EACH_START =
-        1024,          /* with NEEDS_STATICS: the cases may give the values that rows read from the start */
-    NEEDS_RESULT = 256 /* the files of -o and --summary, opened before the computation */
+        1024, /* with NEEDS_STATICS: the cases may give the values that rows read from the start */
+    NEEDS_OPTIMISED = 2048, /* the optimised library from the start: COMPILE_OPTIMISED */
+    NEEDS_ONCE = 4096,      /* a few calls: COMPILE_ONCE */
+    NEEDS_RESULT = 256      /* the files of -o and --summary, opened before the computation */
 };
 
 /* The options that this folder reads. */
@@ -132,6 +134,12 @@ const char *scene_refused_fact(const struct scene *scene, const struct refdyn_wo
 enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact);
 /* Prints the messages of a step of the generator and returns the exit status. */
 enum status scene_outcome(struct scene *scene, const struct options *options, enum gen_status status);
+
+/* --watch: runs a command in a separate process, and again whenever one of its files is saved: the model
+ * (NULL if there is none), what it requires, and `files` (count). Returns only for wrong usage, or if it
+ * cannot start a process; a signal ends it. */
+enum status scene_watch(const struct options *options, const char *model, const char *const *files, int count,
+                        enum status (*run)(const struct options *options));
 
 /* Messages about failed computations. */
 

@@ -5,10 +5,12 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 import tempfile
+import threading
 import warnings
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
@@ -22,6 +24,7 @@ FAULT, USAGE, NUMBERS = 1, 2, 3  # exit statuses
 PRIVATE = wording.PRIVATE
 PLACE = re.compile(r"(?P<file>[^\n]+?):(?P<line>\d+): (?!warning: )")
 WARNING = re.compile(r"^.*warning: .*\n?(?:  .*\n?)*", re.M)  # with the indented lines after it
+NOTICE = re.compile(r"refdyn: .* \.\.\.\n")
 FAILURE = re.compile(r"refdyn: .*?: t = (?P<t>\S+) s: (?P<reason>.*)")
 
 
@@ -127,10 +130,36 @@ def private_folder() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(prefix=PRIVATE)
 
 
+def listen(stream: IO[str], lines: list[str]) -> None:
+    """Shows notices, such as that of a long compilation, when they come; collects the other lines."""
+    for line in stream:
+        if NOTICE.fullmatch(line):
+            print(line, end="", file=sys.stderr, flush=True)
+        else:
+            lines.append(line)
+
+
+def finished(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    """Runs a command to its end, as subprocess.run does, but shows its notices meanwhile."""
+    lines: list[str] = []
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
+                          env={**os.environ, "REFDYN_NOTICES": "1"}) as process:
+        listener = threading.Thread(target=listen, args=(process.stderr, lines))
+        listener.start()
+        try:
+            printed = process.stdout.read() if process.stdout else ""
+        except BaseException:
+            process.kill()
+            raise
+        finally:
+            listener.join()
+    return subprocess.CompletedProcess(command, process.returncode, printed, "".join(lines))
+
+
 def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: Collection[str] = ()) -> tuple[str, list[str]]:
     """Runs the program; returns its output and the facts of its warnings. Facts that are not in `warned` become warnings.
     `places` maps folders to their names in messages."""
-    done = subprocess.run([PROGRAM, *map(str, words)], stdin=subprocess.DEVNULL, capture_output=True, encoding="utf-8", errors="replace")
+    done = finished([PROGRAM, *map(str, words)])
     said = wording.shown(done.stderr, places)
     found = warnings_of(said)
     for text in found:

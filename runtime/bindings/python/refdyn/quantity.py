@@ -5,8 +5,11 @@ copy where their layout allows it. A leading axis of any argument is a batch, wh
 """
 from __future__ import annotations
 
+import hashlib
 import math
+import os
 import threading
+import time
 from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -23,18 +26,43 @@ if TYPE_CHECKING:
 POINT_ROWS = {"C": 3, "J": 6}  # rows of each point; the first axis counts the points
 
 
+LOOK_SECONDS = 0.05  # between two looks for the optimised library
+SEAL = b"refdyn seal "  # then the SHA-256 of the file before it, and a zero: runtime/tool/support/compile/compiled_cache.c
+
+
+def is_whole(path: str) -> bool:
+    """Whether a library in the cache is complete and belongs to this user alone."""
+    with open(path, "rb") as file:
+        status, data = os.fstat(file.fileno()), file.read()
+    body, end = data[:-len(SEAL) - 65], data[-len(SEAL) - 65:]
+    return status.st_uid == os.geteuid() and not status.st_mode & 0o022 and end == SEAL + hashlib.sha256(body).hexdigest().encode() + b"\0"
+
+
 class Compiled:
     """A compiled library from the cache, and the model's parameters and inputs in the order of its functions."""
 
     def __init__(self, description: Mapping[str, Any], kinds: Mapping[str, Collection[str]]) -> None:
         self.description, self.kinds = description, kinds
         self.library = Library(description["library"], description["name"], description["lanes"])
+        self.optimised: str | None = description.get("optimised")  # where the library that replaces this one will appear
+        self._next_look = 0.0
         self.places = {entry["name"]: place for place, entry in enumerate(description["parameters"])}
         self.inputs = {entry["name"]: place for place, entry in enumerate(description["inputs"])}
         self.anchored = [entry["anchored"] for entry in description["parameters"]]
         self.values = np.array([entry["value"] for entry in description["parameters"]], dtype=float)
         self.x = np.array([entry["value"] for entry in description["inputs"]], dtype=float)
         self.p = self.prepared({}, self.x)
+
+    def change_over(self) -> None:
+        """Replaces the library by the optimised one as soon as it is there. Both compute the same bits."""
+        path, now = self.optimised, time.monotonic()
+        if path is None or now < self._next_look:
+            return
+        self._next_look = now + LOOK_SECONDS
+        if os.path.exists(path):
+            self.optimised = None
+            if is_whole(path):
+                self.library = Library(path, self.description["name"], self.description["lanes"])
 
     def input_rows(self, inputs: Mapping[str, npt.ArrayLike] | None) -> np.ndarray:
         """A row of inputs, or one for each state of a batch."""
@@ -110,7 +138,7 @@ class Quantity:
         self._parts = {part["name"]: self._shape_of(part) for part in description["parts"]}
         self._size = sum(map(math.prod, self._parts.values()))
         self._shape = None if description["is_struct"] else next(iter(self._parts.values()))
-        self._one = self._function(compiled).one
+        self._bind()
         parts = "".join(f"\n    {part['name']}  {part['about']}" for part in description["parts"])
         self.__doc__ = f"{description['about']}{parts}\n\n{type(self).__doc__}"
 
@@ -134,11 +162,19 @@ class Quantity:
             return (count // (rows * columns), rows, columns)
         return (count // columns, columns) if columns else (count,)
 
+    def _bind(self) -> None:
+        self._library = self._compiled.library
+        self._one = self._function(self._compiled).one
+
     def _function(self, compiled: Compiled) -> Function:
         return compiled.library.function(self.__name__, self._rates, self._size, compiled.p, compiled.x)
 
     def __call__(self, q: npt.ArrayLike, qd: npt.ArrayLike | None = None, t: npt.ArrayLike = 0.0,
                  inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, npt.ArrayLike] | None = None) -> Any:
+        if self._compiled.optimised is not None:
+            self._compiled.change_over()
+        if self._library is not self._compiled.library:
+            self._bind()
         if inputs is None and parameters is None:
             out = np.empty(self._shape or self._size)
             if self._one(q, qd, t, out):

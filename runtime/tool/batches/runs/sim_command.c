@@ -22,7 +22,8 @@ static enum status check_case(const struct options *options) {
 
 static enum status run_motion(const struct options *options) {
     if (!options_has(options, "of") && !options_has(options, "case"))
-        return simulate_run(options);
+        return options_has(options, "watch") ? scene_watch(options, *options->operands, NULL, 0, simulate_run)
+                                             : simulate_run(options);
     const enum status status = check_case(options);
     return status == STATUS_DONE ? runs_case_again(options) : status;
 }
@@ -37,7 +38,7 @@ const struct command sim_command = {
     .run = run_motion,
     .operands = "MODEL.lua",
     .options = "output until! method step tol step-max accuracy verify inputs stop every from stabilise "
-               "singular start hold release way summary of case set fold",
+               "singular start hold release way summary watch of case set fold",
     .tables = {case_rules, simulate_sim_rules, simulate_rules, equilibria_rules, scene_rules},
     .has_gsl = true,
     .replaces_operands = "of case",
@@ -50,4 +51,5 @@ const struct command sim_command = {
             "  refdyn sim models/manipulator.lua --from statics --until 10 --tol 1e-8 -o flexible.csv\n"
             "  refdyn sim models/manipulator.lua --from statics --until 10 --accuracy 1e-6 --stop 'E_z<2' -o "
             "flexible.csv\n"
+            "  refdyn sim models/crane.lua --until 5 --watch -o crane.csv\n"
             "  refdyn sim --case 12 --of runs.h5 -o case12.csv\n"};

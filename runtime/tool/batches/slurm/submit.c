@@ -44,7 +44,7 @@ static bool run_into(const char *const *argv, const char *output, const char *er
         fprintf(stderr, "refdyn: %s cannot be started: %s\n", argv[0], strerror(error));
         return false;
     }
-    if (system_process_wait(&process, 1) == 0 && process.result == 0)
+    if (system_process_wait(&process, 1, NULL) == 0 && process.result == 0)
         return true;
     char *said = format_read_file(errors, argv[0]);
     if (said)

@@ -119,7 +119,7 @@ enum status sweeps_structures_sort(struct structures *structures, struct memory 
 
 static unsigned needs_of(const struct options *options, const struct cases *cases,
                          const struct refdyn_options *integration) {
-    unsigned needs = simulate_needs(options) | NEEDS_POINT_RATES | NEEDS_NO_WARNINGS;
+    unsigned needs = simulate_needs(options) | NEEDS_POINT_RATES | NEEDS_NO_WARNINGS | NEEDS_OPTIMISED;
     for (int i = 0; i < cases->width; i++)
         if (cases->columns[i].kind == VARIED_PARAMETER)
             needs |= NEEDS_EACH_START;

@@ -81,7 +81,7 @@ static bool check_machine(const struct fmu_build *build) {
     const bool is_good =
         system_process_start(&process, &build->scratch, job.argv, NULL,
                              system_scratch_file(&build->scratch, "machine.log"), NULL) == 0 &&
-        system_process_wait(&process, 1) == 0 && process.result == 0;
+        system_process_wait(&process, 1, NULL) == 0 && process.result == 0;
     if (!is_good)
         fprintf(stderr, "refdyn: --platform %s: $CC does not build for %s\n", platform->name,
                 platform->folder_3);

@@ -172,8 +172,8 @@ static enum status open_and_export(const struct options *options, struct fmu *fm
     scene_close(&scene);
     if (status != STATUS_DONE)
         return status;
-    status =
-        scene_open(&scene, &own, NEEDS_RESULT | NEEDS_ALL, options_state_path(options_text(options, "from")));
+    status = scene_open(&scene, &own, NEEDS_RESULT | NEEDS_ONCE | NEEDS_ALL,
+                        options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE)
         status = export_scene(&scene, options, fmu, platforms);
     scene_close(&scene);

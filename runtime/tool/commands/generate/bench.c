@@ -179,9 +179,10 @@ static enum status print_build(const struct options *options, FILE *out) {
     const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;
     int count = files ? gen_file_count(&scene.generation) : 0;
     double gen_seconds = system_wall_seconds() - start;
+    const struct emitted emitted = {.files = files, .count = count};
     for (int i = 0; i < count; i++)
         source_bytes += (long)files[i].length;
-    if (status == STATUS_DONE && !compile_measure(files, count, &cost))
+    if (status == STATUS_DONE && !compile_measure(&emitted, &cost))
         status = STATUS_FAULT;
     scene_close(&scene);
     if (status != STATUS_DONE)
@@ -211,7 +212,7 @@ static enum status bench(struct scene *scene, const struct options *options) {
 }
 
 static enum status run_bench(const struct options *options) {
-    return scene_run(options, NEEDS_RESULT | NEEDS_ALL, NULL, bench);
+    return scene_run(options, NEEDS_RESULT | NEEDS_ALL | NEEDS_OPTIMISED, NULL, bench);
 }
 
 const struct command bench_command = {

@@ -165,6 +165,9 @@ static enum status print_library(struct scene *scene, const struct options *opti
     format_put_open(&document, NULL, '{');
     format_put_text(&document, "name", scene->model->name);
     format_put_text(&document, "library", scene->compiled.path);
+    const char *awaited = compile_awaited_path(&scene->compiled);
+    if (awaited)
+        format_put_text(&document, "optimised", awaited);
     format_put_whole(&document, "lanes", scene->compiled.lanes ? scene->compiled.lanes->width : 0);
     put_names(&document, scene);
     put_functions(&document, &scene->generation);
@@ -188,11 +191,14 @@ const struct command compile_command = {
     .tables = {scene_rules},
     .output = "FILE",
     .purpose = "compile a model for other programs to load",
-    .help = "Leaves a shared library in the cache and prints JSON: its path, lanes, the model's names, units "
-            "and values,\n"
-            "its start, and the parts of the result of each emitted function. The library has NAME_model "
-            "(refdyn_model.h).\n"
-            "With --for-lanes it also has NAME_lanes_W (refdyn_lanes.h), for W motions side by side, the "
-            "widest for this processor.\n\n"
-            "  refdyn compile models/manipulator.lua --set n_rfe=8\n"
-            "  refdyn compile models/manipulator.lua --emit qdd,d_qdd --for-lanes\n"};
+    .help =
+        "Leaves a shared library in the cache and prints JSON: its path, lanes, the model's names, units "
+        "and values,\n"
+        "its start, and the parts of the result of each emitted function. The library has NAME_model "
+        "(refdyn_model.h).\n"
+        "The library may be a first tier, compiled at once; then `optimised` is where the optimised one of "
+        "the same bits will appear.\n"
+        "With --for-lanes it also has NAME_lanes_W (refdyn_lanes.h), for W motions side by side, the "
+        "widest for this processor.\n\n"
+        "  refdyn compile models/manipulator.lua --set n_rfe=8\n"
+        "  refdyn compile models/manipulator.lua --emit qdd,d_qdd --for-lanes\n"};

@@ -165,7 +165,7 @@ static enum status evaluate_state(struct scene *scene, const struct options *opt
 }
 
 static enum status run_eval(const struct options *options) {
-    return scene_run(options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES,
+    return scene_run(options, NEEDS_RESULT | NEEDS_ONCE | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES,
                      options_text(options, "state"), evaluate_state);
 }
 

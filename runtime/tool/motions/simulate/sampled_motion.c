@@ -486,6 +486,13 @@ static int look_back(struct motion *motion, double before, int status) {
     return stopped != REFDYN_OK || integrator->t < t ? stopped : take_events(motion, status);
 }
 
+/* Continues with the optimised functions as soon as they have been compiled. They compute the same bits. */
+static void change_over(struct motion *motion) {
+    const struct refdyn_model *model = compile_follow(&motion->scene->compiled);
+    if (model && refdyn_integrator_exchange_model(&motion->integrator, model) == REFDYN_OK)
+        motion->scene->model = model;
+}
+
 /* Takes some steps towards `goal`; with stops, only to the end of the next step. */
 static int go_on(struct motion *motion, double goal) {
     struct refdyn_integrator *integrator = &motion->integrator;
@@ -494,6 +501,7 @@ static int go_on(struct motion *motion, double goal) {
     if (motion->stops && before < integrator->t_end)
         bound = fmin(bound, integrator->t_end);
     const long steps = motion->stops ? 1 : STEPS_PER_LOOK;
+    change_over(motion);
     int status =
         motion->gsl ? gsl_step(motion->gsl, bound, steps) : refdyn_integrator_step(integrator, bound, steps);
     status = look_back(motion, before, status);

@@ -15,6 +15,9 @@ static const double verify_part = 0.01;
 /* Below verify_least rounding exceeds the error of the steps; the factor is then at most verify_most. */
 static const double verify_least = 1e-14, verify_most = 0.1;
 
+/* Fixed steps that take more than a second for any model with a few joints. */
+static const double long_steps = 1e5;
+
 enum { MOVES_SHOWN = 8 };
 
 static void print_remedies(const struct options *options, const struct refdyn_options *chosen) {
@@ -461,6 +464,15 @@ static enum status check_hdf5(const struct scene *scene) {
     return status;
 }
 
+/* Returns whether the work surely takes more than a second, so that it pays to wait for optimised functions:
+ * many fixed steps, or the several motions of --accuracy. Any other motion changes over to them on its way.
+ */
+static bool is_long(const struct options *options) {
+    const double step = options_number(options, "step");
+    return options_number(options, "accuracy") > 0 ||
+           (step > 0 && options_number(options, "until") / step > long_steps);
+}
+
 enum status simulate_run(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
@@ -473,7 +485,9 @@ enum status simulate_run(const struct options *options) {
     if (status != STATUS_DONE)
         return status;
     const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
-    status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_POINT_RATES | simulate_needs(options) | tangent,
+    const unsigned tier = is_long(options) ? NEEDS_OPTIMISED : 0;
+    status = scene_open(&scene, options,
+                        NEEDS_RESULT | NEEDS_POINT_RATES | simulate_needs(options) | tangent | tier,
                         options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE && wants_hdf5(options))
         status = check_hdf5(&scene);

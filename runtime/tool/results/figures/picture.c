@@ -42,7 +42,7 @@ static bool run(const struct picture_format *format, const struct scratch *scrat
     const char *log = system_scratch_file(scratch, "log");
     struct process process;
     const int error = system_process_start(&process, scratch, format->argv, svg, made, log);
-    const bool has_ended = !error && system_process_wait(&process, 1) == 0;
+    const bool has_ended = !error && system_process_wait(&process, 1, NULL) == 0;
     if (has_ended && process.result == 0)
         return true;
     if (system_interrupt_is_new())

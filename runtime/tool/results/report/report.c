@@ -170,8 +170,9 @@ static enum status run_study(struct report *report, struct study *study, const s
     const double every = options_number(options, "every");
     struct scene scene;
     struct study_plan plan = report->plan;
-    enum status status = scene_open(&scene, options, simulate_needs(options) | NEEDS_TANGENT,
-                                    options_state_path(options_text(options, "from")));
+    enum status status =
+        scene_open(&scene, options, simulate_needs(options) | NEEDS_TANGENT | NEEDS_OPTIMISED,
+                   options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE)
         status = simulate_place(&scene, options);
     if (status == STATUS_DONE)

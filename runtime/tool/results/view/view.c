@@ -194,7 +194,7 @@ static enum status write_page(const struct viewing *viewing) {
     return status;
 }
 
-static enum status run_view(const struct options *options) {
+static enum status write_view(const struct options *options) {
     struct viewing viewing = {.options = options, .run_count = options->operand_count};
     enum status status = check_usage(options);
     if (status != STATUS_DONE)
@@ -203,6 +203,12 @@ static enum status run_view(const struct options *options) {
     status = open_files(&viewing) ? write_page(&viewing) : STATUS_FAULT;
     system_targets_release(&viewing.targets);
     return status;
+}
+
+static enum status run_view(const struct options *options) {
+    return options_has(options, "watch") ? scene_watch(options, options_text(options, "model"),
+                                                       options->operands, options->operand_count, write_view)
+                                         : write_view(options);
 }
 
 static const struct option_rule view_rules[] = {
@@ -214,7 +220,7 @@ const struct command view_command = {
     .name = "view",
     .run = run_view,
     .operands = "RUN...",
-    .options = "output! model set",
+    .options = "output! model watch set",
     .tables = {view_rules, scene_rules},
     .output = "PAGE.html",
     .purpose = "motions as one HTML page, to look at from all sides",

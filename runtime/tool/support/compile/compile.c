@@ -1,257 +1,28 @@
 /*
- * Turns emitted C into a loaded library: compiles it with $CC in a temporary folder, unless the cache
- * (compiled_cache.c) has it, and loads it with dlopen. No shell is involved, so paths may have any
- * characters.
+ * Turns emitted C into a loaded library, from the cache (compiled_cache.c) if it is there.
+ *
+ * A library exists in up to two tiers: the optimised one, by $CC, and the first tier, by the fastest compiler
+ * at hand. Both compute the same bits. While a command works with the first tier, the optimised library is
+ * compiled in the background, and the command may change over to it.
  *
  * The name of a library in the cache is the SHA-256 of all its sources: the texts, the compiler's file,
  * size and time, and the flags.
  */
 #include <dlfcn.h>
-#include <errno.h>
 #include <sha2.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
-#include "refdyn_batch.h"
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
 
-/* ---- Runs of a compiler ---- */
-
-enum { PROCESSES = 2 };
-
-void compile_job_add_word(struct job *job, const char *word) {
-    job->argv = memory_room(&format_memory, job->argv, job->argc + 1, &job->room, sizeof *job->argv);
-    job->argv[job->argc++] = word;
-}
-
-void compile_job_add_words(struct job *job, const char *const *words) {
-    for (; *words; words++)
-        compile_job_add_word(job, *words);
-}
-
-static void show_log(const struct job *job) {
-    fputs("refdyn: the compiler failed:", stderr);
-    for (int i = 0; i < job->argc; i++)
-        fprintf(stderr, " %s", job->argv[i]);
-    fputc('\n', stderr);
-    system_copy_file(job->log, stderr);
-}
-
-static bool start(struct process *process, const struct scratch *scratch, const struct job *job) {
-    const int error = system_process_start(process, scratch, job->argv, NULL, job->log, NULL);
-    if (error)
-        fprintf(stderr, "refdyn: the compiler '%s' could not be started: %s\n", job->argv[0],
-                strerror(error));
-    return error == 0;
-}
-
-bool compile_jobs_run(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
-    struct process running[PROCESSES] = {{.pid = 0}};
-    const struct job *of[PROCESSES] = {NULL};
-    bool is_good = true;
-    for (int next = 0, active = 0; active > 0 || (is_good && next < count);) {
-        while (is_good && next < count && active < PROCESSES) {
-            int free_place = running[0].pid == 0 ? 0 : 1;
-            of[free_place] = &jobs[next++];
-            is_good = start(&running[free_place], scratch, of[free_place]);
-            active += is_good;
-        }
-        int done = active ? system_process_wait(running, PROCESSES) : -1;
-        if (done < 0)
-            return false;
-        active--;
-        if (running[done].result != 0) {
-            show_log(of[done]);
-            is_good = false;
-        }
-        if (running[done].peak_kb > *peak_kb)
-            *peak_kb = running[done].peak_kb;
-    }
-    return is_good;
-}
-
-/* ---- Builds ---- */
-
-/* The texts of runtime/refdyn_model.h and refdyn_lanes.h, embedded at build time. */
-extern const char refdyn_model_header[], refdyn_lanes_header[];
-extern const size_t refdyn_model_header_size, refdyn_lanes_header_size;
-
-/* One build of emitted C in its own folder. */
-struct build {
-    struct scratch scratch; /* the open folder */
-    const char *library;    /* the linked library in it */
-    bool is_gcc;            /* the compiler */
-    int lanes;              /* width of the files for lanes; 0 if there are none */
-};
-
-/* -ffp-contract=off: a multiplication and an addition are rounded twice on every machine and by every
- * compiler, as in the generator's interpreter. -fno-math-errno: sqrt is one instruction; nothing reads errno.
- * Neither -ffast-math nor -march=native is used: the first changes results, the second breaks a cache that
- * two machines share. */
-static const char *const compile_flags[] = {"-std=c11",        "-O2", "-fPIC", "-ffp-contract=off",
-                                            "-fno-math-errno", NULL};
-
-/* These passes of gcc find nothing in emitted C, which already shares common values. Without them it compiles
- * in 0.6 of the time, and the result is as fast. The search for vectors in long blocks of scalars takes -O3
- * minutes and makes them slower; loops over arrays stay vectors. */
-const char *const compile_gcc_flags[] = {"-fno-tree-slp-vectorize",
-                                         "-fno-tree-pre",
-                                         "-fno-gcse",
-                                         "-fno-rerun-cse-after-loop",
-                                         "-fno-tree-dominator-opts",
-                                         "-fno-tree-vrp",
-                                         "-fno-code-hoisting",
-                                         "-fno-schedule-insns2",
-                                         "-fno-ivopts",
-                                         "-fno-tree-ccp",
-                                         "-fno-dse",
-                                         "-fno-cprop-registers",
-                                         "-fno-forward-propagate",
-                                         "-fira-region=one",
-                                         "-fno-lra-remat",
-                                         "-fno-caller-saves",
-                                         "-fno-peephole2",
-                                         "-fno-ree",
-                                         "-fno-tree-dse",
-                                         "-fno-ipa-cp",
-                                         "-fno-ipa-icf",
-                                         "-fno-ipa-sra",
-                                         NULL};
-
-/* clang also defines __GNUC__ */
-static const char gcc_question[] = "#if !defined(__GNUC__) || defined(__clang__)\n#error not gcc\n#endif\n";
-
-/* The additional flags for files for lanes of this width and its vectors. */
-static const char *const *lanes_flags(int width) {
-    static const char *const two[] = {"-DLANES=2", NULL}, *const four[] = {"-DLANES=4", "-mavx2", NULL},
-                             *const eight[] = {"-DLANES=8", "-mavx512f", NULL};
-    static const char *const four_apart[] = {"-DLANES=4", NULL}, *const eight_apart[] = {"-DLANES=8", NULL};
-    const bool is_apart = width > refdyn_batch_widest(); /* the compiler splits the vectors */
-    return width == 8 ? is_apart ? eight_apart : eight : width == 4 ? is_apart ? four_apart : four : two;
-}
-
-static const char blanks[] = " \t\n";
-
-/* $CC is the file of a program, which may contain blanks, or a command of words separated by blanks ("ccache
- * gcc"). */
-bool compile_toolchain_find(struct toolchain *chain) {
-    const char *command = getenv("CC");
-    if (!command || command[strspn(command, blanks)] == '\0')
-        command = "cc";
-    char *text = format_text("%s", command), *rest = NULL;
-    const char **words = format_allocate(strlen(command) / 2 + 2, sizeof *words);
-    int count = 0;
-    if (strchr(command, '/') && access(command, X_OK) == 0)
-        words[count++] = text;
-    else
-        for (char *word = strtok_r(text, blanks, &rest); word; word = strtok_r(NULL, blanks, &rest))
-            words[count++] = word;
-    chain->words = words;
-    chain->program = system_process_find(chain->words[0]);
-    if (!chain->program)
-        fprintf(stderr, "refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
-    return chain->program;
-}
-
-static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
-                       const char *name) {
-    *job = (struct job){.source = system_scratch_file(&build->scratch, name)};
-    compile_job_add_words(job, chain->words);
-    job->object = format_text("%.*s.o", (int)strlen(job->source) - 2, job->source);
-    job->log = format_text("%s.log", job->object);
-    compile_job_add_words(job, compile_flags);
-    if (build->lanes &&
-        gen_is_for_lanes(name)) /* for vectors these passes, which scalars do without, gain a fifth */
-        compile_job_add_words(job, lanes_flags(build->lanes));
-    else if (build->is_gcc)
-        compile_job_add_words(job, compile_gcc_flags);
-    compile_job_add_words(job, (const char *[]){"-c", job->source, "-o", job->object, NULL});
-}
-
-/* Applies to gcc only, and to a version that knows all of its flags. */
-static void question_job(struct job *job, const struct toolchain *chain, const struct scratch *scratch) {
-    *job = (struct job){.source = system_scratch_file(scratch, "question.c")};
-    compile_job_add_words(job, chain->words);
-    job->log = format_text("%s.log", job->source);
-    compile_job_add_words(job, compile_gcc_flags);
-    compile_job_add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
-}
-
-static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
-                     const struct job *objects, int count) {
-    *job = (struct job){.log = format_text("%s.log", build->library)};
-    compile_job_add_words(job, chain->words);
-    compile_job_add_word(job, "-shared");
-    for (int i = 0; i < count; i++)
-        compile_job_add_word(job, objects[i].object);
-    compile_job_add_words(job, (const char *[]){"-o", build->library, "-lm", NULL});
-}
-
-/* The compiler's output is not shown. */
-bool compile_toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch) {
-    struct job job;
-    struct process process;
-    question_job(&job, chain, scratch);
-    return system_scratch_write(scratch, "question.c", gcc_question, strlen(gcc_question)) &&
-           system_process_start(&process, scratch, job.argv, NULL, job.log, NULL) == 0 &&
-           system_process_wait(&process, 1) == 0 && process.result == 0;
-}
-
-static long file_size(const char *path) {
-    struct stat status;
-    return stat(path, &status) == 0 ? (long)status.st_size : 0;
-}
-
-static bool compile_and_link(struct build *build, const struct toolchain *chain, struct job *jobs, int count,
-                             struct build_cost *cost) {
-    struct job link;
-    double start = system_wall_seconds();
-    if (!compile_jobs_run(&build->scratch, jobs, count, &cost->peak_kb))
-        return false;
-    link_job(&link, chain, build, jobs, count);
-    bool is_good = compile_jobs_run(&build->scratch, &link, 1, &cost->peak_kb);
-    cost->seconds = system_wall_seconds() - start;
-    for (int i = 0; i < count; i++)
-        cost->object_bytes += file_size(jobs[i].object);
-    return is_good;
-}
-
-static bool is_source(const char *name) {
-    const char *dot = strrchr(name, '.');
-    return dot && strcmp(dot, ".c") == 0;
-}
-
-/* Writes files, compiles objects, links them. Reports an error on stderr with the compiler's own output. cost
- * may be NULL. */
-static bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
-                      int count, struct build_cost *cost) {
-    struct build_cost own = {.seconds = 0};
-    struct job *jobs = format_allocate((size_t)count, sizeof *jobs);
-    int job_count = 0;
-    bool is_good = system_scratch_write(&build->scratch, "refdyn_model.h", refdyn_model_header,
-                                        refdyn_model_header_size) &&
-                   system_scratch_write(&build->scratch, "refdyn_lanes.h", refdyn_lanes_header,
-                                        refdyn_lanes_header_size);
-    build->library = system_scratch_file(&build->scratch, "model.so");
-    build->is_gcc = compile_toolchain_is_gcc(chain, &build->scratch);
-    for (int i = 0; i < count && is_good; i++) {
-        is_good = system_scratch_write(&build->scratch, files[i].name, files[i].text, files[i].length);
-        if (is_good && is_source(files[i].name))
-            object_job(&jobs[job_count++], chain, build, files[i].name);
-    }
-    is_good = is_good && compile_and_link(build, chain, jobs, job_count, &own);
-    if (cost)
-        *cost = own;
-    return is_good;
-}
-
-/* ---- Libraries ---- */
+/* ---- Names ---- */
 
 static void hash_text(SHA2_CTX *sha, const char *text, size_t length) {
     uint64_t size = length; /* the length comes first, so that neighbouring texts cannot exchange letters */
@@ -275,95 +46,158 @@ static void hash_words(SHA2_CTX *sha, const char *const *words) {
         hash_text(sha, *words, strlen(*words));
 }
 
-static void hash_build(const struct toolchain *chain, const struct emitted_file *files, int count, int lanes,
-                       char key[SHA256_DIGEST_STRING_LENGTH]) {
+static void hash_emitted(SHA2_CTX *sha, const struct emitted *emitted) {
+    hash_text(sha, refdyn_model_header, refdyn_model_header_size);
+    if (emitted->lanes) {
+        hash_words(sha, compile_lanes_flags(emitted->lanes));
+        hash_text(sha, refdyn_lanes_header, refdyn_lanes_header_size);
+    }
+    for (int i = 0; i < emitted->count; i++) {
+        hash_text(sha, emitted->files[i].name, strlen(emitted->files[i].name));
+        hash_text(sha, emitted->files[i].text, emitted->files[i].length);
+    }
+}
+
+/* The words of a first compiler contain its flags. */
+static const char *key_of(const struct toolchain *chain, bool is_first, const struct emitted *emitted) {
+    char *key = format_allocate(SHA256_DIGEST_STRING_LENGTH, 1);
     SHA2_CTX sha;
     SHA256Init(&sha);
     hash_program(&sha, chain->program);
     hash_words(&sha, chain->words);
-    hash_words(&sha, compile_flags);
-    hash_words(&sha, compile_gcc_flags);
-    hash_text(&sha, refdyn_model_header, refdyn_model_header_size);
-    if (lanes) {
-        hash_words(&sha, lanes_flags(lanes));
-        hash_text(&sha, refdyn_lanes_header, refdyn_lanes_header_size);
+    if (!is_first) {
+        hash_words(&sha, compile_flags);
+        hash_words(&sha, compile_gcc_flags);
     }
-    for (int i = 0; i < count; i++) {
-        hash_text(&sha, files[i].name, strlen(files[i].name));
-        hash_text(&sha, files[i].text, files[i].length);
-    }
+    hash_emitted(&sha, emitted);
     SHA256End(&sha, key);
+    return key;
 }
 
-static bool load(struct compiled *compiled, const char *name, const struct cache *cache, const char *key,
-                 int lanes) {
-    compiled->library = compile_cache_load(cache, key, &compiled->file);
-    if (!compiled->library)
+/* ---- Loading ---- */
+
+static const double look_seconds = 0.05; /* between two looks for the optimised library */
+
+const struct compiled compile_nothing = {.cache = {.folder = -1}, .libraries = {{.file = -1}, {.file = -1}}};
+
+static bool load(struct compiled *compiled, const struct emitted *emitted, const char *key) {
+    struct library *library = &compiled->libraries[0];
+    library->handle = compile_cache_load(&compiled->cache, key, &library->file);
+    if (!library->handle)
         return false;
-    compiled->path = format_text("%s/%s.so", cache->path, key);
-    compiled->model = dlsym(compiled->library, format_text("%s_model", name));
-    compiled->spatial = dlsym(compiled->library, format_text("%s_spatial", name));
-    if (lanes)
-        compiled->lanes = dlsym(compiled->library, format_text("%s_lanes_%d", name, lanes));
-    if (!compiled->model || (lanes && !compiled->lanes))
-        compile_release(compiled);
-    return compiled->model;
-}
-
-static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count, int lanes,
-                       const struct cache *cache, const char *key) {
-    struct build build = {.lanes = lanes};
-    if (!system_scratch_open(&build.scratch, cache->path, "build-"))
-        return false;
-    const bool is_good =
-        build_run(&build, chain, files, count, NULL) && compile_cache_add(cache, key, build.library);
-    system_scratch_close(&build.scratch);
-    return is_good;
-}
-
-static bool load_or_build(struct compiled *compiled, const char *name, const struct cache *cache,
-                          const struct toolchain *chain, const struct emitted_file *files, int count,
-                          int lanes) {
-    char key[SHA256_DIGEST_STRING_LENGTH];
-    hash_build(chain, files, count, lanes, key);
-    if (load(compiled, name, cache, key, lanes))
+    compiled->path = format_text("%s/%s.so", compiled->cache.path, key);
+    compiled->model = dlsym(library->handle, format_text("%s_model", emitted->name));
+    compiled->spatial = dlsym(library->handle, format_text("%s_spatial", emitted->name));
+    if (emitted->lanes)
+        compiled->lanes = dlsym(library->handle, format_text("%s_lanes_%d", emitted->name, emitted->lanes));
+    if (compiled->model && (compiled->lanes || !emitted->lanes))
         return true;
-    if (!build_into(chain, files, count, lanes, cache, key))
-        return false;
-    if (load(compiled, name, cache, key, lanes))
-        return true;
-    const char *reason = dlerror();
-    fprintf(stderr, "refdyn: %s/%s.so: cannot be loaded: %s\n", cache->path, key,
-            reason ? reason : "it is not as it was written");
+    compile_library_close(library);
     return false;
 }
 
-bool compile_load(struct compiled *compiled, const char *name, const struct emitted_file *files, int count,
-                  int lanes) {
-    struct toolchain chain;
-    struct cache cache;
-    *compiled = (struct compiled){.file = -1};
-    const bool is_loaded = compile_cache_open(&cache) && compile_toolchain_find(&chain) &&
-                           load_or_build(compiled, name, &cache, &chain, files, count, lanes);
-    compile_cache_close(&cache);
-    return is_loaded;
+static void pause_briefly(void) {
+    const struct timespec pause = {.tv_nsec = 2000000}; /* short compared with a compilation */
+    nanosleep(&pause, NULL);
+}
+
+/* Waits until no other program builds this library. Returns false if this program should end. */
+static bool claim(struct scratch *claimed, const struct compiled *compiled, const struct emitted *emitted,
+                  const char *key) {
+    struct notice notice;
+    system_notice_start(&notice, format_text("another refdyn is compiling %s", emitted->name));
+    while (!compile_cache_claim(&compiled->cache, key, claimed) && !system_interrupt_is_new()) {
+        system_notice_show(&notice);
+        pause_briefly();
+    }
+    system_notice_end(&notice);
+    return !system_interrupt_is_new();
+}
+
+static enum build_outcome report_unloadable(const struct compiled *compiled, const char *key) {
+    const char *reason = dlerror();
+    fprintf(stderr, "refdyn: %s/%s.so: cannot be loaded: %s\n", compiled->cache.path, key,
+            reason ? reason : "it is not as it was written");
+    return BUILD_FAILED;
+}
+
+/* Loads a library, and builds it before if no other program has done so meanwhile. */
+static enum build_outcome provide(struct compiled *compiled, const struct emitted *emitted,
+                                  const struct toolchain *chain, const char *key, bool is_first) {
+    struct scratch claimed;
+    if (load(compiled, emitted, key))
+        return BUILD_DONE;
+    if (!claim(&claimed, compiled, emitted, key))
+        return BUILD_FAILED;
+    bool is_loaded = load(compiled, emitted, key);
+    enum build_outcome outcome = BUILD_DONE;
+    if (!is_loaded)
+        outcome = compile_build(&compiled->cache, key, chain, emitted, is_first);
+    is_loaded = is_loaded || (outcome == BUILD_DONE && load(compiled, emitted, key));
+    compile_cache_unclaim(&claimed);
+    return outcome == BUILD_DONE && !is_loaded ? report_unloadable(compiled, key) : outcome;
+}
+
+/* Loads the optimised library if it is there, otherwise the first tier; or builds what the tier says. */
+static bool load_or_build(struct compiled *compiled, const struct emitted *emitted, enum compile_tier tier) {
+    struct toolchain chain, first;
+    if (!compile_toolchain_find(&chain))
+        return false;
+    const char *key = key_of(&chain, false, emitted);
+    enum build_outcome outcome = BUILD_REFUSED;
+    if (load(compiled, emitted, key))
+        return true;
+    if (tier != COMPILE_OPTIMISED && !emitted->lanes && compile_toolchain_first(&first, &chain))
+        outcome = provide(compiled, emitted, &first, key_of(&first, true, emitted), true);
+    if (outcome == BUILD_REFUSED)
+        return provide(compiled, emitted, &chain, key, false) == BUILD_DONE;
+    if (outcome != BUILD_DONE)
+        return false;
+    compiled->awaited = format_text("%s.so", key);
+    if (tier == COMPILE_FIRST)
+        compile_in_background(&chain, key, emitted);
+    return true;
+}
+
+/* Reads REFDYN_BACKGROUND: 0 leaves the optimised tier alone. */
+static bool choose_tier(enum compile_tier *tier) {
+    const char *text = getenv("REFDYN_BACKGROUND");
+    if (text && strcmp(text, "0") == 0)
+        *tier = COMPILE_OPTIMISED;
+    if (!text || !*text || strcmp(text, "0") == 0 || strcmp(text, "1") == 0)
+        return true;
+    fprintf(stderr, "refdyn: REFDYN_BACKGROUND: '%s': must be 0 or 1\n", text);
+    return false;
+}
+
+bool compile_load(struct compiled *compiled, const struct emitted *emitted, enum compile_tier tier) {
+    *compiled = compile_nothing;
+    return choose_tier(&tier) && compile_cache_open(&compiled->cache) &&
+           load_or_build(compiled, emitted, tier);
+}
+
+const char *compile_awaited_path(const struct compiled *compiled) {
+    return compiled->awaited ? format_text("%s/%s", compiled->cache.path, compiled->awaited) : NULL;
+}
+
+const struct refdyn_model *compile_follow(struct compiled *compiled) {
+    struct library *library = &compiled->libraries[1];
+    const double now = compiled->awaited ? system_wall_seconds() : 0;
+    if (now < compiled->next_look || !compiled->awaited)
+        return NULL;
+    compiled->next_look = now + look_seconds;
+    if (faccessat(compiled->cache.folder, compiled->awaited, R_OK, 0) != 0)
+        return NULL;
+    const char *key = format_text("%.*s", (int)strlen(compiled->awaited) - 3, compiled->awaited);
+    compiled->awaited = NULL;
+    library->handle = compile_cache_load(&compiled->cache, key, &library->file);
+    return library->handle ? dlsym(library->handle, format_text("%s_model", compiled->model->name)) : NULL;
 }
 
 void compile_release(struct compiled *compiled) {
-    if (compiled->library) {
-        dlclose(compiled->library);
-        close(compiled->file);
-    }
-    *compiled = (struct compiled){.file = -1};
-}
-
-bool compile_measure(const struct emitted_file *files, int count, struct build_cost *cost) {
-    struct toolchain chain;
-    struct build build = {.lanes = 0};
-    if (!compile_toolchain_find(&chain) ||
-        !system_scratch_open(&build.scratch, system_scratch_parent(), "refdyn-build-"))
-        return false;
-    const bool is_good = build_run(&build, &chain, files, count, cost);
-    system_scratch_close(&build.scratch);
-    return is_good;
+    for (int i = 0; i < LIBRARIES; i++)
+        compile_library_close(&compiled->libraries[i]);
+    if (compiled->cache.path)
+        compile_cache_close(&compiled->cache);
+    *compiled = compile_nothing;
 }

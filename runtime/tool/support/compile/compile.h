@@ -10,20 +10,80 @@
 #include "refdyn_lanes.h"
 #include "runtime/tool/support/system/system.h"
 
+/* A compiler: its words, such as those of $CC, and the program's file. */
+struct toolchain {
+    const char *program;
+    const char *const *words; /* NULL at the end */
+};
+
+/* The emitted files of a model. */
+struct emitted {
+    const char *name; /* of the model */
+    const struct emitted_file *files;
+    int count;
+    int lanes; /* width of the files for lanes; 0 if there are none */
+};
+
+/* The folder of compiled models: $REFDYN_CACHE, or refdyn in the XDG cache folder, or a private folder in
+ * $TMPDIR for a user without either. Libraries appear by a rename, so that any number of processes may share
+ * one cache. compiled_cache.c says what makes it safe to load them. */
+struct cache {
+    const char *path; /* with links resolved */
+    int folder;       /* descriptor of the folder: the folder that was checked is the folder that is used */
+};
+
+/* Which library a command should work with, if the cache does not have the optimised one. */
+enum compile_tier {
+    COMPILE_FIRST,     /* the first tier, at once; the optimised one is compiled in the background */
+    COMPILE_ONCE,      /* the first tier alone: the work is a few calls, and probably not repeated */
+    COMPILE_OPTIMISED, /* the optimised one: measurements, and work for which it pays to wait */
+};
+
+enum { LIBRARIES = 2 /* of a model: the one that was loaded first, and the optimised one after it */ };
+
+struct library {
+    void *handle; /* of dlopen; NULL if it is not loaded */
+    int file;     /* descriptor that it was loaded from */
+};
+
 struct compiled {
-    void *library;
-    int file;         /* descriptor that the library was loaded from */
     const char *path; /* of the library in the cache */
     const struct refdyn_model *model;
     const struct refdyn_lane_model *lanes; /* NULL if there is none */
     const struct refdyn_spatial *spatial;  /* NULL if there is none */
+    const char *awaited; /* file of the optimised library, which may appear; NULL if it is loaded */
+    double next_look;    /* when compile_follow looks for it again: wall clock [s] */
+    struct cache cache;
+    struct library libraries[LIBRARIES];
 };
 
-/* Loads model `name` from its emitted files, compiled unless the cache has them. `lanes` is the width of the
- * files for lanes, 0 if there are none. Returns false and reports on stderr if it fails. */
-bool compile_load(struct compiled *compiled, const char *name, const struct emitted_file *files, int count,
-                  int lanes);
+/* Without a library, as compile_release leaves it. */
+extern const struct compiled compile_nothing;
+
+/* Loads a model, compiled unless the cache has it. Programs that need the same library at the same time
+ * compile it once. Files for lanes are always optimised, and so is everything if REFDYN_BACKGROUND is 0.
+ * Returns false and reports on stderr if it fails. Call compile_release in any case. */
+bool compile_load(struct compiled *compiled, const struct emitted *emitted, enum compile_tier tier);
+/* The path at which the optimised library will appear; NULL if it is loaded. */
+const char *compile_awaited_path(const struct compiled *compiled);
+/* Returns the table of the optimised library once, after it has appeared; otherwise NULL. Looks for it at
+ * most every 50 ms, so that it may be called often. The earlier library stays loaded, too. */
+const struct refdyn_model *compile_follow(struct compiled *compiled);
 void compile_release(struct compiled *compiled);
+
+/* ---- Builds ---- */
+
+enum build_outcome {
+    BUILD_DONE,
+    BUILD_REFUSED, /* by the compiler of the first tier: not reported, because $CC will report the reason */
+    BUILD_FAILED   /* reported */
+};
+
+/* Compiles into the cache as KEY.so: a first tier, or optimised. */
+enum build_outcome compile_build(const struct cache *cache, const char *key, const struct toolchain *chain,
+                                 const struct emitted *emitted, bool is_first);
+/* Compiles the optimised library in a background process. Does nothing if that is not possible. */
+void compile_in_background(const struct toolchain *chain, const char *key, const struct emitted *emitted);
 
 struct build_cost {
     double seconds;    /* wall clock time of compiling and linking */
@@ -31,31 +91,31 @@ struct build_cost {
     long peak_kb;      /* of the largest process */
 };
 
-/* Compiles in a temporary folder, without looking in the cache. */
-bool compile_measure(const struct emitted_file *files, int count, struct build_cost *cost);
+/* Compiles the optimised library in a temporary folder, without looking in the cache. */
+bool compile_measure(const struct emitted *emitted, struct build_cost *cost);
 
+/* ---- Compilers ---- */
+
+/* The texts of runtime/refdyn_model.h and refdyn_lanes.h, embedded at build time. */
+extern const char refdyn_model_header[], refdyn_lanes_header[];
+extern const size_t refdyn_model_header_size, refdyn_lanes_header_size;
+
+/* Flags for all optimised builds of emitted C; NULL at the end. */
+extern const char *const compile_flags[];
+/* The additional flags for files for lanes of this width and its vectors. */
+const char *const *compile_lanes_flags(int width);
 /* Flags for emitted C by gcc, in addition to those for all compilers; NULL at the end. */
 extern const char *const compile_gcc_flags[];
 
-/* $CC: its words and the program's file. */
-struct toolchain {
-    const char *program;
-    const char *const *words; /* NULL at the end */
-};
-
-/* Reports on stderr if there is no compiler. */
+/* $CC. Reports on stderr if there is no compiler. */
 bool compile_toolchain_find(struct toolchain *chain);
+/* The compiler of the first tier, with its flags as words. Returns false if there is none, or if $CC has
+ * several words, which may change the bits of the results. */
+bool compile_toolchain_first(struct toolchain *first, const struct toolchain *chain);
 /* Returns whether it is a gcc that knows all of compile_gcc_flags. clang also claims to be gcc. */
 bool compile_toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch);
 
-/* The folder of compiled models: $REFDYN_CACHE, or refdyn in the XDG cache folder, or a private folder in
- * $TMPDIR for a user without either. Libraries appear by a rename, so that any number of processes may share
- * one cache. compiled_cache.c says what makes it safe to load them. */
-
-struct cache {
-    const char *path; /* with links resolved */
-    int folder;       /* descriptor of the folder: the folder that was checked is the folder that is used */
-};
+/* ---- The cache ---- */
 
 /* Reports on stderr if there is no folder. Call compile_cache_close in any case. */
 bool compile_cache_open(struct cache *cache);
@@ -64,9 +124,16 @@ bool compile_cache_open(struct cache *cache);
 void *compile_cache_load(const struct cache *cache, const char *key, int *file);
 /* The path of KEY.so for a linker, checked as for loading; NULL as above. */
 const char *compile_cache_find(const struct cache *cache, const char *key);
+void compile_library_close(struct library *library);
 /* Seals the library and moves it into the cache as KEY.so. Reports on stderr if it cannot. */
 bool compile_cache_add(const struct cache *cache, const char *key, const char *library);
 void compile_cache_close(struct cache *cache);
+/* Claims the build of KEY.so: returns false while another program builds it. If the cache cannot be written,
+ * everybody may claim it. */
+bool compile_cache_claim(const struct cache *cache, const char *key, struct scratch *claimed);
+void compile_cache_unclaim(struct scratch *claimed);
+/* Waits until no other program with this cache that called it runs. */
+void compile_cache_queue(const struct cache *cache);
 
 /* One run of the compiler: the words of $CC, flags, then its task; NULL at the end. */
 struct job {

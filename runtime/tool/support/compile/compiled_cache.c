@@ -18,6 +18,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -126,6 +127,26 @@ void compile_cache_close(struct cache *cache) {
     cache->folder = -1;
 }
 
+/* ---- Who builds ---- */
+
+/* The claim is a locked folder, named like those of builds, so that the next build removes it if its owner
+ * was killed. */
+bool compile_cache_claim(const struct cache *cache, const char *key, struct scratch *claimed) {
+    return system_scratch_claim(claimed, cache->path, "build-", key) != SCRATCH_BUSY;
+}
+
+void compile_cache_unclaim(struct scratch *claimed) {
+    if (claimed->path)
+        system_scratch_close(claimed);
+}
+
+/* The lock of the folder itself, by a separate descriptor, which stays open until the program ends. */
+void compile_cache_queue(const struct cache *cache) {
+    const int folder = openat(cache->folder, ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    while (folder >= 0 && flock(folder, LOCK_EX) != 0 && errno == EINTR)
+        continue;
+}
+
 /* ---- Libraries ---- */
 
 /* Computes the seal of the first `length` bytes of a file. Returns false if the file is shorter. */
@@ -177,6 +198,14 @@ void *compile_cache_load(const struct cache *cache, const char *key, int *file) 
     if (!library)
         close(*file);
     return library;
+}
+
+void compile_library_close(struct library *library) {
+    if (library->handle) {
+        dlclose(library->handle);
+        close(library->file);
+    }
+    *library = (struct library){.file = -1};
 }
 
 const char *compile_cache_find(const struct cache *cache, const char *key) {

@@ -118,6 +118,12 @@ void system_undo_forget(struct undo *undo) {
     system_interrupt_release(&before);
 }
 
+void system_undo_forget_all(void) {
+    undos = NULL;
+    system_interrupted = 0;
+    is_deferring = is_accepted = false;
+}
+
 void system_interrupt_finish(void) {
     if (system_interrupted)
         end_by(system_interrupted);

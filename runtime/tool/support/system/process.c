@@ -1,8 +1,10 @@
-/* Other programs: found along PATH, started with posix_spawn, waited for, killed with the program. */
+/* Other programs: found along PATH, started with posix_spawn, waited for, killed with the program; and a part
+ * of this program in the background. */
 #define _DEFAULT_SOURCE /* wait4 */
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
@@ -159,7 +161,7 @@ static bool has_running(const struct process *processes, int count) {
 }
 
 /* Polls, because a signal that comes just before a blocking call would not end that call. */
-int system_process_wait(struct process *processes, int count) {
+int system_process_wait(struct process *processes, int count, struct notice *notice) {
     const struct timespec pause = {.tv_nsec = 2000000}; /* short compared with any of these programs */
     while (has_running(processes, count) && !system_interrupt_is_new()) {
         int status;
@@ -173,6 +175,8 @@ int system_process_wait(struct process *processes, int count) {
         const int i = pid > 0 ? find(processes, count, pid) : -1;
         if (pid < 0)
             return -1;
+        if (pid == 0 && notice)
+            system_notice_show(notice);
         if (pid == 0)
             nanosleep(&pause, NULL);
         if (i < 0)
@@ -183,4 +187,47 @@ int system_process_wait(struct process *processes, int count) {
         return i;
     }
     return -1;
+}
+
+/* ---- Parts of this program ---- */
+
+pid_t system_process_fork(void) {
+    sigset_t before;
+    system_interrupt_hold(&before);
+    const pid_t pid = fork();
+    if (pid == 0) {
+        system_undo_forget_all();
+        for (int i = 0; i < RUNNING_MOST; i++)
+            running[i] = 0;
+    }
+    system_interrupt_release(&before);
+    return pid;
+}
+
+enum { NICENESS = 5 /* a third of the share of other processes: somebody may wait for the result */ };
+
+/* Standard descriptors lead nowhere; all others are closed, so that locks and pipes of this program end with
+ * it. */
+static void leave_descriptors(void) {
+    const int nowhere = open("/dev/null", O_RDWR);
+    DIR *list = opendir("/proc/self/fd");
+    for (int i = STDIN_FILENO; nowhere >= 0 && i <= STDERR_FILENO; i++)
+        dup2(nowhere, i);
+    for (struct dirent *entry; list && (entry = readdir(list));) {
+        const int file = atoi(entry->d_name);
+        if (file > STDERR_FILENO && file != dirfd(list))
+            close(file);
+    }
+    if (list)
+        closedir(list);
+}
+
+void system_process_start_background(void (*work)(void *what), void *what) {
+    if (system_process_fork() != 0)
+        return;
+    setsid();
+    setpriority(PRIO_PROCESS, 0, NICENESS);
+    leave_descriptors();
+    work(what);
+    _exit(0);
 }

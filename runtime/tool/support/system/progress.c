@@ -1,13 +1,15 @@
-/* Clocks, and a progress bar on stderr. */
+/* Clocks, and what the user sees on stderr while the program works: notices and a progress bar. */
 #include "runtime/tool/support/system/system.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
 enum { BAR_WIDTH = 40 };
 
+static const double notice_seconds = 0.5;  /* a shorter wait is not noticed */
 static const double silent_seconds = 1;    /* shorter work shows no bar */
 static const double refresh_seconds = 0.1; /* ten drawings a second look smooth and cost nothing */
 
@@ -28,6 +30,37 @@ double system_process_cpu_seconds(void) {
 double system_cpu_seconds(void) {
     return seconds_of(CLOCK_THREAD_CPUTIME_ID);
 }
+
+/* ---- Notices ---- */
+
+void system_notice_start(struct notice *notice, const char *what) {
+    *notice = (struct notice){
+        .what = what, .started = system_wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
+}
+
+static bool is_read_by_program(void) {
+    const char *text = getenv("REFDYN_NOTICES");
+    return text && strcmp(text, "1") == 0;
+}
+
+void system_notice_show(struct notice *notice) {
+    if (notice->is_shown || system_wall_seconds() - notice->started < notice_seconds)
+        return;
+    notice->is_shown = true;
+    if (notice->is_terminal)
+        fprintf(stderr, "refdyn: %s ...", notice->what);
+    else if (is_read_by_program())
+        fprintf(stderr, "refdyn: %s ...\n", notice->what);
+    fflush(stderr);
+}
+
+void system_notice_end(struct notice *notice) {
+    if (notice->is_shown && notice->is_terminal)
+        fputs("\r\033[K", stderr);
+    notice->is_shown = false;
+}
+
+/* ---- Progress ---- */
 
 void system_progress_start(struct progress *progress, const char *what) {
     *progress = (struct progress){

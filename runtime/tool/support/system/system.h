@@ -37,6 +37,8 @@ void system_interrupt_release(const sigset_t *before);
 void system_undo_add(struct undo *undo, void (*call)(void *what), void *what);
 /* Does nothing for an entry that was not added, or is already forgotten. */
 void system_undo_forget(struct undo *undo);
+/* Forgets all entries and the noted signal, in a process that has just been forked. */
+void system_undo_forget_all(void);
 /* Ends the program by the noted signal; returns if there is none. */
 void system_interrupt_finish(void);
 
@@ -101,6 +103,11 @@ struct scratch {
 /* Makes PREFIXxxxxxx in folder `parent`, and removes folders there that dead programs have left. Reports an
  * error on stderr. */
 bool system_scratch_open(struct scratch *scratch, const char *parent, const char *prefix);
+/* A temporary folder whose name follows from `key`: only one program at a time has it. */
+enum scratch_claim { SCRATCH_CLAIMED, SCRATCH_BUSY /* another program has it */, SCRATCH_IMPOSSIBLE };
+/* Reports nothing. scratch->path is NULL unless it is claimed; then call system_scratch_close. */
+enum scratch_claim system_scratch_claim(struct scratch *scratch, const char *parent, const char *prefix,
+                                        const char *key);
 /* Kills programs that still run, and removes the folder. */
 void system_scratch_close(struct scratch *scratch);
 /* The path of a file in it. */
@@ -129,10 +136,34 @@ char *system_process_find(const char *name);
  * errno if it could not be started. */
 int system_process_start(struct process *process, const struct scratch *scratch, const char *const *argv,
                          const char *input, const char *output, const char *errors);
-/* Waits until one of the programs ends and returns its index; -1 if none runs, or a new signal is noted. */
-int system_process_wait(struct process *processes, int count);
+struct notice;
+/* Waits until one of the programs ends and returns its index; -1 if none runs, or a new signal is noted.
+ * Meanwhile it shows the notice, which may be NULL. */
+int system_process_wait(struct process *processes, int count, struct notice *notice);
 /* Kills the programs in temporary folders, and waits for their ends. A signal handler may call it. */
 void system_process_kill_all(void);
+
+/* As fork. What the program would undo or kill when a signal ends it remains the parent's alone. */
+pid_t system_process_fork(void);
+/* Calls `work` in a process in the background, which ends afterwards: in its own session, with low priority,
+ * without descriptors, output and temporary folders of this program. Does nothing if there can be no process.
+ */
+void system_process_start_background(void (*work)(void *what), void *what);
+
+/* A line on stderr about what the program waits for, if stderr is a terminal and the wait takes more than
+ * half a second. With REFDYN_NOTICES=1 it is a line of its own on any stderr, for programs that read it. */
+
+struct notice {
+    const char *what;
+    double started; /* wall clock [s] */
+    bool is_terminal, is_shown;
+};
+
+void system_notice_start(struct notice *notice, const char *what);
+/* Call it often while waiting. */
+void system_notice_show(struct notice *notice);
+/* Removes the line from the terminal. */
+void system_notice_end(struct notice *notice);
 
 /* A progress bar on stderr, if stderr is a terminal and the work takes more than a second. */
 

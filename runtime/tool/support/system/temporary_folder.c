@@ -63,16 +63,19 @@ static void remove_tree(const char *path) {
 }
 
 /* Opens and locks a folder that is no link. Returns -1 if it is missing, belongs to another user, or is in
- * use. */
+ * use; errno is EWOULDBLOCK in the last case alone. */
 static int lock_folder(const char *path) {
     struct stat status, now;
     const int folder = open(path, O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     if (folder < 0)
         return -1;
+    errno = 0;
     if (fstat(folder, &status) == 0 && status.st_uid == geteuid() && flock(folder, LOCK_EX | LOCK_NB) == 0 &&
         stat(path, &now) == 0 && now.st_ino == status.st_ino && now.st_dev == status.st_dev)
         return folder;
+    const int reason = errno;
     close(folder);
+    errno = reason;
     return -1;
 }
 
@@ -138,6 +141,36 @@ bool system_scratch_open(struct scratch *scratch, const char *parent, const char
     system_interrupt_release(&before);
     free(folder);
     return is_open;
+}
+
+/* Makes and locks a folder with a certain name; repeats it if another program removes it before it is locked.
+ */
+static enum scratch_claim claim(struct scratch *scratch) {
+    for (int i = 0; i < TRIES; i++) {
+        if (mkdir(scratch->path, 0700) != 0 && errno != EEXIST)
+            return SCRATCH_IMPOSSIBLE;
+        scratch->lock = lock_folder(scratch->path);
+        if (scratch->lock >= 0)
+            return SCRATCH_CLAIMED;
+        if (errno == EWOULDBLOCK)
+            return SCRATCH_BUSY;
+    }
+    return SCRATCH_IMPOSSIBLE;
+}
+
+enum scratch_claim system_scratch_claim(struct scratch *scratch, const char *parent, const char *prefix,
+                                        const char *key) {
+    sigset_t before;
+    *scratch =
+        (struct scratch){.path = format_text("%s/%s%.*s", parent, prefix, RANDOM_LENGTH, key), .lock = -1};
+    system_interrupt_hold(&before);
+    const enum scratch_claim claimed = claim(scratch);
+    if (claimed == SCRATCH_CLAIMED)
+        system_undo_add(&scratch->undo, undo_scratch, scratch);
+    else
+        scratch->path = NULL;
+    system_interrupt_release(&before);
+    return claimed;
 }
 
 void system_scratch_close(struct scratch *scratch) {
