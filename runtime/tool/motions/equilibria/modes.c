@@ -236,8 +236,8 @@ static enum status place(struct analysis *analysis, const struct options *option
 static void print_warnings(const struct analysis *analysis) {
     const struct linear *linear = &analysis->linear;
     const int off = find_unbalanced(linear);
-    scene_print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
-                              analysis->spectrum.redundant_count);
+    record_print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
+                               analysis->spectrum.redundant_count, stderr);
     if (off >= 0)
         fprintf(stderr, "refdyn: warning: this state is not an equilibrium: %s is out of balance by %.4g\n",
                 analysis->scene->model->coordinates[linear->place[off]].name, fabs(linear->force[off]));

@@ -234,7 +234,7 @@ static enum status print_failure(struct scene *scene, const struct equilibrium *
     const struct refdyn_statics_result *result = &equilibrium->result;
     const enum status status = scene_numbers_failed(scene, answer, scene->state.t, scene->q, NULL);
     if (!result->force && scene->work.fault.row >= 0) {
-        scene_print_residuals(&scene->work, scene->state.t, scene->q, scene->qd, "the start");
+        record_print_residuals(&scene->work, scene->state.t, scene->q, scene->qd, "the start", stderr);
         return status;
     }
     if (answer != REFDYN_NOT_FINITE)
