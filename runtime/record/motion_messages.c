@@ -9,6 +9,9 @@
 const char *const record_stabilise_names[] = {
     [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
 
+/* With larger gains the stages of a step disturb each other. */
+const double record_gain_share = 0.05;
+
 bool record_gains_follow_step(const struct refdyn_options *options) {
     return options->stabilise == REFDYN_BAUMGARTE && options->gain_share > 0;
 }

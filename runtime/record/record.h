@@ -183,7 +183,7 @@ enum { RECORD_INTERRUPTED = 1000, RECORD_TOO_SLOW, RECORD_NOT_WRITTEN };
 struct record_motion {
     struct refdyn_workspace *work;
     struct refdyn_integrator *integrator; /* initialised */
-    double from, until, every;            /* [s]; every 0: a 200th of the motion */
+    double from, until, every; /* [s]; until INFINITY: not known; every 0: a 200th of the motion */
     const double *q, *qd;                 /* (n) its start */
     const struct refdyn_samples *samples; /* sampled inputs; NULL: inputs are constant */
     /* takes the steps instead of the integrator, as refdyn_integrator_step; NULL: the integrator does */
@@ -210,11 +210,10 @@ double record_distance(double span, double every);
 long record_count_outputs(double span, double every);
 /* Starts at q and qd. Returns a status of the runtime. Call record_restore at the end in any case. */
 int record_start(struct record_motion *motion, struct record_memory memory);
-/* Takes some steps towards `goal`, but stops at events, samples and conditions. Returns a status of the
- * runtime. */
-int record_go_on(struct record_motion *motion, double goal);
-/* Continues to output i, or until a condition holds or an event ends the motion. Returns a status of the
+/* Continues to `goal` [s], or until a condition holds or an event ends the motion. Returns a status of the
  * runtime, or what the watch returns. */
+int record_advance(struct record_motion *motion, double goal, const struct record_watch *watch);
+/* The same to output i, which it adds to the energy balance. */
 int record_to(struct record_motion *motion, long i, const struct record_watch *watch);
 bool record_is_stopped(const struct record_motion *motion);
 /* Restores the parameters and inputs of the workspace to their values at the start, which events may have
@@ -243,6 +242,8 @@ void record_print_redundant_rows(const struct refdyn_workspace *work, FILE *out)
 enum { RECORD_STABILISE_COUNT = 3 };
 /* By enum refdyn_stabilise. */
 extern const char *const record_stabilise_names[RECORD_STABILISE_COUNT];
+/* alpha h = beta h of --stabilise baumgarte-auto. */
+extern const double record_gain_share;
 /* Baumgarte gains that follow the step. */
 bool record_gains_follow_step(const struct refdyn_options *options);
 

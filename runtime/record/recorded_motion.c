@@ -57,7 +57,7 @@ int record_start(struct record_motion *motion, struct record_memory memory) {
     struct refdyn_integrator *integrator = motion->integrator;
     const double span = motion->until - motion->from;
     motion->every = record_distance(span, motion->every);
-    motion->outputs = record_count_outputs(span, motion->every);
+    motion->outputs = isfinite(span) ? record_count_outputs(span, motion->every) : 0;
     record_events_start(&motion->events, memory, motion->work->model);
     set_sample(motion, motion->from);
     keep_values(motion, memory);
@@ -97,8 +97,8 @@ static int look_back(struct record_motion *motion, double before, int status) {
                : record_events_take(&motion->events, integrator, status);
 }
 
-/* With conditions, only to the end of the next step. */
-int record_go_on(struct record_motion *motion, double goal) {
+/* Takes some steps towards `goal`; with conditions, only to the end of the next step. */
+static int go_on(struct record_motion *motion, double goal) {
     struct refdyn_integrator *integrator = motion->integrator;
     const double before = integrator->t, sample = motion->next_sample;
     double bound = fmin(goal, sample);
@@ -118,13 +118,17 @@ static double output_time(const struct record_motion *motion, long i) {
     return i >= motion->outputs - 1 ? motion->until : motion->from + (double)i * motion->every;
 }
 
-int record_to(struct record_motion *motion, long i, const struct record_watch *watch) {
-    const double goal = output_time(motion, i);
+int record_advance(struct record_motion *motion, double goal, const struct record_watch *watch) {
     int status = REFDYN_OK;
     while (status == REFDYN_OK && motion->integrator->t < goal && !record_is_stopped(motion)) {
-        status = record_go_on(motion, goal);
+        status = go_on(motion, goal);
         if (status == REFDYN_OK)
             status = watch->ask(watch->context, motion);
     }
+    return status;
+}
+
+int record_to(struct record_motion *motion, long i, const struct record_watch *watch) {
+    const int status = record_advance(motion, output_time(motion, i), watch);
     return status == REFDYN_OK ? refdyn_energy_add(&motion->energy, motion->integrator) : status;
 }

@@ -7,13 +7,13 @@ import os
 import pathlib
 import threading
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import datasets, program
+from . import datasets, motion, program, recorded
 from .names import by_name, finite_row, nearest, one_real, unknown
 from .quantity import Compiled, Quantity
 from .samples import split
@@ -91,6 +91,7 @@ class Model:
     def _read(self, sources: Sources, settings: Mapping[str, Any]) -> None:
         self._lock, self._settings, self._sources = threading.RLock(), dict(settings), sources
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
+        self._purposes: dict[tuple[str, frozenset[str]], Compiled] = {}
         printed, facts = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
         description, self._warned = json.loads(printed), frozenset(facts)
         sources.keep(description["sources"])
@@ -158,12 +159,34 @@ class Model:
                 self._libraries[emit, has_lanes] = Compiled(json.loads(printed), self._kinds)
             return self._libraries[emit, has_lanes]
 
+    def _purpose(self, purpose: str, given: Collection[str] = ()) -> Compiled:
+        """The library of a command: "motion", "statics" or "modes". `given`: anchored parameters that have a value."""
+        key = (purpose, frozenset(given))
+        with self._lock:
+            if key not in self._purposes:
+                printed = self._run("compile", {"for": purpose}, {name: self.parameters[name] for name in given})
+                self._purposes[key] = Compiled(json.loads(printed), self._kinds)
+            return self._purposes[key]
+
     def units_of(self, name: str) -> str:
         """Returns the unit of a coordinate, a parameter or an input."""
         for units in self._units.values():
             if name in units:
                 return units[name]
         raise ValueError(unknown("coordinate, parameter or input", name, [name for units in self._units.values() for name in units]))
+
+    # ---- Motions in the caller's own loop ----
+
+    def motion(self, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float = 0.0, *, method: str | None = None, tol: float | None = None,
+               step: float | None = None, step_max: float | None = None, stabilise: str | None = None, singular: str | None = None, start: str | None = None,
+               inputs: Any = None, parameters: Mapping[str, float] | None = None) -> motion.Motion:
+        """Begins a motion at q, qd (default: the model's initial state) and t [s]; `motion.advance(t)` computes it.
+
+        The options are those of `refdyn sim`: adaptive steps with `tol`, or fixed ones of `step` [s]. Inputs and parameters are
+        constant until `motion.set(...)`.
+        """
+        options = motion.options_of(method, tol, step, step_max, stabilise, singular, start, False)
+        return motion.begin(self, q, qd, t, options, start, inputs, parameters)
 
     # ---- What the program computes ----
 
@@ -194,30 +217,52 @@ class Model:
     def simulate(self, t_end: float, tol: float | None = None, *, method: str | None = None, step: float | None = None, every: float | None = None,
                  from_: str = "initial", q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
                  inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, float] | None = None,
-                 stop: str | Sequence[str] = (), **options: Any) -> xarray.Dataset:
+                 stop: str | Sequence[str] = (), dataset: bool = True, **options: Any) -> Any:
         """Computes a motion until t_end [s]. The columns of `refdyn sim` become variables along t with units, the summary attributes.
 
         tol        tolerance: bound on the local error (1e-6), for motions without a fixed `step`
         from_      "initial", "statics" or the name of a STATE.json; q, qd and t define another start instead
         inputs     constant values by name; with times `t` also samples, each valid until the next
         stop       a condition that ends the motion, "E_z<2", or several
+        dataset    False returns the columns as arrays by name, with their summary in `attrs`, which is faster for short motions
         options    further options of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way
         """
         check_place("from_", from_, [name for name, value in (("q", q), ("qd", qd), ("t", t)) if value is not None])
         values = self._values("parameter", parameters)
         constants, columns = split(inputs, self._kinds, self._by_events)
+        conditions = (stop,) if isinstance(stop, str) else tuple(stop)
+        shown = (lambda run: self._dataset(run, values, inputs)) if dataset else (lambda run: run)
+        if recorded.is_in_process(method, from_, conditions, options):
+            chosen = motion.options_of(method, tol, step, *(options.get(name) for name in recorded.OPTIONS), True)
+            try:
+                run = recorded.simulate(self, t_end, chosen, every, (q, qd, t), constants, columns, values, conditions, options.get("start"))
+            except (program.NumericalError, KeyboardInterrupt) as error:
+                if getattr(error, "run", None) is not None:
+                    error.run = shown(error.run)
+                raise
+            if run is not None:
+                return shown(run)
+        return self._simulate_by_program(t_end, tol, method, step, every, from_, (q, qd, t), (constants, columns), values, inputs, conditions, options, dataset)
+
+    def _dataset(self, run: recorded.Columns, values: Mapping[str, float], inputs: Any) -> xarray.Dataset:
+        return datasets.of_columns(self, run, datasets.attributes(self, values, inputs))
+
+    def _simulate_by_program(self, t_end: float, tol: float | None, method: str | None, step: float | None, every: float | None, from_: str,
+                             start: tuple[Any, Any, Any], given_inputs: tuple[Mapping[str, float], Mapping[str, np.ndarray]], values: Mapping[str, float],
+                             inputs: Any, conditions: Sequence[str], options: Mapping[str, Any], dataset: bool) -> Any:
+        """The same by `refdyn sim`: for options that only the program has, and for messages about wrong ones."""
+        constants, columns = given_inputs
         attrs = datasets.attributes(self, values, inputs)
-        conditions = (stop,) if isinstance(stop, str) else stop
-        with program.private_folder() as folder, self._state_file(q, qd, t, {}) as state:
+        with program.private_folder() as folder, self._state_file(*start, {}) as state:
             run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
             given = {"until": t_end, "tol": tol, "method": method, "step": step, "every": every, "from": state or from_,
                      "inputs": datasets.write_samples(columns, folder), "output": run, "summary": summary, **program.further(options)}
             try:
                 self._run("sim", given, {**values, **constants}, *(word for condition in conditions for word in ("--stop", condition)))
             except program.NumericalError as error:
-                error.run = datasets.of_motion(self, run + ".part", None, attrs) if os.path.exists(run + ".part") else None
+                error.run = datasets.of_motion(self, run + ".part", None, attrs, dataset) if os.path.exists(run + ".part") else None
                 raise
-            return datasets.of_motion(self, run, summary, attrs)
+            return datasets.of_motion(self, run, summary, attrs, dataset)
 
     def batch(self, cases: Mapping[str, npt.ArrayLike] | None = None, t_end: float | None = None, *, sweep: str | os.PathLike[str] | None = None,
               tol: float | None = None, method: str | None = None, from_: str | None = None, threads: int | None = None, lanes: int | None = None,

@@ -81,10 +81,6 @@ static void gsl_close(struct refdyn_gsl *gsl) {
 
 #endif
 
-/* alpha h = beta h of --stabilise baumgarte-auto. With larger gains the stages of a step disturb each other.
- */
-static const double automatic_share = 0.05;
-
 static const double steps_max = 1e10; /* some hours with the smallest model */
 
 enum { OUTPUTS_MAX = 10000000 };
@@ -188,7 +184,7 @@ static enum status choose_stabilisation(const struct options *options, struct re
         return status;
     integration->stabilise = stabilise[place];
     if (options_is(options, "stabilise", "baumgarte-auto"))
-        integration->gain_share = automatic_share;
+        integration->gain_share = record_gain_share;
     if (integration->stabilise == REFDYN_PROJECT && simulate_gsl_has(method) &&
         gsl_stabilise(method) != REFDYN_PROJECT)
         return options_error(options, "stabilise",

@@ -1,0 +1,68 @@
+/* What the files of the extension share: a library, its types, and checks of buffers. */
+#ifndef REFDYN_PYTHON_EXTENSION_H
+#define REFDYN_PYTHON_EXTENSION_H
+
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+
+#include "refdyn_lanes.h"
+#include "runtime/record/record.h"
+
+/* A compiled model. */
+struct library {
+    PyObject_HEAD void *handle;
+    const struct refdyn_model *model;
+    const struct refdyn_lane_model *lanes; /* NULL: the library has no functions for lanes */
+    const struct refdyn_spatial *spatial;  /* NULL: no point has a spatial Jacobian */
+};
+
+/* The state of the module. */
+struct types {
+    PyTypeObject *function, *motion;
+    PyTypeObject *array; /* numpy.ndarray; derived types, such as masked arrays, hold more than doubles */
+};
+
+/* Opens `count` doubles, or `rows` rows of `count` doubles. Returns 0 with a Python error if the object has
+ * others. */
+int refdyn_need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py_ssize_t rows, int more_flags,
+                        Py_buffer *view);
+
+/* Address of an exported symbol of the library; NULL if there is none. */
+const void *refdyn_find_symbol(const struct library *library, const char *name);
+
+/* ---- Results as objects of Python (dict_writer.c) ---- */
+
+/* Builds a dictionary from the entries of a record. After an error, which remains set, further entries are
+ * skipped. */
+struct dict_writer {
+    PyObject *open[8]; /* the containers that are open; the first is the result */
+    int depth;
+};
+
+/* Begins with an open dictionary; returns the writer of its entries. */
+struct record_writer refdyn_dict_begin(struct dict_writer *dict);
+/* Returns the dictionary, or NULL after an error. */
+PyObject *refdyn_dict_end(struct dict_writer *dict);
+
+/* ---- Texts of records ---- */
+
+/* A stream in memory. */
+struct text_stream {
+    FILE *out;
+    char *text;
+    size_t size;
+};
+
+/* Returns 0 with a Python error without memory. */
+int refdyn_text_open(struct text_stream *stream);
+/* Closes the stream and returns its text, or NULL with a Python error. */
+PyObject *refdyn_text_close(struct text_stream *stream);
+
+/* ---- Motions (motion.c) ---- */
+
+extern PyType_Spec refdyn_motion_spec;
+/* Methods of a library. */
+PyObject *refdyn_library_motion(PyObject *self, PyObject *arguments);
+PyObject *refdyn_library_columns(PyObject *self, PyObject *nothing);
+
+#endif
