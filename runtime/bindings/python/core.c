@@ -267,6 +267,11 @@ static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
     Py_RETURN_NONE;
 }
 
+static PyObject *library_events(PyObject *self, void *closure) {
+    (void)closure;
+    return PyLong_FromLong(((struct library *)self)->model->event_count);
+}
+
 static PyObject *library_derived(PyObject *self, void *closure) {
     (void)closure;
     return PyLong_FromLong(((struct library *)self)->model->derived_count);
@@ -573,6 +578,7 @@ static PyMethodDef library_methods[] = {
     {"prepare", library_prepare, METH_VARARGS, "prepare(rows, p, is_anchored, x)"},
     {"function", library_function, METH_VARARGS, "function(quantity, rates, size, p, x)"},
     {"motion", refdyn_library_motion, METH_VARARGS, "motion(options, p, is_anchored, x, places)"},
+    {"stepper", refdyn_library_stepper, METH_VARARGS, "stepper(method, p, x)"},
     {"columns", refdyn_library_columns, METH_NOARGS, "columns(): names and units of the columns of a motion"},
     {NULL, NULL, 0, NULL},
 };
@@ -580,6 +586,7 @@ static PyMethodDef library_methods[] = {
 static PyGetSetDef library_values[] = {
     {"derived_count", library_derived, NULL, "number of derived parameters, which follow the parameters in p",
      NULL},
+    {"event_count", library_events, NULL, "number of events of the model", NULL},
     {NULL, NULL, NULL, NULL, NULL},
 };
 
@@ -630,8 +637,9 @@ static int module_exec(PyObject *module) {
     PyObject *library = PyType_FromModuleAndSpec(module, &library_spec, NULL);
     types->function = (PyTypeObject *)PyType_FromModuleAndSpec(module, &function_spec, NULL);
     types->motion = (PyTypeObject *)PyType_FromModuleAndSpec(module, &refdyn_motion_spec, NULL);
+    types->stepper = (PyTypeObject *)PyType_FromModuleAndSpec(module, &refdyn_stepper_spec, NULL);
     types->array = numpy_array();
-    int status = library && types->function && types->motion && types->array
+    int status = library && types->function && types->motion && types->stepper && types->array
                      ? PyModule_AddObjectRef(module, "Library", library)
                      : -1;
     Py_XDECREF(library);
@@ -646,6 +654,7 @@ static int module_traverse(PyObject *module, visitproc visit, void *arg) {
     const struct types *types = PyModule_GetState(module);
     Py_VISIT(types->function);
     Py_VISIT(types->motion);
+    Py_VISIT(types->stepper);
     Py_VISIT(types->array);
     return 0;
 }
@@ -654,6 +663,7 @@ static int module_clear(PyObject *module) {
     struct types *types = PyModule_GetState(module);
     Py_CLEAR(types->function);
     Py_CLEAR(types->motion);
+    Py_CLEAR(types->stepper);
     Py_CLEAR(types->array);
     return 0;
 }

@@ -18,7 +18,7 @@ struct library {
 
 /* The state of the module. */
 struct types {
-    PyTypeObject *function, *motion;
+    PyTypeObject *function, *motion, *stepper;
     PyTypeObject *array; /* numpy.ndarray; derived types, such as masked arrays, hold more than doubles */
 };
 
@@ -64,5 +64,10 @@ extern PyType_Spec refdyn_motion_spec;
 /* Methods of a library. */
 PyObject *refdyn_library_motion(PyObject *self, PyObject *arguments);
 PyObject *refdyn_library_columns(PyObject *self, PyObject *nothing);
+
+/* ---- Explicit steps (step.c) ---- */
+
+extern PyType_Spec refdyn_stepper_spec;
+PyObject *refdyn_library_stepper(PyObject *self, PyObject *arguments);
 
 #endif

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from . import datasets, motion, program, recorded
+from . import datasets, motion, program, recorded, stepping
 from .names import by_name, finite_row, nearest, one_real, unknown
 from .quantity import Compiled, Quantity
 from .samples import split
@@ -91,6 +91,7 @@ class Model:
     def _read(self, sources: Sources, settings: Mapping[str, Any]) -> None:
         self._lock, self._settings, self._sources = threading.RLock(), dict(settings), sources
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
+        self._steppers: dict[tuple[str, str | None], stepping.Stepper] = {}
         self._purposes: dict[tuple[str, frozenset[str]], Compiled] = {}
         printed, facts = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
         description, self._warned = json.loads(printed), frozenset(facts)
@@ -187,6 +188,21 @@ class Model:
         """
         options = motion.options_of(method, tol, step, step_max, stabilise, singular, start, False)
         return motion.begin(self, q, qd, t, options, start, inputs, parameters)
+
+    def step(self, q: npt.ArrayLike, qd: npt.ArrayLike, t: npt.ArrayLike, h: float, inputs: Any = None, parameters: Mapping[str, npt.ArrayLike] | None = None, *,
+             method: str = "rk4", steps: int = 1, stabilise: str | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Steps from q, qd at t [s] by h [s]; returns q and qd then. Axes before the last one are a batch, as in quantities.
+
+        method     "rk4", "rk54", "rk8", "gauss" (gauss12), "radau" (radau9), "rodas5p" ... with a fixed step
+        steps      h is divided into so many equal steps
+        stabilise  how rows are kept: "baumgarte", the gains of the rows (default of rk4, rk54 and rk8), "project" (of the others) or "none"
+        """
+        key = (method, stabilise)
+        stepper = self._steppers.get(key)
+        if stepper is None:
+            with self._lock:
+                stepper = self._steppers.setdefault(key, stepping.Stepper(self, *key))
+        return stepper(q, qd, t, h, inputs, parameters, steps)
 
     # ---- What the program computes ----
 
