@@ -376,6 +376,13 @@ void record_table_start(struct record_table *table, struct record_memory memory,
         table->is_wanted[block] = true;
 }
 
+void record_put_array(const struct record_writer *writer, const char *key, const double *values, int count) {
+    writer->open(writer->context, key, '[');
+    for (int i = 0; i < count; i++)
+        writer->number(writer->context, NULL, values[i]);
+    writer->close(writer->context, ']');
+}
+
 void record_table_put_units(const struct record_table *table, const struct record_writer *writer) {
     writer->open(writer->context, "units", '{');
     for (int i = 0; i < table->count; i++)

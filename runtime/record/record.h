@@ -35,8 +35,11 @@ struct record_writer {
     void (*number)(void *context, const char *key, double value);
     void (*whole)(void *context, const char *key, long value);
     void (*text)(void *context, const char *key, const char *text);
+    void (*truth)(void *context, const char *key, bool value);
     void (*null)(void *context, const char *key);
 };
+
+void record_put_array(const struct record_writer *writer, const char *key, const double *values, int count);
 
 /* ---- Columns of a motion by name (motion_table.c) ----
  * If an earlier column already has a name, the later one is prefixed with its kind: point_, input_ ... */
@@ -183,7 +186,7 @@ enum { RECORD_INTERRUPTED = 1000, RECORD_TOO_SLOW, RECORD_NOT_WRITTEN };
 struct record_motion {
     struct refdyn_workspace *work;
     struct refdyn_integrator *integrator; /* initialised */
-    double from, until, every; /* [s]; until INFINITY: not known; every 0: a 200th of the motion */
+    double from, until, every;            /* [s]; until INFINITY: not known; every 0: a 200th of the motion */
     const double *q, *qd;                 /* (n) its start */
     const struct refdyn_samples *samples; /* sampled inputs; NULL: inputs are constant */
     /* takes the steps instead of the integrator, as refdyn_integrator_step; NULL: the integrator does */
@@ -259,7 +262,6 @@ void record_print_failure(const struct record_motion *motion, int status, bool i
 /* Warns of rows that are not satisfied, and of energy that does not balance. */
 void record_print_rows_warning(const struct refdyn_integrator *integrator, FILE *out);
 void record_print_balance_warning(const struct record_motion *motion, FILE *out);
-const char *record_stability_text(const struct refdyn_statics_result *result, char text[static 64]);
 
 /* What the summary has in addition to the motion. */
 struct record_summary {
@@ -272,5 +274,30 @@ struct record_summary {
 
 /* Writes the members of a summary. */
 void record_put_summary(const struct record_summary *summary, const struct record_writer *writer);
+
+/* ---- Equilibria (equilibrium_record.c) ---- */
+
+struct record_equilibrium {
+    struct refdyn_workspace *work;
+    const struct refdyn_statics_options *options;
+    const struct refdyn_statics_result *result;
+    const int *held;           /* (n) non-zero for held coordinates */
+    const double *hold_force;  /* (n) */
+    const double *q, *qd;      /* (n) the equilibrium, and rates 0 */
+    const char *const *starts; /* (m) a parameter that the row reads from the start of a motion, NULL: none */
+};
+
+enum { RECORD_STABILITY_LENGTH = 64 };
+/* "stable", "neutral in 1 direction", "unstable in 2 directions". Returns text. */
+const char *record_stability_text(const struct refdyn_statics_result *result,
+                                  char text[static RECORD_STABILITY_LENGTH]);
+/* Warns of an equilibrium that is unstable or that the load does not lead to. */
+void record_print_equilibrium(const struct record_equilibrium *equilibrium, FILE *out);
+/* Prints why there is none, after this status of refdyn_statics. */
+void record_print_no_equilibrium(const struct record_equilibrium *equilibrium, int answer, FILE *out);
+/* Prints explanations of the result that are no warnings. */
+void record_print_notes(const struct record_equilibrium *equilibrium, FILE *out);
+/* Writes forces, rows and stability. */
+void record_put_equilibrium(const struct record_equilibrium *equilibrium, const struct record_writer *writer);
 
 #endif

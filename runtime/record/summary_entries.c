@@ -5,13 +5,6 @@ static const char *row_name(const struct refdyn_model *model, int row) {
     return row < 0 ? "none" : model->rows[row].name;
 }
 
-static void put_array(const struct record_writer *writer, const char *key, const double *values, int count) {
-    writer->open(writer->context, key, '[');
-    for (int i = 0; i < count; i++)
-        writer->number(writer->context, NULL, values[i]);
-    writer->close(writer->context, ']');
-}
-
 static void put_rows(const struct record_writer *writer, const struct refdyn_model *model,
                      const struct refdyn_statistics *s) {
     if (s->phi_row >= 0)
@@ -33,9 +26,9 @@ static void put_passages(const struct record_writer *writer, const struct refdyn
     }
     writer->open(writer->context, "passed", '{');
     writer->whole(writer->context, "count", s->crossings);
-    put_array(writer, "t", t, kept);
-    put_array(writer, "stretch", stretch, kept);
-    put_array(writer, "error", error, kept);
+    record_put_array(writer, "t", t, kept);
+    record_put_array(writer, "stretch", stretch, kept);
+    record_put_array(writer, "error", error, kept);
     writer->number(writer->context, "error_max", s->crossing_error);
     writer->close(writer->context, '}');
 }
@@ -77,18 +70,9 @@ static void put_moves(const struct record_writer *writer, const struct refdyn_in
     writer->close(writer->context, '}');
 }
 
-const char *record_stability_text(const struct refdyn_statics_result *result, char text[static 64]) {
-    const int count = result->unstable ? result->unstable : result->neutral;
-    if (count == 0)
-        return "stable";
-    snprintf(text, 64, "%s in %d direction%s", result->unstable ? "unstable" : "neutral", count,
-             count > 1 ? "s" : "");
-    return text;
-}
-
 void record_put_summary(const struct record_summary *summary, const struct record_writer *writer) {
     const struct record_motion *motion = summary->motion;
-    char text[64];
+    char text[RECORD_STABILITY_LENGTH];
     const struct refdyn_statistics *s = &motion->integrator->statistics;
     put_method(writer, summary);
     if (summary->equilibrium)

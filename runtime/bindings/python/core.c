@@ -272,6 +272,21 @@ static PyObject *library_events(PyObject *self, void *closure) {
     return PyLong_FromLong(((struct library *)self)->model->event_count);
 }
 
+/* The levels of the rows: 0 positions, 1 velocities, 2 accelerations. */
+static PyObject *library_levels(PyObject *self, void *closure) {
+    const struct refdyn_model *model = ((struct library *)self)->model;
+    PyObject *levels = PyTuple_New(model->m);
+    (void)closure;
+    for (int i = 0; levels && i < model->m; i++)
+        PyTuple_SET_ITEM(levels, i, PyLong_FromLong((long)model->rows[i].level));
+    return levels;
+}
+
+static PyObject *library_tangent(PyObject *self, void *closure) {
+    (void)closure;
+    return PyBool_FromLong(refdyn_has_tangent(((struct library *)self)->model));
+}
+
 static PyObject *library_derived(PyObject *self, void *closure) {
     (void)closure;
     return PyLong_FromLong(((struct library *)self)->model->derived_count);
@@ -578,6 +593,8 @@ static PyMethodDef library_methods[] = {
     {"prepare", library_prepare, METH_VARARGS, "prepare(rows, p, is_anchored, x)"},
     {"function", library_function, METH_VARARGS, "function(quantity, rates, size, p, x)"},
     {"motion", refdyn_library_motion, METH_VARARGS, "motion(options, p, is_anchored, x, places)"},
+    {"statics", refdyn_library_statics, METH_VARARGS,
+     "statics(p, is_anchored, x, places, t, q, held, rows, way, starts)"},
     {"stepper", refdyn_library_stepper, METH_VARARGS, "stepper(method, p, x)"},
     {"columns", refdyn_library_columns, METH_NOARGS, "columns(): names and units of the columns of a motion"},
     {NULL, NULL, 0, NULL},
@@ -586,6 +603,9 @@ static PyMethodDef library_methods[] = {
 static PyGetSetDef library_values[] = {
     {"derived_count", library_derived, NULL, "number of derived parameters, which follow the parameters in p",
      NULL},
+    {"row_levels", library_levels, NULL, "levels of the rows: 0 positions, 1 velocities, 2 accelerations",
+     NULL},
+    {"has_tangent", library_tangent, NULL, "whether the tangent was emitted", NULL},
     {"event_count", library_events, NULL, "number of events of the model", NULL},
     {NULL, NULL, NULL, NULL, NULL},
 };

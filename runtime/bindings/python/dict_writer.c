@@ -51,6 +51,10 @@ static void put_text(void *context, const char *key, const char *text) {
     add(context, key, PyUnicode_FromString(text));
 }
 
+static void put_truth(void *context, const char *key, bool value) {
+    add(context, key, PyBool_FromLong(value));
+}
+
 static void put_null(void *context, const char *key) {
     add(context, key, Py_NewRef(Py_None));
 }
@@ -58,7 +62,7 @@ static void put_null(void *context, const char *key) {
 struct record_writer refdyn_dict_begin(struct dict_writer *dict) {
     *dict = (struct dict_writer){.open = {PyDict_New()}, .depth = 1};
     return (struct record_writer){dict,      open_container, close_container, put_number,
-                                  put_whole, put_text,       put_null};
+                                  put_whole, put_text,       put_truth,       put_null};
 }
 
 PyObject *refdyn_dict_end(struct dict_writer *dict) {

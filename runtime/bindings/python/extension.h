@@ -60,10 +60,29 @@ PyObject *refdyn_text_close(struct text_stream *stream);
 
 /* ---- Motions (motion.c) ---- */
 
+/* Values of parameters and inputs that a caller gives. */
+struct given_values {
+    PyObject *p, *x;         /* doubles: (parameter_count), (input_count) */
+    const char *is_anchored; /* (flags, parameter_count) non-zero: the start of a motion sets the value */
+    Py_ssize_t flags;
+};
+
+/* Sets the values of a workspace, and given (anchored_count). Returns 0 with a Python error if they do not
+ * fit. */
+int refdyn_read_values(const struct library *library, const struct given_values *values,
+                       struct refdyn_workspace *work, int *given);
+/* "FILE:LINE: subject: fact" for a parameter value that the model refuses. places: "FILE:LINE" of each
+ * requirement. */
+void refdyn_write_refused(const struct refdyn_workspace *work, PyObject *places, char *text, size_t size);
+
 extern PyType_Spec refdyn_motion_spec;
 /* Methods of a library. */
 PyObject *refdyn_library_motion(PyObject *self, PyObject *arguments);
 PyObject *refdyn_library_columns(PyObject *self, PyObject *nothing);
+
+/* ---- Equilibria (statics.c) ---- */
+
+PyObject *refdyn_library_statics(PyObject *self, PyObject *arguments);
 
 /* ---- Explicit steps (step.c) ---- */
 

@@ -32,8 +32,7 @@ struct motion {
     PyObject *places;                      /* held: "FILE:LINE" of each requirement of the model */
     struct block *block;                   /* with the memory of workspace and integrator, and the start */
     size_t size, work_at, integrator_at, start_at; /* of the block, and places in it [bytes] */
-    int *given;         /* (anchored_count) non-zero: the parameter keeps its value */
-    double *parameters; /* (parameter_count) values of the caller */
+    int *given; /* (anchored_count) non-zero: the parameter keeps its value */
     struct piece *pieces;
     jmp_buf no_memory;
     struct refdyn_options options;
@@ -82,18 +81,16 @@ static void *at(const struct motion *motion, size_t place) {
 /* Returns 0 with a Python error without memory. */
 static int allocate_block(struct motion *motion) {
     const struct refdyn_model *model = motion->library->model;
-    const size_t values = (size_t)model->parameter_count + (size_t)model->anchored_count + 1;
     motion->work_at = rounded(sizeof *motion->block);
     motion->integrator_at = motion->work_at + rounded(refdyn_workspace_size(model));
     motion->start_at = motion->integrator_at + rounded(refdyn_integrator_size(model, &motion->options));
     motion->size = motion->start_at + 2 * (size_t)model->n * sizeof(double);
     motion->block = calloc(1, motion->size);
-    motion->parameters = calloc(values, sizeof *motion->parameters);
-    if (!motion->block || !motion->parameters) {
+    motion->given = calloc((size_t)model->anchored_count + 1, sizeof *motion->given);
+    if (!motion->block || !motion->given) {
         PyErr_NoMemory();
         return 0;
     }
-    motion->given = (int *)(void *)(motion->parameters + model->parameter_count);
     return 1;
 }
 
@@ -102,7 +99,7 @@ static void motion_dealloc(PyObject *self) {
     PyTypeObject *type = Py_TYPE(self);
     release_pieces(motion);
     free(motion->block);
-    free(motion->parameters);
+    free(motion->given);
     Py_XDECREF(motion->held);
     Py_XDECREF(motion->places);
     Py_XDECREF(motion->library);
@@ -182,22 +179,25 @@ static int read_options(struct refdyn_options *options, PyObject *given) {
     return 0;
 }
 
-static int set_values(struct motion *motion, PyObject *p_object, const char *is_anchored,
-                      PyObject *x_object) {
-    const struct refdyn_model *model = motion->library->model;
-    struct refdyn_workspace *work = &motion->block->work;
+int refdyn_read_values(const struct library *library, const struct given_values *values,
+                       struct refdyn_workspace *work, int *given) {
+    const struct refdyn_model *model = library->model;
     Py_buffer p, x;
-    if (!refdyn_need_doubles(p_object, "p", model->parameter_count, 1, 0, &p))
+    if (values->flags != model->parameter_count) {
+        PyErr_Format(PyExc_ValueError, "is_anchored: has %zd flags; must have %d", values->flags,
+                     model->parameter_count);
         return 0;
-    if (!refdyn_need_doubles(x_object, "x", model->input_count, 1, 0, &x)) {
+    }
+    if (!refdyn_need_doubles(values->p, "p", model->parameter_count, 1, 0, &p))
+        return 0;
+    if (!refdyn_need_doubles(values->x, "x", model->input_count, 1, 0, &x)) {
         PyBuffer_Release(&p);
         return 0;
     }
-    memcpy(motion->parameters, p.buf, (size_t)p.len);
     memcpy(work->p, p.buf, (size_t)p.len);
     memcpy(work->x, x.buf, (size_t)x.len);
     for (int i = 0; i < model->anchored_count; i++)
-        motion->given[i] = !is_anchored[model->anchored[i]];
+        given[i] = !values->is_anchored[model->anchored[i]];
     PyBuffer_Release(&p);
     PyBuffer_Release(&x);
     return 1;
@@ -229,18 +229,14 @@ static struct motion *new_motion(PyTypeObject *type, struct library *library, Py
 PyObject *refdyn_library_motion(PyObject *self, PyObject *arguments) {
     const struct types *types = PyType_GetModuleState(Py_TYPE(self));
     struct library *library = (struct library *)self;
-    PyObject *options, *p, *x, *places;
-    const char *is_anchored;
-    Py_ssize_t flags;
-    if (!PyArg_ParseTuple(arguments, "O!Oy#OO!", &PyTuple_Type, &options, &p, &is_anchored, &flags, &x,
-                          &PyTuple_Type, &places))
+    PyObject *options, *places;
+    struct given_values values;
+    if (!PyArg_ParseTuple(arguments, "O!Oy#OO!", &PyTuple_Type, &options, &values.p, &values.is_anchored,
+                          &values.flags, &values.x, &PyTuple_Type, &places))
         return NULL;
-    if (flags != library->model->parameter_count)
-        return PyErr_Format(PyExc_ValueError, "is_anchored: has %zd flags; must have %d", flags,
-                            library->model->parameter_count);
     struct motion *motion = new_motion(types->motion, library, places);
     if (motion && read_options(&motion->options, options) && allocate_block(motion) && begin_block(motion) &&
-        set_values(motion, p, is_anchored, x))
+        refdyn_read_values(library, &values, &motion->block->work, motion->given))
         return (PyObject *)motion;
     Py_XDECREF((PyObject *)motion);
     return NULL;
@@ -248,11 +244,9 @@ PyObject *refdyn_library_motion(PyObject *self, PyObject *arguments) {
 
 /* ---- The start ---- */
 
-/* "FILE:LINE: subject: fact" for a parameter value that the model refuses. */
-static void write_refused(const struct motion *motion, char *text, size_t size) {
-    const struct refdyn_workspace *work = &motion->block->work;
+void refdyn_write_refused(const struct refdyn_workspace *work, PyObject *places, char *text, size_t size) {
     const struct refdyn_requirement *rule = &work->model->requirements[work->refused];
-    PyObject *place = PyTuple_GetItem(motion->places, work->refused);
+    PyObject *place = PyTuple_GetItem(places, work->refused);
     const char *where = place ? PyUnicode_AsUTF8(place) : NULL;
     double x[REFDYN_REQUIREMENT_NUMBERS];
     refdyn_refused_numbers(work, x);
@@ -265,7 +259,7 @@ static void write_refused(const struct motion *motion, char *text, size_t size) 
 static void print_failure(const struct motion *motion, FILE *out) {
     char refused[512] = "";
     if (motion->status == REFDYN_REFUSED)
-        write_refused(motion, refused, sizeof refused);
+        refdyn_write_refused(&motion->block->work, motion->places, refused, sizeof refused);
     if (motion->status == REFDYN_REFUSED && !motion->is_started)
         fprintf(out, "%s\n", refused);
     else
@@ -826,7 +820,6 @@ static int copy_block(struct motion *copy, const struct motion *motion) {
     }
     memcpy(copy->block, motion->block, motion->size);
     move_pointers(copy->block, motion->block, motion->size);
-    memcpy(copy->parameters, motion->parameters, (size_t)model->parameter_count * sizeof *copy->parameters);
     memcpy(copy->given, motion->given, (size_t)model->anchored_count * sizeof *copy->given);
     copy_events(copy, &motion->block->record.events);
     copy->block->record.values = NULL;

@@ -131,6 +131,9 @@ enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row
 /* Prints the messages of a step of the generator and returns the exit status. */
 enum status scene_outcome(struct scene *scene, const struct options *options, enum gen_status status);
 
+/* A writer of entries of records into a JSON document. */
+struct record_writer scene_writer(struct document *document);
+
 /* Messages about failed computations. */
 
 /* Reports a status of the runtime with its time and state. Of many coordinates it shows those that failed or

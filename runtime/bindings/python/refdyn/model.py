@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from . import datasets, motion, program, recorded, stepping
+from . import datasets, equilibria, motion, program, recorded, stepping
 from .names import by_name, finite_row, nearest, one_real, unknown
 from .quantity import Compiled, Quantity
 from .samples import split
@@ -105,6 +105,7 @@ class Model:
         vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value"),
                           inputs=named(description["inputs"], "value"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
                           q0=constant(description["q"]), qd0=constant(description["qd"]), **lists)
+        self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
         self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
         self._libraries[None, False] = Compiled(description, self._kinds)
 
@@ -210,7 +211,10 @@ class Model:
                 parameters: Mapping[str, float] | None = None, hold: str | Sequence[str] | None = None,
                 release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
         """Computes the equilibrium near q; the options are those of `refdyn statics`."""
-        values = self._values("parameter", parameters)
+        values, constants = self._values("parameter", parameters), self._values("input", inputs)
+        found = equilibria.find(self, "statics", q, t, constants, values, hold, release, way)
+        if found is not None:
+            return datasets.of_equilibrium(self, found, found["held"], datasets.attributes(self, values, inputs))
         with self._state_file(q, None, t, self._values("input", inputs)) as state:
             printed = self._run("statics", {"state": state, "hold": listed(hold), "release": listed(release), "way": way}, values)
         held = self.held if hold is None else (listed(hold) or "").split(",")

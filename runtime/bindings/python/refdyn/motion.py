@@ -66,19 +66,21 @@ def options_of(method: str | None, tol: Any, step: Any, step_max: Any, stabilise
             SINGULAR[singular or "stop"], START[start or "as-is"], int(has_balance))
 
 
-def new_core(model: Model, compiled: Compiled, options: tuple[Any, ...], x: np.ndarray, parameters: Mapping[str, float]) -> Core:
-    """A motion that has not started; parameters that nothing reads cause a warning."""
+def values_of(compiled: Compiled, parameters: Mapping[str, float]) -> tuple[np.ndarray, bytes]:
+    """Values of the parameters, and flags of those that the start of a motion sets. Parameters that nothing reads cause a warning."""
     values = compiled.values.copy()
     for name, value in parameters.items():
         if name in compiled.places:
             values[compiled.places[name]] = value
         elif name in compiled.description["unread"]:
-            warnings.warn(f"--set {name}: nothing in this model reads it", program.ModelWarning, stacklevel=5)
-    anchored = bytes(is_anchored and name not in parameters for name, is_anchored in zip(compiled.places, compiled.anchored))
-    try:
-        return compiled.library.motion(options, values, anchored, np.ascontiguousarray(x), tuple(compiled.description["requirements"]))
-    except ValueError as error:
-        raise ValueError(str(error).replace(" ", ": ", 1) if not str(error).startswith("motion:") else str(error)) from None
+            warnings.warn(f"--set {name}: nothing in this model reads it", program.ModelWarning, stacklevel=6)
+    return values, bytes(is_anchored and name not in parameters for name, is_anchored in zip(compiled.places, compiled.anchored))
+
+
+def new_core(compiled: Compiled, options: tuple[Any, ...], x: np.ndarray, parameters: Mapping[str, float]) -> Core:
+    """A motion that has not started."""
+    values, anchored = values_of(compiled, parameters)
+    return compiled.library.motion(options, values, anchored, np.ascontiguousarray(x), tuple(compiled.description["requirements"]))
 
 
 def one_row(kind: str, rows: np.ndarray) -> np.ndarray:
@@ -241,7 +243,7 @@ def begin(model: Model, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: fl
     n = len(model.coordinates)
     compiled = model._purpose("motion")
     values = model._values("parameter", parameters)
-    core = new_core(model, compiled, options, one_row("input", compiled.input_rows(inputs)), values)
+    core = new_core(compiled, options, one_row("input", compiled.input_rows(inputs)), values)
     begin_t = one_real("t", finite("t", t))
     status, text, _ = core.start(begin_t, row_of("q", q, n), row_of("qd", qd, n), np.inf, 0.0, (), None, None, None, 0, 0, start is not None)
     tell(model, text, 4)

@@ -61,7 +61,7 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
     x = compiled.x.copy()
     for name, value in constants.items():
         x[compiled.inputs[name]] = value
-    core = motion.new_core(model, compiled, options, x, values)
+    core = motion.new_core(compiled, options, x, values)
     try:
         status, text, outputs = core.start(begin, q, qd, until, distance, tuple(stop), *samples, None, compiled.description["limit_count"], 1, start is not None)
     except ValueError:

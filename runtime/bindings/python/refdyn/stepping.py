@@ -90,7 +90,7 @@ class Stepper:
         kept = getattr(self._local, "kept", None)
         if kept is None or kept[0] != step:
             options = motion.options_of(self._method, None, step, None, self._stabilise, None, None, False)
-            self._local.kept = kept = step, motion.new_core(self._model, self._compiled, options, self._compiled.x, {})
+            self._local.kept = kept = step, motion.new_core(self._compiled, options, self._compiled.x, {})
         return kept[1]
 
 

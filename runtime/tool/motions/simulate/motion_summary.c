@@ -123,37 +123,9 @@ void simulate_summary_print(const struct summary *summary) {
     record_limits_print(&summary->trial->limits, stderr);
 }
 
-static void put_open(void *document, const char *key, char bracket) {
-    format_put_open(document, key, bracket);
-}
-
-static void put_close(void *document, char bracket) {
-    format_put_close(document, bracket);
-}
-
-static void put_number(void *document, const char *key, double value) {
-    format_put_number(document, key, value);
-}
-
-static void put_whole(void *document, const char *key, long value) {
-    format_put_whole(document, key, value);
-}
-
-static void put_text(void *document, const char *key, const char *text) {
-    format_put_text(document, key, text);
-}
-
-static void put_null(void *document, const char *key) {
-    format_put_null(document, key);
-}
-
-struct record_writer simulate_writer(struct document *document) {
-    return (struct record_writer){document, put_open, put_close, put_number, put_whole, put_text, put_null};
-}
-
 static void put_summary(struct document *document, const struct summary *summary) {
     const struct motion *motion = &summary->trial->motion;
-    const struct record_writer writer = simulate_writer(document);
+    const struct record_writer writer = scene_writer(document);
     const struct record_summary record = {.motion = &motion->record,
                                           .method = motion->method,
                                           .equilibrium = motion->scene->equilibrium,
@@ -175,7 +147,7 @@ enum status simulate_summary_write(const struct summary *summary, struct target 
     format_put_open(&document, NULL, '{');
     put_summary(&document, summary);
     const struct scene *scene = summary->trial->motion.scene;
-    const struct record_writer writer = simulate_writer(&document);
+    const struct record_writer writer = scene_writer(&document);
     struct record_table table;
     simulate_table_start(&table, summary->trial->motion.record.integrator, scene->compiled.spatial);
     record_table_put_units(&table, &writer);

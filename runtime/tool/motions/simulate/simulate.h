@@ -73,8 +73,6 @@ void simulate_table_start(struct record_table *table, struct refdyn_integrator *
 void simulate_table_header(const struct record_table *table, FILE *out);
 /* Writes the values as a line. */
 void simulate_table_row(const struct record_table *table, FILE *out);
-/* A writer of entries into a JSON document. */
-struct record_writer simulate_writer(struct document *document);
 
 /* Reads --stop; reports errors as wrong usage. */
 enum status simulate_stops_read(struct record_stops *stops, const struct options *options,
