@@ -82,15 +82,15 @@ def same(found, expected):
 
 @pytest.mark.quick
 def test_package_of_the_sources(tmp_path):
-    """Without pip: the extension by one call of the compiler, beside the package's files and the program of the build."""
+    """Without pip: the extension by one call of the compiler with the libraries of the build, beside the package's files and the program."""
     import sysconfig
     shutil.copytree(SOURCE / "runtime" / "bindings" / "python" / "refdyn", tmp_path / "refdyn")
     (tmp_path / "refdyn" / "bin").mkdir()
     (tmp_path / "refdyn" / "bin" / "refdyn").symlink_to(BUILD / "bin" / "refdyn")
     (tmp_path / "refdyn-0.dist-info").mkdir()
     (tmp_path / "refdyn-0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: refdyn\nVersion: 0\n")
-    run("cc", "-std=c11", "-O0", "-fPIC", "-shared", "-I", SOURCE, "-I", SOURCE / "runtime", "-I", sysconfig.get_path("include"), *(SOURCE / "runtime" / "bindings" / "python").glob("*.c"),
-        "-o", tmp_path / "refdyn" / ("core" + sysconfig.get_config_var("EXT_SUFFIX")), "-ldl")
+    run("cc", "-std=gnu11", "-O0", "-fPIC", "-shared", "-I", SOURCE, "-I", BUILD / "include", "-I", sysconfig.get_path("include"), *(SOURCE / "runtime" / "bindings" / "python").glob("*.c"),
+        "-o", tmp_path / "refdyn" / ("core" + sysconfig.get_config_var("EXT_SUFFIX")), *(BUILD / f"librefdyn_{name}.a" for name in ("record", "batch", "runtime")), "-lm", "-lpthread", "-ldl")
     model = TESTS / "models" / "double_pendulum.lua"
     expected = evaluate(model)
     said = run(sys.executable, "-c", f"""import refdyn

@@ -5,6 +5,10 @@
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
+#include <setjmp.h>
+#include <stdint.h>
+#include <time.h>
+
 #include "refdyn_lanes.h"
 #include "runtime/record/record.h"
 
@@ -74,6 +78,72 @@ int refdyn_read_values(const struct library *library, const struct given_values 
 /* "FILE:LINE: subject: fact" for a parameter value that the model refuses. places: "FILE:LINE" of each
  * requirement. */
 void refdyn_write_refused(const struct refdyn_workspace *work, PyObject *places, char *text, size_t size);
+
+/* What copies of a motion contain: one piece of memory, whose pointers into itself move with it. */
+struct motion_block {
+    struct refdyn_workspace work;
+    struct refdyn_integrator integrator;
+    struct record_motion record;
+};
+
+/* Pieces of memory of the record. */
+struct motion_piece {
+    struct motion_piece *next;
+    double data[];
+};
+
+struct motion {
+    PyObject_HEAD struct library *library; /* held */
+    PyObject *places;                      /* held: "FILE:LINE" of each requirement of the model */
+    struct motion_block *block;            /* with the memory of workspace and integrator, and the start */
+    size_t size, work_at, integrator_at, start_at; /* of the block, and places in it [bytes] */
+    int *given; /* (anchored_count) non-zero: the parameter keeps its value */
+    struct motion_piece *pieces;
+    jmp_buf no_memory;
+    struct refdyn_options options;
+    struct record_table table;
+    struct record_limits limits;
+    struct record_stops stops;
+    struct refdyn_samples samples;
+    PyObject *held;                           /* what stops and samples read */
+    struct refdyn_statics_result equilibrium; /* where the motion starts, if has_equilibrium */
+    int has_equilibrium;
+    double cpu_s, wall_s;
+    int status, is_started; /* of the last call of the runtime; the start could be evaluated */
+    const char *unfit;      /* the column that was not finite; NULL if none was */
+    int is_busy;
+};
+
+/* The interpreter's lock, while C computes without it. */
+struct unlocked {
+    PyThreadState *thread;
+    double asked; /* for signals [s] */
+};
+
+/* A new motion, not started. Returns NULL with a Python error without memory. */
+struct motion *refdyn_motion_new(PyTypeObject *type, struct library *library, PyObject *places);
+/* Zeroed memory that lasts as long as the motion (the context). Jumps to no_memory if there is none. */
+void *refdyn_motion_memory(void *context, size_t size);
+void refdyn_motion_release(struct motion *motion);
+/* A place in the block. */
+void *refdyn_motion_at(const struct motion *motion, size_t place);
+/* Between them, the caller alone uses the motion. `enter` returns 0 with a Python error if another thread
+ * does; `leave` returns `result`. */
+int refdyn_motion_enter(struct motion *motion);
+PyObject *refdyn_motion_leave(struct motion *motion, PyObject *result);
+double refdyn_seconds(clockid_t clock);
+/* The question of a record_watch: about every 10 ms asks for signals. context: struct unlocked. */
+int refdyn_motion_ask(void *context, const struct record_motion *record);
+/* Prints what `sim` prints on stderr after a failure. */
+void refdyn_motion_print_failure(const struct motion *motion, FILE *out);
+
+/* Methods of a motion. */
+PyObject *refdyn_motion_start(PyObject *self, PyObject *arguments);
+PyObject *refdyn_motion_rows(PyObject *self, PyObject *out);
+PyObject *refdyn_motion_summary(PyObject *self, PyObject *nothing);
+PyObject *refdyn_motion_advance(PyObject *self, PyObject *t);
+PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments);
+PyObject *refdyn_motion_steps(PyObject *self, PyObject *arguments);
 
 extern PyType_Spec refdyn_motion_spec;
 /* Methods of a library. */

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from . import motion, program
+from . import motion
 from .names import finite_row
 
 if TYPE_CHECKING:
@@ -52,4 +52,4 @@ def find(model: Model, purpose: str, q: npt.ArrayLike | None, t: Any, inputs: Ma
     motion.tell(model, text, 5)
     if status != motion.DONE:
         raise motion.failure_of(model, status, text, False)
-    return {"coordinates": names, "held": [name for name, mark in zip(names, marks) if mark], **result}
+    return {"coordinates": names, "given": given, "held": [name for name, mark in zip(names, marks) if mark], **result}

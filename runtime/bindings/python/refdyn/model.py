@@ -255,7 +255,7 @@ class Model:
         if recorded.is_in_process(method, from_, conditions, options):
             chosen = motion.options_of(method, tol, step, *(options.get(name) for name in recorded.OPTIONS), True)
             try:
-                run = recorded.simulate(self, t_end, chosen, every, (q, qd, t), constants, columns, values, conditions, options.get("start"))
+                run = recorded.simulate(self, t_end, chosen, every, (q, qd, t), constants, columns, values, conditions, from_, options)
             except (program.NumericalError, KeyboardInterrupt) as error:
                 if getattr(error, "run", None) is not None:
                     error.run = shown(error.run)

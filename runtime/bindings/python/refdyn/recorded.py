@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from . import motion, program
+from . import equilibria, motion
 from .names import finite_row
 
 if TYPE_CHECKING:
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .quantity import Compiled
 
 OPTIONS = ("step_max", "stabilise", "singular", "start")  # further options of arm.simulate that need no program
+OF_STATICS = ("hold", "release", "way")                  # and those of a start at the equilibrium
 OUTPUTS_MOST, STEPS_MOST = 10_000_000, 1e10               # as for `refdyn sim`
 
 
@@ -30,7 +31,8 @@ class Columns(dict[str, np.ndarray]):
 
 def is_in_process(method: str | None, from_: str, stop: Sequence[str], options: Mapping[str, Any]) -> bool:
     """Whether a motion needs no option that only the program has."""
-    return method not in ("msbdf", "bsimp") and from_ == "initial" and set(options) <= set(OPTIONS) and all(isinstance(text, str) for text in stop)
+    allowed = {*OPTIONS, *(OF_STATICS if from_ == "statics" else ())}
+    return method not in ("msbdf", "bsimp") and from_ in ("initial", "statics") and set(options) <= allowed and all(isinstance(text, str) for text in stop)
 
 
 def samples_of(columns: Mapping[str, np.ndarray], compiled: Compiled, by_events: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
@@ -43,7 +45,7 @@ def samples_of(columns: Mapping[str, np.ndarray], compiled: Compiled, by_events:
 
 
 def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, state: tuple[npt.ArrayLike | None, npt.ArrayLike | None, Any], constants: Mapping[str, float],
-             columns: Mapping[str, np.ndarray], values: Mapping[str, float], stop: Sequence[str], start: str | None) -> Columns | None:
+             columns: Mapping[str, np.ndarray], values: Mapping[str, float], stop: Sequence[str], from_: str, further: Mapping[str, Any]) -> Columns | None:
     """Computes a motion; None if the program has to compute it, or to say what is wrong with it."""
     until, distance = motion.positive("t_end", t_end), motion.positive("every", every)
     q, qd, t = (None if value is None else finite_row(name, value, "one state: a row of numbers") for name, value in zip(("q", "qd", "t"), state))
@@ -54,7 +56,16 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
     if distance and span / distance > OUTPUTS_MOST or options[2] and span / options[2] > STEPS_MOST:
         return None
     model._sources.path()
-    compiled = model._purpose("motion")
+    equilibrium = None
+    if from_ == "statics":
+        constant = {**constants, **{name: column.reshape(-1)[0] for name, column in columns.items() if name != "t"}}
+        rest = equilibria.find(model, "motion,statics", None, None, constant, values, *(further.get(name) for name in OF_STATICS))
+        if rest is None:
+            return None
+        q, qd, equilibrium = np.array(rest["q"]), np.zeros(n), (rest["unstable"], rest["neutral"])
+        compiled = model._purpose("motion,statics", rest["given"])
+    else:
+        compiled = model._purpose("motion")
     samples = samples_of(columns, compiled, list(model._by_events)) if columns else (None, None)
     if samples is None:
         return None
@@ -63,7 +74,7 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
         x[compiled.inputs[name]] = value
     core = motion.new_core(compiled, options, x, values)
     try:
-        status, text, outputs = core.start(begin, q, qd, until, distance, tuple(stop), *samples, None, compiled.description["limit_count"], 1, start is not None)
+        status, text, outputs = core.start(begin, q, qd, until, distance, tuple(stop), *samples, equilibrium, compiled.description["limit_count"], 1, further.get("start") is not None)
     except ValueError:
         return None
     motion.tell(model, text, 5)
