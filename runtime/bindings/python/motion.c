@@ -288,6 +288,11 @@ static PyObject *motion_t(PyObject *self, void *closure) {
     return PyFloat_FromDouble(((struct motion *)self)->block->integrator.t);
 }
 
+static PyObject *motion_status(PyObject *self, void *closure) {
+    (void)closure;
+    return PyLong_FromLong(((struct motion *)self)->status);
+}
+
 static PyObject *motion_has_ended(PyObject *self, void *closure) {
     (void)closure;
     return PyBool_FromLong(((struct motion *)self)->block->record.events.has_ended);
@@ -374,6 +379,7 @@ static PyMethodDef motion_methods[] = {
 
 static PyGetSetDef motion_values[] = {
     {"t", motion_t, NULL, "time of the state [s]", NULL},
+    {"status", motion_status, NULL, "status of the last call of the runtime", NULL},
     {"has_ended", motion_has_ended, NULL, "whether an event of the model has ended the motion", NULL},
     {NULL, NULL, NULL, NULL, NULL},
 };

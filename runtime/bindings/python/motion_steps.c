@@ -38,6 +38,22 @@ PyObject *refdyn_motion_advance(PyObject *self, PyObject *t_object) {
     return refdyn_motion_leave(motion, Py_NewRef(Py_None));
 }
 
+/* Why the motion cannot continue from its values. */
+static PyObject *report_refresh(const struct motion *motion) {
+    const struct refdyn_integrator *integrator = &motion->block->integrator;
+    const struct refdyn_workspace *work = &motion->block->work;
+    char refused[512];
+    struct text_stream text;
+    if (!refdyn_text_open(&text))
+        return NULL;
+    if (motion->status == REFDYN_REFUSED) {
+        refdyn_write_refused(work, motion->places, refused, sizeof refused);
+        fprintf(text.out, "%s\n", refused);
+    } else
+        record_print_failed(work, motion->status, integrator->t, integrator->q, integrator->qd, text.out);
+    return refdyn_text_close(&text);
+}
+
 /* refresh(p, x, state): continues with these values instead of the present ones; None: as they are. Returns
  * None, or the message of a failure. */
 PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments) {
@@ -63,11 +79,7 @@ PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments) {
     motion->status = refdyn_integrator_refresh(&motion->block->integrator);
     if (motion->status == REFDYN_OK)
         return refdyn_motion_leave(motion, Py_NewRef(Py_None));
-    struct text_stream text;
-    if (!refdyn_text_open(&text))
-        return refdyn_motion_leave(motion, NULL);
-    refdyn_motion_print_failure(motion, text.out);
-    return refdyn_motion_leave(motion, refdyn_text_close(&text));
+    return refdyn_motion_leave(motion, report_refresh(motion));
 }
 
 /* ---- Steps of many states ---- */

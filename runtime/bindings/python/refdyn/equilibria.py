@@ -49,7 +49,7 @@ def find(model: Model, purpose: str, q: npt.ArrayLike | None, t: Any, inputs: Ma
     starts = tuple(starts[0] if starts else None for starts in model._row_starts)
     status, text, result = compiled.library.statics(values, anchored, x, tuple(compiled.description["requirements"]), 0.0 if time is None else float(time),
                                                     None if state is None else np.ascontiguousarray(state), marks, holds, WAYS.index(way or "load"), starts)
-    motion.tell(model, text, 5)
+    motion.tell(model, text)
     if status != motion.DONE:
         raise motion.failure_of(model, status, text, False)
     return {"coordinates": names, "given": given, "held": [name for name, mark in zip(names, marks) if mark], **result}

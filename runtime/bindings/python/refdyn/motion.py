@@ -1,7 +1,6 @@
 """Motions in the process: a simulator inside the caller's own loop."""
 from __future__ import annotations
 
-import warnings
 from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +22,7 @@ STABILISE = {"none": 0, "baumgarte": 1, "baumgarte-auto": 1, "project": 2}
 START = {"as-is": 0, "project": 1}
 SINGULAR = {"stop": 0, "pass": 1}
 ALIASES = {"gauss": "gauss12", "radau": "radau9"}
+SCALARS = (float, int, np.float64)
 FIXED = ("rk4",)  # methods without an error estimate
 
 
@@ -73,7 +73,7 @@ def values_of(compiled: Compiled, parameters: Mapping[str, float]) -> tuple[np.n
         if name in compiled.places:
             values[compiled.places[name]] = value
         elif name in compiled.description["unread"]:
-            warnings.warn(f"--set {name}: nothing in this model reads it", program.ModelWarning, stacklevel=6)
+            program.warn(f"--set {name}: nothing in this model reads it")
     return values, bytes(is_anchored and name not in parameters for name, is_anchored in zip(compiled.places, compiled.anchored))
 
 
@@ -81,6 +81,24 @@ def new_core(compiled: Compiled, options: tuple[Any, ...], x: np.ndarray, parame
     """A motion that has not started."""
     values, anchored = values_of(compiled, parameters)
     return compiled.library.motion(options, values, anchored, np.ascontiguousarray(x), tuple(compiled.description["requirements"]))
+
+
+def input_rows(compiled: Compiled, inputs: Any) -> np.ndarray:
+    """Rows of inputs by name, or as an array (..., inputs) in the order of the model."""
+    if inputs is None:
+        return compiled.x
+    if isinstance(inputs, (np.ndarray, list, tuple)):
+        rows = finite("inputs", inputs)
+        if rows.ndim == 0 or rows.shape[-1] != compiled.x.size:
+            raise ValueError(f"inputs: have shape {rows.shape}; the last axis must have {compiled.x.size} entries")
+        return np.ascontiguousarray(rows)
+    if isinstance(inputs, dict) and inputs.keys() <= compiled.inputs.keys() and all(type(value) in SCALARS for value in inputs.values()):
+        row = compiled.x.copy()
+        for name, value in inputs.items():
+            row[compiled.inputs[name]] = value
+        if np.isfinite(row).all():
+            return row
+    return compiled.input_rows(inputs)
 
 
 def one_row(kind: str, rows: np.ndarray) -> np.ndarray:
@@ -99,11 +117,11 @@ def row_of(name: str, value: npt.ArrayLike | None, count: int) -> np.ndarray | N
     return np.ascontiguousarray(array)
 
 
-def tell(model: Model, text: str, level: int) -> None:
+def tell(model: Model, text: str) -> None:
     """Turns the warnings in a text of the runtime into warnings of Python."""
     for warning in program.warnings_of(text) if text else ():
         if program.fact_of(warning) not in model._warned:
-            warnings.warn(warning, program.ModelWarning, stacklevel=level)
+            program.warn(warning)
 
 
 def failure_of(model: Model, status: int, text: str, is_started: bool) -> Exception:
@@ -154,13 +172,18 @@ class Motion:
         before = (self._numbers(len(self._compiled.places), self._core.parameters), self._numbers(len(self._compiled.inputs), self._core.inputs), self.state)
         said = self._core.refresh(p, x, state)
         if said is not None:
+            status = self._core.status
             self._core.refresh(*before)
-            raise failure_of(self._model, REFUSED if p is not None and "refdyn: " not in said else program.NUMBERS, said, False)
+            raise failure_of(self._model, status, said, False)
 
     def _changed(self, kind: str, given: Any, places: Mapping[str, int], read: Any) -> np.ndarray:
+        """The present values with the given ones: by name, or inputs as a row in the order of the model."""
         row = self._numbers(len(places), read)
-        if isinstance(given, np.ndarray) and kind == "input":
-            return one_row(kind, finite("inputs", given) if given.shape == row.shape else wrong_row("inputs", given, row))
+        if kind == "input" and isinstance(given, (np.ndarray, list, tuple)):
+            values = finite("inputs", given)
+            if values.shape != row.shape:
+                raise ValueError(f"inputs: have shape {values.shape}; must have shape {row.shape}")
+            return np.ascontiguousarray(values)
         for name, value in by_name(kind, given, self._model._kinds).items():
             if name in places:
                 row[places[name]] = one_real(f"{kind} {name}", finite(f"{kind} {name}", value))
@@ -234,19 +257,15 @@ class Motion:
         return f"<refdyn.Motion of {self._model._name} at t = {self.t:g} s>"
 
 
-def wrong_row(name: str, given: np.ndarray, row: np.ndarray) -> Any:
-    raise ValueError(f"{name}: has shape {given.shape}; must have shape {row.shape}")
-
-
 def begin(model: Model, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float, options: tuple[Any, ...], start: str | None, inputs: Any,
           parameters: Mapping[str, float] | None) -> Motion:
     n = len(model.coordinates)
     compiled = model._purpose("motion")
     values = model._values("parameter", parameters)
-    core = new_core(compiled, options, one_row("input", compiled.input_rows(inputs)), values)
+    core = new_core(compiled, options, one_row("input", input_rows(compiled, inputs)), values)
     begin_t = one_real("t", finite("t", t))
     status, text, _ = core.start(begin_t, row_of("q", q, n), row_of("qd", qd, n), np.inf, 0.0, (), None, None, None, 0, 0, start is not None)
-    tell(model, text, 4)
+    tell(model, text)
     if status != DONE:
         raise failure_of(model, status, text, False)
     return Motion(model, compiled, core)

@@ -77,7 +77,7 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
         status, text, outputs = core.start(begin, q, qd, until, distance, tuple(stop), *samples, equilibrium, compiled.description["limit_count"], 1, further.get("start") is not None)
     except ValueError:
         return None
-    motion.tell(model, text, 5)
+    motion.tell(model, text)
     if status != motion.DONE:
         raise motion.failure_of(model, status, text, False)
     return recorded(model, compiled, core, outputs)
@@ -87,7 +87,7 @@ def recorded(model: Model, compiled: Compiled, core: Any, outputs: int) -> Colum
     names, units = compiled.columns
     table = np.empty((outputs, len(names)))
     status, rows, text, interrupt = core.rows(table)
-    motion.tell(model, text, 6)
+    motion.tell(model, text)
     run = Columns(names, table[:rows], units, core.summary() if status == motion.DONE else {})
     if interrupt is not None:
         interrupt.run = run

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import motion, program
-from .names import by_name, one_real, reals
+from .names import one_real, reals
 from .quantity import spread, states_of
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class Stepper:
         if steps < 1:
             raise ValueError(f"steps: {steps}; must be at least 1")
         compiled = self._compiled
-        x = input_rows(compiled, inputs)
+        x = motion.input_rows(compiled, inputs)
         p = compiled.parameter_rows(parameters, x)
         if q.ndim == qd.ndim == x.ndim == p.ndim == 1 and t.ndim == 0:
             lead: tuple[int, ...] = ()
@@ -71,7 +71,7 @@ class Stepper:
         compiled = self._model._library(None, True)
         if self._many is None:
             self._many = self._direct(compiled)
-        x = input_rows(compiled, inputs)
+        x = motion.input_rows(compiled, inputs)
         return compiled, x, compiled.parameter_rows(parameters, x)
 
     def _compute(self, count: int, q: np.ndarray, qd: np.ndarray, t: np.ndarray, p: np.ndarray, x: np.ndarray, h: float, steps: int, new_q: np.ndarray, new_qd: np.ndarray) -> None:
@@ -92,14 +92,3 @@ class Stepper:
             options = motion.options_of(self._method, None, step, None, self._stabilise, None, None, False)
             self._local.kept = kept = step, motion.new_core(self._compiled, options, self._compiled.x, {})
         return kept[1]
-
-
-def input_rows(compiled: Compiled, inputs: Any) -> np.ndarray:
-    """Rows of inputs by name, or as an array (..., inputs) in the order of the model."""
-    if not isinstance(inputs, np.ndarray):
-        by_name("input", inputs, compiled.kinds)
-        return compiled.input_rows(inputs)
-    rows = reals("inputs", inputs)
-    if rows.ndim == 0 or rows.shape[-1] != compiled.x.size:
-        raise ValueError(f"inputs: have shape {rows.shape}; the last axis must have {compiled.x.size} entries")
-    return np.ascontiguousarray(rows)
