@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import subprocess
+import sys
 import tempfile
 import warnings
 from collections.abc import Collection, Mapping, Sequence
