@@ -66,12 +66,11 @@ def state(model, seed=1, size=0.2):
 
 def by_program(package, call):
     """What a call computes where the program has to do it, with its warnings."""
-    found = package.recorded.is_in_process, package.equilibria.find
-    package.recorded.is_in_process, package.equilibria.find = lambda *_: False, lambda *_: None
-    try:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(package.recorded, "is_in_process", lambda *_: False)
+        patch.setattr(package.equilibria, "find", lambda *_: None)
+        patch.setattr(package.equilibria, "modes", lambda *_: None)
         return told(call)
-    finally:
-        package.recorded.is_in_process, package.equilibria.find = found
 
 
 def told(call):
@@ -133,9 +132,23 @@ def test_simulations_are_those_of_the_program(package, name):
 
 
 def test_simulation_runs_no_program(package, arm, monkeypatch):
-    arm.simulate(0.01), arm.simulate(0.01, from_="statics"), arm.statics()
+    arm.simulate(0.01), arm.simulate(0.01, from_="statics"), arm.statics(), arm.modes()
     monkeypatch.setattr(package.program, "run", None)
     assert arm.simulate(0.02, tol=1e-5).sizes["t"] == 201 and arm.simulate(0.01, from_="statics").t[-1] == 0.01 and arm.statics().stability == "stable"
+    assert arm.modes().sizes["mode"] == 9
+
+
+def test_libraries_are_those_of_the_commands(tmp_path):
+    """A motion of `sim` needs no further compilation after compile --for motion; likewise statics and modes."""
+    for purpose, command in (("motion", ("sim", "--until", "0.01", "-o", os.devnull)), ("statics", ("statics",)), ("modes", ("modes",))):
+        cache = {"REFDYN_CACHE": str(tmp_path / purpose)}
+        library = json.loads(refdyn("compile", TESTS / "models" / "double_pendulum.lua", "--for", purpose, env=cache).stdout)["library"]
+        refdyn(command[0], TESTS / "models" / "double_pendulum.lua", *command[1:], env=cache)
+        assert [str(path) for path in (tmp_path / purpose).glob("*.so")] == [library]
+    for message, words in {"--for: 'motions' is not one of motion, statics, modes": ("--for", "motions"),
+                           "--for chooses the quantities itself; omit --emit": ("--for", "motion", "--emit", "M")}.items():
+        done = refdyn("compile", SIX_AXES, *words, status=2)
+        assert message in done.stderr
 
 
 def test_columns_without_a_dataset(package, arm):
@@ -163,6 +176,32 @@ def test_equilibria_are_those_of_the_program(package, name):
     (found, said), (expected, expected_said) = told(lambda: model.statics(**arguments)), by_program(package, lambda: model.statics(**arguments))
     assert said == expected_said
     assert (type(found), str(found)) == (type(expected), str(expected)) if isinstance(expected, Exception) else found.identical(expected)
+
+
+MODES = {
+    "default": (REFERENCE, {}, {}), "first": (REFERENCE, {}, dict(modes=3, parameters={"m_E": 3.1, "xc": 0.54}, hold=["column_psi"])),
+    "rigid motions": (MODELS / "spacearm.lua", {}, dict(at="initial")), "damped": (SIX_AXES, {}, dict(hold="pan_psi", inputs={"tau_lift": 3.0})),
+    "redundant rows": (MODELS / "bricard.lua", {}, dict(at="initial")), "none": (MODELS / "gantry.lua", {}, {}), "loop": (MODELS / "slidercrank.lua", {}, {}),
+    "printed": (REFERENCE, {"form": "printed"}, {}), "no name": (REFERENCE, {}, dict(hold="colum_psi")), "unbalanced": (SIX_AXES, {}, dict(q=np.linspace(0.1, 0.2, 14), t=0.3, inputs={"tau_pan": 1.5})),
+}
+
+
+@pytest.mark.parametrize("name", MODES)
+def test_modes_are_those_of_the_program(package, name):
+    """To rounding, since left vectors are computed in another way."""
+    file, settings, arguments = MODES[name]
+    model = package.Model(file, **settings)
+    if name == "unbalanced":
+        arguments = {**arguments, "q": state(model)[0]}
+    (found, said), (expected, expected_said) = told(lambda: model.modes(**arguments)), by_program(package, lambda: model.modes(**arguments))
+    assert said == expected_said
+    if isinstance(expected, Exception):
+        assert (type(found), str(found)) == (type(expected), str(expected))
+        return
+    assert same(found.q, expected.q) and {**found.attrs, "at": ""} == {**expected.attrs, "at": ""}
+    assert np.allclose(found.eigenvalue, expected.eigenvalue, rtol=1e-10, atol=0)
+    for variable in ("shape", "displacement", "frequency", "omega", "damping"):
+        assert np.allclose(found[variable], expected[variable], rtol=1e-8, atol=1e-9) and found[variable].attrs == expected[variable].attrs
 
 
 # ---- Motions ----

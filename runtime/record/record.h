@@ -8,6 +8,7 @@
 #ifndef REFDYN_RECORD_H
 #define REFDYN_RECORD_H
 
+#include <complex.h>
 #include <stdbool.h>
 #include <stdio.h>
 
@@ -299,5 +300,80 @@ void record_print_no_equilibrium(const struct record_equilibrium *equilibrium, i
 void record_print_notes(const struct record_equilibrium *equilibrium, FILE *out);
 /* Writes forces, rows and stability. */
 void record_put_equilibrium(const struct record_equilibrium *equilibrium, const struct record_writer *writer);
+
+/* ---- Small motions about a state at rest (small_motions.c, spectrum.c) ---- */
+
+/* Memory of results and scratch, and solutions of linear equations by a library of the caller. Matrices are
+ * row by row. Each function returns whether it has succeeded. */
+struct record_algebra {
+    struct record_memory memory;
+    void *context;
+    /* columns := matrix^-1 columns, or matrix^-T columns; both (size x size). */
+    bool (*solve)(void *context, int size, const double *matrix, bool is_transposed, double *columns);
+    /* Eigenvalues of T, with left and right vectors (size x size) in columns as LAPACK's dgeev writes them:
+     * real and imaginary part of a pair in two columns, the one with positive imaginary part first.
+     * Overwrites T. */
+    bool (*eigen)(void *context, int size, double *T, double *re, double *im, double *left, double *right);
+    /* The smallest x (columns) that minimises |A x - b|. Singular values below tol times the largest count as
+     * 0. Overwrites A and b. */
+    bool (*least_squares)(void *context, int rows, int columns, double *A, double *b, double tol, double *x);
+};
+
+/* The equations of small motions about a state at rest, for x, the change of the coordinates that are not
+ * held: M x'' + D x' + K x - u^T mu = 0,   position rows: u x = 0,   velocity rows: u x' + psi_q x = 0 */
+struct record_linear {
+    int n, m;
+    int *place;      /* (n) of the coordinates not held, in q */
+    double *M, *D;   /* (n x n) */
+    double *K;       /* (n x n) */
+    double *u;       /* (m x n) */
+    double *psi_q;   /* (m x n) 0 in position rows */
+    int *is_level_q; /* (m) non-zero: a position row */
+    double *force;   /* (n) Q + u^T lambda, the unbalanced force */
+    double residual; /* the largest of these */
+};
+
+/* Spectrum of small motions x = shape e^(eigenvalue t) (theory, sect. 8.10). Each occurs once: of a conjugate
+ * pair, the one with positive imaginary part. */
+
+struct record_mode {
+    double complex eigenvalue;   /* [1/s]; parts within rounding are exactly 0 */
+    const double complex *shape; /* (n) the largest entry is 1 */
+};
+
+struct record_spectrum {
+    const struct record_algebra *algebra;
+    struct record_mode *modes; /* by |eigenvalue|, ascending; a growing one before a decaying one */
+    int count;
+    const int *redundant; /* (redundant_count) rows that depend on others, or have no effect at rest */
+    int redundant_count;
+};
+
+/* Small motions about q at t, with qd = 0. */
+struct record_small_motions {
+    struct refdyn_workspace *work;
+    double t;
+    const double *q, *qd; /* (n) qd is 0 */
+    const int *held;      /* (n) non-zero for held coordinates */
+    struct record_linear linear;
+    struct record_spectrum spectrum;
+    double phi; /* largest |phi| */
+    double *C;  /* (points x 3 x n) */
+};
+
+/* Returns a status of the runtime. The model must have a tangent and, with rows, d_rows. */
+int record_find_spectrum(struct record_spectrum *spectrum, const struct record_linear *linear,
+                         const struct record_algebra *algebra);
+/* The same from the first five fields of `motions`, which also gets everything else. */
+int record_find_small_motions(struct record_small_motions *motions, const struct record_algebra *algebra);
+/* Damping ratio; -1 for growth without oscillation, 0 for an eigenvalue 0. */
+double record_damping_of(const struct record_mode *mode);
+/* Frequency [Hz]. */
+double record_frequency_of(const struct record_mode *mode);
+/* Warns of redundant rows, and of a state that is no equilibrium or off the programme. */
+void record_print_small_motions(const struct record_small_motions *motions, FILE *out);
+/* Writes phi, residual, unstable and the first `count` modes. */
+void record_put_small_motions(const struct record_small_motions *motions, int count,
+                              const struct record_writer *writer);
 
 #endif

@@ -595,6 +595,8 @@ static PyMethodDef library_methods[] = {
     {"motion", refdyn_library_motion, METH_VARARGS, "motion(options, p, is_anchored, x, places)"},
     {"statics", refdyn_library_statics, METH_VARARGS,
      "statics(p, is_anchored, x, places, t, q, held, rows, way, starts)"},
+    {"modes", refdyn_library_modes, METH_VARARGS,
+     "modes(p, is_anchored, x, places, t, q, held, most, solve, eigen, least_squares)"},
     {"stepper", refdyn_library_stepper, METH_VARARGS, "stepper(method, p, x)"},
     {"columns", refdyn_library_columns, METH_NOARGS, "columns(): names and units of the columns of a motion"},
     {NULL, NULL, 0, NULL},

@@ -154,6 +154,10 @@ PyObject *refdyn_library_columns(PyObject *self, PyObject *nothing);
 
 PyObject *refdyn_library_statics(PyObject *self, PyObject *arguments);
 
+/* ---- Small motions (modes.c) ---- */
+
+PyObject *refdyn_library_modes(PyObject *self, PyObject *arguments);
+
 /* ---- Explicit steps (step.c) ---- */
 
 extern PyType_Spec refdyn_stepper_spec;

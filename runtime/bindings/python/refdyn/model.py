@@ -229,6 +229,9 @@ class Model:
         is_found = q is None and at == "statics"
         if is_found and t is not None:
             raise ValueError("t: the equilibrium is computed at t = 0; add q or at=\"initial\" for another time")
+        found = equilibria.modes(self, at, q, t, constants, values, modes, hold, release, way)
+        if found is not None:
+            return datasets.of_modes(self, {"at": at if q is None else "state", **found}, datasets.attributes(self, values, inputs))
         with self._state_file(q, None, t, {} if is_found else constants) as state:
             given = {"at": state or at, "modes": modes, "hold": listed(hold), "release": listed(release), "way": way}
             printed = self._run("modes", given, {**values, **constants} if is_found else values)
