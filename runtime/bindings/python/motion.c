@@ -341,6 +341,8 @@ static int copy_block(struct motion *copy, const struct motion *motion) {
     memcpy(copy->given, motion->given, (size_t)model->anchored_count * sizeof *copy->given);
     copy_events(copy, &motion->block->record.events);
     copy->block->record.values = NULL;
+    copy->block->record.stops = NULL;
+    copy->block->record.samples = NULL;
     copy->is_started = motion->is_started;
     copy->cpu_s = motion->cpu_s;
     return 1;
