@@ -19,7 +19,8 @@ import numpy as np
 import pytest
 import xarray
 
-from program import BUILD, LONG, MODELS, REFERENCE, SOURCE, TESTS, VERSION, check, evaluate, motion, refdyn
+import python_package
+from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, VERSION, check, evaluate, motion, refdyn
 
 PAGE = (SOURCE / "docs" / "python.md").read_text()
 THREADS = 20
@@ -80,27 +81,16 @@ def same(found, expected):
     return np.array_equal(np.asarray(found, float), np.array(expected, float), equal_nan=True)
 
 
-def make_package(tmp_path):
-    """Without pip: the extension by one call of the compiler, beside the package's files and the program of the build."""
-    import sysconfig
-    shutil.copytree(SOURCE / "runtime" / "bindings" / "python" / "refdyn", tmp_path / "refdyn")
-    (tmp_path / "refdyn" / "bin").mkdir()
-    (tmp_path / "refdyn" / "bin" / "refdyn").symlink_to(BUILD / "bin" / "refdyn")
-    (tmp_path / "refdyn-0.dist-info").mkdir()
-    (tmp_path / "refdyn-0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: refdyn\nVersion: 0\n")
-    run("cc", "-std=c11", "-O0", "-fPIC", "-shared", "-I", SOURCE, "-I", SOURCE / "runtime", "-I", sysconfig.get_path("include"), *(SOURCE / "runtime" / "bindings" / "python").glob("*.c"),
-        "-o", tmp_path / "refdyn" / ("core" + sysconfig.get_config_var("EXT_SUFFIX")), "-ldl")
-
-
 @pytest.mark.quick
 def test_package_of_the_sources(tmp_path):
-    make_package(tmp_path)
+    """Without pip: the extension by one call of the compiler with the libraries of the build, beside the package's files and the program."""
+    folder = python_package.build(tmp_path)
     model = TESTS / "models" / "double_pendulum.lua"
     expected = evaluate(model)
     said = run(sys.executable, "-c", f"""import refdyn
 model = refdyn.Model({str(model)!r})
 print([float(value).hex() for value in model.M(model.q0).ravel()])
-print(float(model.simulate(0.1, tol=1e-6).upper_theta[-1]))""", cwd=tmp_path, PYTHONPATH=str(tmp_path)).splitlines()
+print(float(model.simulate(0.1, tol=1e-6).upper_theta[-1]))""", cwd=folder, PYTHONPATH=str(folder)).splitlines()
     assert said[0] == str([float(value).hex() for row in expected["M"] for value in row])
     columns, _, _ = motion(model, "--until", 0.1, "--tol", 1e-6)
     assert float(said[1]) == columns["upper_theta"][-1]

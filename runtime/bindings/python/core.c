@@ -6,10 +6,7 @@
  * states by the functions of refdyn_lanes.h, both without the interpreter's lock. An object never changes
  * after its creation, so any number of threads may call it.
  */
-#define PY_SSIZE_T_CLEAN
-#include <Python.h>
-
-#include "refdyn_lanes.h"
+#include "runtime/bindings/python/extension.h"
 
 #include <dlfcn.h>
 #include <stddef.h>
@@ -59,7 +56,7 @@ static int open_doubles(PyObject *object, Py_buffer *view, int more_flags) {
 
 /* Opens `count` doubles, or `rows` rows of `count` doubles. Returns 0 with a Python error if the object has
  * others. */
-static int need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py_ssize_t rows, int more_flags,
+int refdyn_need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py_ssize_t rows, int more_flags,
                         Py_buffer *view) {
     const Py_ssize_t size = count * (Py_ssize_t)sizeof(double);
     if (!open_doubles(object, view, more_flags)) {
@@ -76,13 +73,6 @@ static int need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py
 
 /* ---- A library ---- */
 
-struct library {
-    PyObject_HEAD void *handle;
-    const struct refdyn_model *model;
-    const struct refdyn_lane_model *lanes; /* NULL: the library has no functions for lanes */
-    const struct refdyn_spatial *spatial;  /* NULL: no point has a spatial Jacobian */
-};
-
 static void library_dealloc(PyObject *self) {
     struct library *library = (struct library *)self;
     PyTypeObject *type = Py_TYPE(self);
@@ -90,6 +80,10 @@ static void library_dealloc(PyObject *self) {
         dlclose(library->handle);
     type->tp_free(self);
     Py_DECREF(type);
+}
+
+const void *refdyn_find_symbol(const struct library *library, const char *name) {
+    return dlsym(library->handle, name);
 }
 
 static const void *find_table(const struct library *library, PyObject *symbol) {
@@ -245,9 +239,9 @@ static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
     if (flags != model->parameter_count)
         return PyErr_Format(PyExc_ValueError, "is_anchored: has %zd flags; must have %d", flags,
                             model->parameter_count);
-    if (!need_doubles(p_object, "p", width, rows, PyBUF_WRITABLE, &p))
+    if (!refdyn_need_doubles(p_object, "p", width, rows, PyBUF_WRITABLE, &p))
         return NULL;
-    if (!need_doubles(x_object, "x", model->input_count, rows, 0, &x)) {
+    if (!refdyn_need_doubles(x_object, "x", model->input_count, rows, 0, &x)) {
         PyBuffer_Release(&p);
         return NULL;
     }
@@ -273,18 +267,32 @@ static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
     Py_RETURN_NONE;
 }
 
+static PyObject *library_events(PyObject *self, void *closure) {
+    (void)closure;
+    return PyLong_FromLong(((struct library *)self)->model->event_count);
+}
+
+/* The levels of the rows: 0 positions, 1 velocities, 2 accelerations. */
+static PyObject *library_levels(PyObject *self, void *closure) {
+    const struct refdyn_model *model = ((struct library *)self)->model;
+    PyObject *levels = PyTuple_New(model->m);
+    (void)closure;
+    for (int i = 0; levels && i < model->m; i++)
+        PyTuple_SET_ITEM(levels, i, PyLong_FromLong((long)model->rows[i].level));
+    return levels;
+}
+
+static PyObject *library_tangent(PyObject *self, void *closure) {
+    (void)closure;
+    return PyBool_FromLong(refdyn_has_tangent(((struct library *)self)->model));
+}
+
 static PyObject *library_derived(PyObject *self, void *closure) {
     (void)closure;
     return PyLong_FromLong(((struct library *)self)->model->derived_count);
 }
 
 /* ---- A function ---- */
-
-/* The state of the module. */
-struct types {
-    PyTypeObject *function;
-    PyTypeObject *array; /* numpy.ndarray; derived types, such as masked arrays, hold more than doubles */
-};
 
 struct function {
     PyObject_HEAD struct library *library; /* held */
@@ -333,9 +341,9 @@ static int keep_values(struct function *function, PyObject *p_object, PyObject *
     const struct refdyn_model *model = function->library->model;
     const size_t p_count = (size_t)parameter_count(function), x_count = (size_t)model->input_count;
     Py_buffer p, x;
-    if (!need_doubles(p_object, "p", (Py_ssize_t)p_count, 1, 0, &p))
+    if (!refdyn_need_doubles(p_object, "p", (Py_ssize_t)p_count, 1, 0, &p))
         return 0;
-    if (!need_doubles(x_object, "x", (Py_ssize_t)x_count, 1, 0, &x)) {
+    if (!refdyn_need_doubles(x_object, "x", (Py_ssize_t)x_count, 1, 0, &x)) {
         PyBuffer_Release(&p);
         return 0;
     }
@@ -563,13 +571,13 @@ static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_
                    ? NULL
                    : PyErr_Format(PyExc_ValueError, "many: has no states; count must be positive");
     for (; open < ROWS_COUNT; open++) {
-        if (!need_doubles(given[places[open]], names[open], sizes[open], many.count, 0, &views[open]))
+        if (!refdyn_need_doubles(given[places[open]], names[open], sizes[open], many.count, 0, &views[open]))
             break;
         const int is_shared = views[open].len <= sizes[open] * (Py_ssize_t)sizeof(double);
         many.rows[open] = (struct rows){views[open].buf, NULL, sizes[open], is_shared};
     }
     if (open == ROWS_COUNT &&
-        need_doubles(given[4], "out", many.size * many.count, 1, PyBUF_WRITABLE, &views[open]))
+        refdyn_need_doubles(given[4], "out", many.size * many.count, 1, PyBUF_WRITABLE, &views[open]))
         many.out = views[open++].buf;
     PyObject *result = open > ROWS_COUNT ? compute_many(&many, function->library->lanes->width) : NULL;
     while (open > 0)
@@ -584,12 +592,23 @@ static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_
 static PyMethodDef library_methods[] = {
     {"prepare", library_prepare, METH_VARARGS, "prepare(rows, p, is_anchored, x)"},
     {"function", library_function, METH_VARARGS, "function(quantity, rates, size, p, x)"},
+    {"motion", refdyn_library_motion, METH_VARARGS, "motion(options, p, is_anchored, x, places)"},
+    {"statics", refdyn_library_statics, METH_VARARGS,
+     "statics(p, is_anchored, x, places, t, q, held, rows, way, starts)"},
+    {"modes", refdyn_library_modes, METH_VARARGS,
+     "modes(p, is_anchored, x, places, t, q, held, most, solve, eigen, least_squares)"},
+    {"stepper", refdyn_library_stepper, METH_VARARGS, "stepper(method, p, x)"},
+    {"columns", refdyn_library_columns, METH_NOARGS, "columns(): names and units of the columns of a motion"},
     {NULL, NULL, 0, NULL},
 };
 
 static PyGetSetDef library_values[] = {
     {"derived_count", library_derived, NULL, "number of derived parameters, which follow the parameters in p",
      NULL},
+    {"row_levels", library_levels, NULL, "levels of the rows: 0 positions, 1 velocities, 2 accelerations",
+     NULL},
+    {"has_tangent", library_tangent, NULL, "whether the tangent was emitted", NULL},
+    {"event_count", library_events, NULL, "number of events of the model", NULL},
     {NULL, NULL, NULL, NULL, NULL},
 };
 
@@ -620,6 +639,14 @@ static PyType_Spec library_spec = {"refdyn.core.Library", sizeof(struct library)
 static PyType_Spec function_spec = {"refdyn.core.Function", sizeof(struct function), 0,
                                     Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, function_slots};
 
+/* The names of the methods, as a tuple. */
+static PyObject *list_methods(void) {
+    PyObject *names = PyTuple_New(REFDYN_METHOD_COUNT);
+    for (int i = 0; names && i < REFDYN_METHOD_COUNT; i++)
+        PyTuple_SET_ITEM(names, i, PyUnicode_FromString(refdyn_method_name(i)));
+    return names;
+}
+
 static PyTypeObject *numpy_array(void) {
     PyObject *numpy = PyImport_ImportModule("numpy");
     PyObject *array = numpy ? PyObject_GetAttrString(numpy, "ndarray") : NULL;
@@ -631,16 +658,25 @@ static int module_exec(PyObject *module) {
     struct types *types = PyModule_GetState(module);
     PyObject *library = PyType_FromModuleAndSpec(module, &library_spec, NULL);
     types->function = (PyTypeObject *)PyType_FromModuleAndSpec(module, &function_spec, NULL);
+    types->motion = (PyTypeObject *)PyType_FromModuleAndSpec(module, &refdyn_motion_spec, NULL);
+    types->stepper = (PyTypeObject *)PyType_FromModuleAndSpec(module, &refdyn_stepper_spec, NULL);
     types->array = numpy_array();
-    const int status =
-        library && types->function && types->array ? PyModule_AddObjectRef(module, "Library", library) : -1;
+    int status = library && types->function && types->motion && types->stepper && types->array
+                     ? PyModule_AddObjectRef(module, "Library", library)
+                     : -1;
     Py_XDECREF(library);
+    PyObject *methods = list_methods();
+    if (status == 0)
+        status = PyModule_AddObjectRef(module, "METHODS", methods);
+    Py_XDECREF(methods);
     return status;
 }
 
 static int module_traverse(PyObject *module, visitproc visit, void *arg) {
     const struct types *types = PyModule_GetState(module);
     Py_VISIT(types->function);
+    Py_VISIT(types->motion);
+    Py_VISIT(types->stepper);
     Py_VISIT(types->array);
     return 0;
 }
@@ -648,6 +684,8 @@ static int module_traverse(PyObject *module, visitproc visit, void *arg) {
 static int module_clear(PyObject *module) {
     struct types *types = PyModule_GetState(module);
     Py_CLEAR(types->function);
+    Py_CLEAR(types->motion);
+    Py_CLEAR(types->stepper);
     Py_CLEAR(types->array);
     return 0;
 }

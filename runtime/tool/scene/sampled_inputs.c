@@ -8,8 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char scene_input_lead[] = "input_";
-
 /* The file while it is read, with the meaning of each column. */
 struct reading {
     struct inputs *inputs;
@@ -34,7 +32,7 @@ static bool no_input(const struct reading *reading) {
  * whose name has the kind in front (simulate.h). `t` is always the time. */
 static int find_input(const struct reading *reading, const char *name) {
     const struct csv *csv = &reading->csv;
-    int column = format_csv_column(csv, format_text("%s%s", scene_input_lead, name));
+    int column = format_csv_column(csv, format_text("%s%s", record_input_lead, name));
     if (column < 0 && strcmp(name, "t") != 0)
         column = format_csv_column(csv, name);
     return column;

@@ -434,3 +434,9 @@ enum status scene_run(const struct options *options, unsigned needs, const char 
     scene_close(&scene);
     return status;
 }
+
+enum status scene_numbers_failed(const struct scene *scene, int result, double t, const double *q,
+                                 const double *qd) {
+    record_print_failed(&scene->work, result, t, q, qd, stderr);
+    return STATUS_NUMBERS;
+}

@@ -8,6 +8,7 @@
 #include "gen/gen.h"
 #include "refdyn.h"
 #include "refdyn_batch.h"
+#include "runtime/record/record.h"
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/compile/compile.h"
 #include "runtime/tool/support/format/format.h"
@@ -59,8 +60,6 @@ bool scene_state_read(struct state *state, const char *path, const struct genera
                       bool takes_accelerations);
 
 /* One model made ready to compute with: read, emitted, compiled, its parameters and inputs set. */
-
-extern const char scene_input_lead[]; /* precedes the name of an input's column if that name is taken */
 
 struct scene {
     struct generation generation;
@@ -141,20 +140,14 @@ enum status scene_outcome(struct scene *scene, const struct options *options, en
 enum status scene_watch(const struct options *options, const char *model, const char *const *files, int count,
                         enum status (*run)(const struct options *options));
 
+/* A writer of entries of records into a JSON document. */
+struct record_writer scene_writer(struct document *document);
+
 /* Messages about failed computations. */
 
 /* Reports a status of the runtime with its time and state. Of many coordinates it shows those that failed or
  * are largest. Returns STATUS_NUMBERS. */
 enum status scene_numbers_failed(const struct scene *scene, int result, double t, const double *q,
                                  const double *qd);
-/* Prints up to three rows with the largest residuals at a state, which `where` describes. */
-void scene_print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
-                           const char *where);
-/* Prints the condition of the rows at a state. Returns true if they are close to losing rank. */
-bool scene_print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd);
-/* Prints the names of redundant rows. */
-void scene_print_rows_left_out(const struct refdyn_model *model, const int *rows, int count);
-/* The same for all rows of a workspace after its accelerations were solved. */
-void scene_print_redundant_rows(const struct refdyn_workspace *work);
 
 #endif

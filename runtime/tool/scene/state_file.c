@@ -331,3 +331,38 @@ void scene_put_state(struct document *document, const struct scene *scene) {
     put_values(document, scene->values.list, scene->values.count);
     format_put_close(document, '}');
 }
+
+/* ---- Entries of records ---- */
+
+static void put_open(void *document, const char *key, char bracket) {
+    format_put_open(document, key, bracket);
+}
+
+static void put_close(void *document, char bracket) {
+    format_put_close(document, bracket);
+}
+
+static void put_number(void *document, const char *key, double value) {
+    format_put_number(document, key, value);
+}
+
+static void put_whole(void *document, const char *key, long value) {
+    format_put_whole(document, key, value);
+}
+
+static void put_text(void *document, const char *key, const char *text) {
+    format_put_text(document, key, text);
+}
+
+static void put_truth(void *document, const char *key, bool value) {
+    format_put_truth(document, key, value);
+}
+
+static void put_null(void *document, const char *key) {
+    format_put_null(document, key);
+}
+
+struct record_writer scene_writer(struct document *document) {
+    return (struct record_writer){document,  put_open, put_close, put_number,
+                                  put_whole, put_text, put_truth, put_null};
+}

@@ -7,15 +7,16 @@
 TYPE_CHECKING = False  # type checkers know the name; `typing` takes longer to import than this package
 if TYPE_CHECKING:
     from .model import Model
+    from .motion import Motion
     from .program import ModelError, ModelWarning, NumericalError, prefix
     from .quantity import Quantity
 
     __version__: str
 
-__all__ = ["Model", "ModelError", "ModelWarning", "NumericalError", "Quantity", "prefix"]
+__all__ = ["Model", "ModelError", "ModelWarning", "Motion", "NumericalError", "Quantity", "prefix"]
 
 # Modules are imported when their names are first used, since the command `refdyn` needs none of them.
-_MODULES = {"Model": "model", "ModelError": "program", "ModelWarning": "program", "NumericalError": "program", "Quantity": "quantity", "prefix": "program"}
+_MODULES = {"Model": "model", "ModelError": "program", "ModelWarning": "program", "Motion": "motion", "NumericalError": "program", "Quantity": "quantity", "prefix": "program"}
 
 if not TYPE_CHECKING:
     def __getattr__(name):

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from .names import has_masked
 from .program import text_of
+from .recorded import Columns
 from .wording import shown
 
 if TYPE_CHECKING:
@@ -108,19 +109,23 @@ def of_modes(model: Model, result: Mapping[str, Any], attrs: Mapping[str, Any]) 
 
 # ---- Motions ----
 
-def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, Any]) -> xarray.Dataset:
+def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, Any], is_dataset: bool) -> Any:
     """Reads the columns of a CSV along t."""
     facts = json.loads(pathlib.Path(summary).read_text()) if summary else {}
     units = {"t": "s", **facts.pop("units", {})}
     with open(path, encoding="utf-8") as file:
         names = file.readline().rstrip("\n").split(",")
         rows = [line.split(",") for line in file if line.endswith("\n")]
-    table = np.array(rows, dtype=float).reshape(len(rows), len(names))
-    units.update((name, unit) for name, unit in {**model.units, **model._units["inputs"]}.items() if name not in units)
-    data = {name: variable(("t",), table[:, i], units.get(name)) for i, name in enumerate(names)}
+    run = Columns(names, np.array(rows, dtype=float).reshape(len(rows), len(names)), units, facts)
+    return of_columns(model, run, attrs) if is_dataset else run
+
+
+def of_columns(model: Model, run: Columns, attrs: Mapping[str, Any]) -> xarray.Dataset:
+    units = {**model.units, **model._units["inputs"], **run.units}
+    data = {name: variable(("t",), column, units.get(name)) for name, column in run.items()}
     for name, row in residuals(model, data):
         data[name].attrs["long_name"] = row
-    return dataset(data, attrs={**attrs, **plain(facts)})
+    return dataset(data, attrs={**attrs, **plain(run.attrs)})
 
 
 def residuals(model: Model, names: Iterable[str]) -> list[tuple[str, str]]:

@@ -7,13 +7,13 @@ import os
 import pathlib
 import threading
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import datasets, program
+from . import datasets, equilibria, motion, program, recorded, stepping
 from .names import by_name, finite_row, nearest, one_real, unknown
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
@@ -91,6 +91,8 @@ class Model:
     def _read(self, sources: Sources, settings: Mapping[str, Any]) -> None:
         self._lock, self._settings, self._sources = threading.RLock(), dict(settings), sources
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
+        self._steppers: dict[tuple[str, str | None], stepping.Stepper] = {}
+        self._purposes: dict[tuple[str, frozenset[str]], Compiled] = {}
         printed, facts = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
         description, self._warned = json.loads(printed), frozenset(facts)
         sources.keep(description["sources"])
@@ -103,6 +105,7 @@ class Model:
         vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value"),
                           inputs=named(description["inputs"], "value"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
                           q0=constant(description["q"]), qd0=constant(description["qd"]), **lists)
+        self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
         self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
         self._libraries[None, False] = Compiled(description, self._kinds)
 
@@ -168,6 +171,15 @@ class Model:
                 self._libraries[emit, has_lanes] = Compiled(json.loads(printed), self._kinds)
             return self._libraries[emit, has_lanes]
 
+    def _purpose(self, purpose: str, given: Collection[str] = ()) -> Compiled:
+        """The library of a command: "motion", "statics" or "modes". `given`: anchored parameters that have a value."""
+        key = (purpose, frozenset(given))
+        with self._lock:
+            if key not in self._purposes:
+                printed = self._run("compile", {"for": purpose}, {name: self.parameters[name] for name in given})
+                self._purposes[key] = Compiled(json.loads(printed), self._kinds)
+            return self._purposes[key]
+
     def units_of(self, name: str) -> str:
         """Returns the unit of a coordinate, a parameter or an input."""
         for units in self._units.values():
@@ -175,13 +187,44 @@ class Model:
                 return units[name]
         raise ValueError(unknown("coordinate, parameter or input", name, [name for units in self._units.values() for name in units]))
 
+    # ---- Motions in the caller's own loop ----
+
+    def motion(self, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float = 0.0, *, method: str | None = None, tol: float | None = None,
+               step: float | None = None, step_max: float | None = None, stabilise: str | None = None, singular: str | None = None, start: str | None = None,
+               inputs: Any = None, parameters: Mapping[str, float] | None = None) -> motion.Motion:
+        """Begins a motion at q, qd (default: the model's initial state) and t [s]; `motion.advance(t)` computes it.
+
+        The options are those of `refdyn sim`: adaptive steps with `tol`, or fixed ones of `step` [s]. Inputs and parameters are
+        constant until `motion.set(...)`.
+        """
+        options = motion.options_of(method, tol, step, step_max, stabilise, singular, start, False)
+        return motion.begin(self, q, qd, t, options, start, inputs, parameters)
+
+    def step(self, q: npt.ArrayLike, qd: npt.ArrayLike, t: npt.ArrayLike, h: float, inputs: Any = None, parameters: Mapping[str, npt.ArrayLike] | None = None, *,
+             method: str = "rk4", steps: int = 1, stabilise: str | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Steps from q, qd at t [s] by h [s]; returns q and qd then. Axes before the last one are a batch, as in quantities.
+
+        method     "rk4", "rk54", "rk8", "gauss" (gauss12), "radau" (radau9), "rodas5p" ... with a fixed step
+        steps      h is divided into so many equal steps
+        stabilise  how rows are kept: "baumgarte", the gains of the rows (default of rk4, rk54 and rk8), "project" (of the others) or "none"
+        """
+        key = (method, stabilise)
+        stepper = self._steppers.get(key)
+        if stepper is None:
+            with self._lock:
+                stepper = self._steppers.setdefault(key, stepping.Stepper(self, *key))
+        return stepper(q, qd, t, h, inputs, parameters, steps)
+
     # ---- What the program computes ----
 
     def statics(self, q: npt.ArrayLike | None = None, *, t: float | None = None, inputs: Mapping[str, float] | None = None,
                 parameters: Mapping[str, float] | None = None, hold: str | Sequence[str] | None = None,
                 release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
         """Computes the equilibrium near q; the options are those of `refdyn statics`."""
-        values = self._values("parameter", parameters)
+        values, constants = self._values("parameter", parameters), self._values("input", inputs)
+        found = equilibria.find(self, "statics", q, t, constants, values, hold, release, way)
+        if found is not None:
+            return datasets.of_equilibrium(self, found, found["held"], datasets.attributes(self, values, inputs))
         with self._state_file(q, None, t, self._values("input", inputs)) as state:
             printed = self._run("statics", {"state": state, "hold": listed(hold), "release": listed(release), "way": way}, values)
         held = self.held if hold is None else (listed(hold) or "").split(",")
@@ -196,6 +239,9 @@ class Model:
         is_found = q is None and at == "statics"
         if is_found and t is not None:
             raise ValueError("t: the equilibrium is computed at t = 0; add q or at=\"initial\" for another time")
+        found = equilibria.modes(self, at, q, t, constants, values, modes, hold, release, way)
+        if found is not None:
+            return datasets.of_modes(self, {"at": at if q is None else "state", **found}, datasets.attributes(self, values, inputs))
         with self._state_file(q, None, t, {} if is_found else constants) as state:
             given = {"at": state or at, "modes": modes, "hold": listed(hold), "release": listed(release), "way": way}
             printed = self._run("modes", given, {**values, **constants} if is_found else values)
@@ -204,30 +250,52 @@ class Model:
     def simulate(self, t_end: float, tol: float | None = None, *, method: str | None = None, step: float | None = None, every: float | None = None,
                  from_: str = "initial", q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
                  inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, float] | None = None,
-                 stop: str | Sequence[str] = (), **options: Any) -> xarray.Dataset:
+                 stop: str | Sequence[str] = (), dataset: bool = True, **options: Any) -> Any:
         """Computes a motion until t_end [s]. The columns of `refdyn sim` become variables along t with units, the summary attributes.
 
         tol        tolerance: bound on the local error (1e-6), for motions without a fixed `step`
         from_      "initial", "statics" or the name of a STATE.json; q, qd and t define another start instead
         inputs     constant values by name; with times `t` also samples, each valid until the next
         stop       a condition that ends the motion, "E_z<2", or several
+        dataset    False returns the columns as arrays by name, with their summary in `attrs`, which is faster for short motions
         options    further options of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way
         """
         check_place("from_", from_, [name for name, value in (("q", q), ("qd", qd), ("t", t)) if value is not None])
         values = self._values("parameter", parameters)
         constants, columns = split(inputs, self._kinds, self._by_events)
+        conditions = (stop,) if isinstance(stop, str) else tuple(stop)
+        shown = (lambda run: self._dataset(run, values, inputs)) if dataset else (lambda run: run)
+        if recorded.is_in_process(method, from_, conditions, options):
+            chosen = motion.options_of(method, tol, step, *(options.get(name) for name in recorded.OPTIONS), True)
+            try:
+                run = recorded.simulate(self, t_end, chosen, every, (q, qd, t), constants, columns, values, conditions, from_, options)
+            except (program.NumericalError, KeyboardInterrupt) as error:
+                if getattr(error, "run", None) is not None:
+                    error.run = shown(error.run)
+                raise
+            if run is not None:
+                return shown(run)
+        return self._simulate_by_program(t_end, tol, method, step, every, from_, (q, qd, t), (constants, columns), values, inputs, conditions, options, dataset)
+
+    def _dataset(self, run: recorded.Columns, values: Mapping[str, float], inputs: Any) -> xarray.Dataset:
+        return datasets.of_columns(self, run, datasets.attributes(self, values, inputs))
+
+    def _simulate_by_program(self, t_end: float, tol: float | None, method: str | None, step: float | None, every: float | None, from_: str,
+                             start: tuple[Any, Any, Any], given_inputs: tuple[Mapping[str, float], Mapping[str, np.ndarray]], values: Mapping[str, float],
+                             inputs: Any, conditions: Sequence[str], options: Mapping[str, Any], dataset: bool) -> Any:
+        """The same by `refdyn sim`: for options that only the program has, and for messages about wrong ones."""
+        constants, columns = given_inputs
         attrs = datasets.attributes(self, values, inputs)
-        conditions = (stop,) if isinstance(stop, str) else stop
-        with program.private_folder() as folder, self._state_file(q, qd, t, {}) as state:
+        with program.private_folder() as folder, self._state_file(*start, {}) as state:
             run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
             given = {"until": t_end, "tol": tol, "method": method, "step": step, "every": every, "from": state or from_,
                      "inputs": datasets.write_samples(columns, folder), "output": run, "summary": summary, **program.further(options)}
             try:
                 self._run("sim", given, {**values, **constants}, *(word for condition in conditions for word in ("--stop", condition)))
             except program.NumericalError as error:
-                error.run = datasets.of_motion(self, run + ".part", None, attrs) if os.path.exists(run + ".part") else None
+                error.run = datasets.of_motion(self, run + ".part", None, attrs, dataset) if os.path.exists(run + ".part") else None
                 raise
-            return datasets.of_motion(self, run, summary, attrs)
+            return datasets.of_motion(self, run, summary, attrs, dataset)
 
     def batch(self, cases: Mapping[str, npt.ArrayLike] | None = None, t_end: float | None = None, *, sweep: str | os.PathLike[str] | None = None,
               tol: float | None = None, method: str | None = None, from_: str | None = None, threads: int | None = None, lanes: int | None = None,

@@ -125,6 +125,14 @@ def fact_of(warning: str) -> str:
     return warning.partition("warning: ")[2] or warning
 
 
+def warn(text: str) -> None:
+    """Warns at the line that has called the package."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back and frame.f_globals.get("__name__", "").partition(".")[0] == __package__:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(text, ModelWarning, stacklevel=level)
+
+
 def private_folder() -> tempfile.TemporaryDirectory[str]:
     """A temporary folder for the files that a call exchanges with the program."""
     return tempfile.TemporaryDirectory(prefix=PRIVATE)
@@ -164,7 +172,7 @@ def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: 
     found = warnings_of(said)
     for text in found:
         if fact_of(text) not in warned:
-            warnings.warn(text, ModelWarning, stacklevel=5)
+            warn(text)
     if done.returncode:
         raise failure(done.returncode, WARNING.sub("", said))
     return done.stdout, [fact_of(text) for text in found]

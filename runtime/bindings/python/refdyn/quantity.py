@@ -5,6 +5,7 @@ copy where their layout allows it. A leading axis of any argument is a batch, wh
 """
 from __future__ import annotations
 
+import functools
 import hashlib
 import math
 import os
@@ -63,6 +64,12 @@ class Compiled:
             self.optimised = None
             if is_whole(path):
                 self.library = Library(path, self.description["name"], self.description["lanes"])
+
+    @functools.cached_property
+    def columns(self) -> tuple[list[str], dict[str, str]]:
+        """The columns of a motion, and their known units."""
+        names, units = self.library.columns()
+        return names, {name: unit for name, unit in zip(names, units) if unit is not None}
 
     def input_rows(self, inputs: Mapping[str, npt.ArrayLike] | None) -> np.ndarray:
         """A row of inputs, or one for each state of a batch."""

@@ -6,11 +6,10 @@ import pathlib
 import shutil
 import tempfile
 import threading
-import warnings
 import weakref
 from collections.abc import Iterable, Mapping
 
-from .program import PRIVATE, ModelWarning
+from .program import PRIVATE, warn
 
 TEXT = "text.lua"  # name of a model that is given as a text and has no file
 
@@ -52,8 +51,7 @@ class Sources:
         if self.main == TEXT:
             return
         self.places[self._copies] = os.path.dirname(self.main)
-        warnings.warn(f"{changed}: the file has changed since the model was read; the model stays as it was, and refdyn.Model reads the new file",
-                      ModelWarning, stacklevel=6)
+        warn(f"{changed}: the file has changed since the model was read; the model stays as it was, and refdyn.Model reads the new file")
 
 
 def bytes_of(file: str) -> bytes | None:

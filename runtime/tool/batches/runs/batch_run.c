@@ -19,7 +19,7 @@
 struct recorder {
     const struct kept *kept;
     const struct runs_layout *layout;
-    struct table table;
+    struct record_table table;
     int *places;    /* (item_count) columns of the table, -1 if this structure has none */
     double *values; /* (layout->width) of the case */
     double *before; /* (item_count) squares at the previous output, for norms */
@@ -30,14 +30,14 @@ struct recorder {
 /* Looks up the items' columns in the table, and selects the blocks that it must compute. */
 static void find_places(struct recorder *recorder) {
     const struct kept *kept = recorder->kept;
-    struct table *table = &recorder->table;
+    struct record_table *table = &recorder->table;
     bool *wanted = format_allocate((size_t)table->count, sizeof *wanted);
     for (int i = 0; i < recorder->layout->item_count; i++) {
         recorder->places[i] = text_index(kept->columns[i], table->names, table->count);
         if (recorder->places[i] >= 0)
             wanted[recorder->places[i]] = true;
     }
-    simulate_table_want(table, wanted);
+    record_table_want(table, wanted);
 }
 
 static void recorder_start(struct recorder *recorder, const struct kept *kept,
@@ -115,7 +115,7 @@ static void recorder_see(struct recorder *recorder, int number) {
     const struct seen_times *times = &recorder->kept->times;
     if (recorder->keeps_ends_alone && number < times->count - 1)
         return;
-    simulate_table_fill(&recorder->table);
+    record_table_fill(&recorder->table);
     for (int i = 0; i < recorder->layout->item_count; i++)
         if (recorder->places[i] >= 0)
             record(recorder, i, recorder->table.values[recorder->places[i]], number);
@@ -137,7 +137,7 @@ static void record_end(struct recorder *recorder, int item, double value, double
 
 /* Records the end of a case that an event has ended at t, and completes extremes and norms. */
 static void recorder_end(struct recorder *recorder, double t) {
-    simulate_table_fill(&recorder->table);
+    record_table_fill(&recorder->table);
     for (int i = 0; i < recorder->layout->item_count; i++)
         if (recorder->places[i] >= 0)
             record_end(recorder, i, recorder->table.values[recorder->places[i]], t);

@@ -25,7 +25,7 @@ struct again {
     json_t *model, *options, *files;
     struct targets targets;
     struct target *rows;
-    struct table table;
+    struct record_table table;
     bool has_rows; /* the motion has begun */
     int status;    /* status of the runtime */
 };
@@ -210,7 +210,7 @@ static int write_row(void *context, const struct refdyn_batch_case *one, int num
         simulate_table_start(&again->table, one->integrator, NULL);
         simulate_table_header(&again->table, again->rows->file);
     }
-    simulate_table_fill(&again->table);
+    record_table_fill(&again->table);
     simulate_table_row(&again->table, again->rows->file);
     return 0;
 }
@@ -233,7 +233,7 @@ static int print_refused_values(const struct again *again, const struct refdyn_b
     char text[REFUSED_LENGTH];
     const char *fact = without_folder(again, scene_refused_fact(scene, one->integrator->work, text));
     if (result->stage == REFDYN_AT_STEPS)
-        simulate_events_print_refused(one->integrator, fact);
+        record_events_print_refused(one->integrator, fact, stderr);
     else
         fprintf(stderr, "%s\n", fact);
     return 0;
@@ -245,7 +245,7 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     const struct refdyn_integrator *integrator = one->integrator;
     struct scene *scene = &again->setup.structures.list[0].scene;
     if (result->status == REFDYN_EVENT_ENDS) {
-        simulate_table_fill(&again->table);
+        record_table_fill(&again->table);
         simulate_table_row(&again->table, again->rows->file);
         return 0;
     }

@@ -19,8 +19,8 @@ static bool needs_outputs(const struct keep *keep) {
 struct seen_times runs_seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
                                        double every) {
     const bool is_seen = needs_outputs(keep) || every > 0;
-    const double distance = simulate_distance(until - t, every);
-    const long outputs = is_seen ? simulate_count_outputs(until - t, distance) - 1 : 1;
+    const double distance = record_distance(until - t, every);
+    const long outputs = is_seen ? record_count_outputs(until - t, distance) - 1 : 1;
     const size_t most = (size_t)outputs + (size_t)keep->at_count + 2;
     double *times = memory_get(memory, most * sizeof *times);
     int *output = memory_get(memory, most * sizeof *output), *at = memory_get(memory, most * sizeof *at);
@@ -81,7 +81,7 @@ static bool has_item(const struct listing *listing, enum kept_kind kind, const c
 
 /* Adds the state. The first columns of the table are t, coordinates, rates and points; the last are the
  * forces and times of rest of contacts. */
-static void add_state(struct listing *listing, enum kept_kind kind, const struct table *table,
+static void add_state(struct listing *listing, enum kept_kind kind, const struct record_table *table,
                       const struct refdyn_model *model) {
     const int first = 1 + 2 * model->n + 9 * model->point_count;
     const int last = table->count - 2 * (model->m - refdyn_programme_rows(model));
@@ -92,7 +92,7 @@ static void add_state(struct listing *listing, enum kept_kind kind, const struct
 
 /* Adds the names that the model has. */
 static void add_named(struct listing *listing, enum kept_kind kind, const struct name_list *list,
-                      const struct table *table) {
+                      const struct record_table *table) {
     for (int i = 0; i < list->count; i++) {
         const int column = text_index(list->names[i], table->names, table->count);
         if (column >= 0 && !has_item(listing, kind, list->names[i]))
@@ -103,7 +103,7 @@ static void add_named(struct listing *listing, enum kept_kind kind, const struct
 static void add_model(struct listing *listing, const struct keep *keep, const struct refdyn_model *model) {
     struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
     struct refdyn_integrator integrator = {.work = &work};
-    struct table table;
+    struct record_table table;
     simulate_table_start(&table, &integrator, NULL);
     if (keep->final)
         add_state(listing, KEPT_FINAL, &table, model);
@@ -154,7 +154,7 @@ static bool are_known(const struct name_list *list, const struct listing *listin
             continue;
         struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
         struct refdyn_integrator integrator = {.work = &work};
-        struct table table;
+        struct record_table table;
         simulate_table_start(&table, &integrator, NULL);
         const char *near = message_nearest_name(list->names[i], table.names, table.count);
         fprintf(stderr, "%s: keep.%s: a motion has no column '%s'%s%s\n", list->places[i], field,

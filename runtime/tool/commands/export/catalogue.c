@@ -58,7 +58,7 @@ static const char *contact_name(const struct refdyn_model *model, int i) {
 
 /* The columns of `sim`, from which the names of variables come. */
 struct columns {
-    struct table table;
+    struct record_table table;
     const struct refdyn_model *model;
     int points, residuals, angular, courses, accelerations, inputs, forces,
         contacts; /* the first column of each kind */

@@ -127,6 +127,32 @@ static void put_part(struct document *document, const struct result_part *part) 
     format_put_close(document, '}');
 }
 
+/* Rules that the model has for parameters, with the lines of its file. */
+static void put_requirements(struct document *document, const struct scene *scene) {
+    format_put_open(document, "requirements", '[');
+    for (int i = 0; i < scene->model->requirement_count; i++) {
+        const struct place place = gen_requirement_place(&scene->generation, i);
+        format_put_text(document, NULL, format_text("%s:%d", place.file, place.line));
+    }
+    format_put_close(document, ']');
+}
+
+/* For each row, the parameters that it reads from the start of a motion. */
+static void put_row_starts(struct document *document, const struct scene *scene) {
+    const struct model *read = &scene->generation.model;
+    format_put_open(document, "row_starts", '[');
+    for (int i = 0; i < scene->model->m; i++)
+        put_texts(document, NULL, read->rows[i].starts, read->rows[i].start_count);
+    format_put_close(document, ']');
+}
+
+static int count_limits(const struct tree *tree) {
+    int count = 0;
+    for (int i = 0; i < tree->count; i++)
+        count += tree->frames[i].joint.limits != NULL;
+    return count;
+}
+
 static void put_functions(struct document *document, const struct generation *generation) {
     struct emitted_function function;
     format_put_open(document, "functions", '[');
@@ -170,25 +196,60 @@ static enum status print_library(struct scene *scene, const struct options *opti
         format_put_text(&document, "optimised", awaited);
     format_put_whole(&document, "lanes", scene->compiled.lanes ? scene->compiled.lanes->width : 0);
     put_names(&document, scene);
+    put_requirements(&document, scene);
+    put_row_starts(&document, scene);
+    format_put_whole(&document, "limit_count", count_limits(&scene->generation.tree));
     put_functions(&document, &scene->generation);
     put_sources(&document, scene->generation.model.sources);
     format_put_close(&document, '}');
     return scene_finish(scene, &document);
 }
 
+/* What a library is for: the functions that these commands call, from the library that they use. */
+static const char *const purposes[] = {"motion", "statics", "modes", NULL};
+static const unsigned purpose_needs[] = {NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES | NEEDS_TANGENT,
+                                         NEEDS_STATICS | NEEDS_POINTS,
+                                         NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR};
+
+static const char *list_purposes(const struct command *command) {
+    (void)command;
+    return message_names(&format_memory, purposes, (int)(sizeof purposes / sizeof purposes[0]) - 1);
+}
+
+static enum status choose_needs(const struct options *options, unsigned *needs) {
+    const int count = (int)(sizeof purposes / sizeof purposes[0]) - 1;
+    *needs = 0;
+    for (const char **word = options_list(options_text(options, "for")); *word; word++) {
+        const int place = text_index(*word, purposes, count);
+        if (place < 0)
+            return options_error(options, "for", ": '%s' is not one of %s", *word, list_purposes(NULL));
+        *needs |= purpose_needs[place];
+    }
+    if (*needs && options_text(options, "emit"))
+        return options_usage_error(options->command, "--for chooses the quantities itself; omit --emit");
+    *needs = *needs ? *needs : NEEDS_ALL;
+    return STATUS_DONE;
+}
+
 static enum status run_compile(const struct options *options) {
     struct options own = *options;
+    unsigned needs;
+    const enum status status = choose_needs(options, &needs);
     if (options_has(options, "for-lanes"))
         options_set_number(&own, "lanes", refdyn_batch_widest());
-    return scene_run(&own, NEEDS_RESULT | NEEDS_ALL, NULL, print_library);
+    return status == STATUS_DONE ? scene_run(&own, NEEDS_RESULT | needs, NULL, print_library) : status;
 }
+
+static const struct option_rule compile_rules[] = {
+    {"for", "motion,...", OPTION_LIST, "only the functions that a command calls: %s", NULL, list_purposes},
+    {.name = NULL}};
 
 const struct command compile_command = {
     .name = "compile",
     .run = run_compile,
     .operands = "MODEL.lua",
-    .options = "output emit for-lanes set loops accelerations fold",
-    .tables = {scene_rules},
+    .options = "output for emit for-lanes set loops accelerations fold",
+    .tables = {compile_rules, scene_rules},
     .output = "FILE",
     .purpose = "compile a model for other programs to load",
     .help =
@@ -198,7 +259,10 @@ const struct command compile_command = {
         "(refdyn_model.h).\n"
         "The library may be a first tier, compiled at once; then `optimised` is where the optimised one of "
         "the same bits will appear.\n"
+        "--for motion compiles the library of `sim`, --for statics and --for modes those of `statics` and "
+        "`modes`.\n"
         "With --for-lanes it also has NAME_lanes_W (refdyn_lanes.h), for W motions side by side, the "
         "widest for this processor.\n\n"
         "  refdyn compile models/manipulator.lua --set n_rfe=8\n"
+        "  refdyn compile models/manipulator.lua --for motion\n"
         "  refdyn compile models/manipulator.lua --emit qdd,d_qdd --for-lanes\n"};

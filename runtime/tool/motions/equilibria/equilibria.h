@@ -1,43 +1,8 @@
-/* Equilibria and small motions: the equations of small motions and their spectrum; the choices and the
- * computation of an equilibrium for a command. */
+/* Equilibria and small motions: the choices and the computation of an equilibrium for a command. */
 #ifndef REFDYN_TOOL_EQUILIBRIA_H
 #define REFDYN_TOOL_EQUILIBRIA_H
 
-#include <complex.h>
-
 #include "runtime/tool/scene/scene.h"
-
-/* The equations of small motions about a state at rest, for x, the change of the coordinates that are not
- * held: M x'' + D x' + K x - u^T mu = 0,   position rows: u x = 0,   velocity rows: u x' + psi_q x = 0 */
-struct linear {
-    int n, m;
-    int *place;      /* (n) of the coordinates not held, in q */
-    double *M, *D;   /* (n x n) */
-    double *K;       /* (n x n) */
-    double *u;       /* (m x n) */
-    double *psi_q;   /* (m x n) 0 in position rows */
-    int *is_level_q; /* (m) non-zero: a position row */
-    double *force;   /* (n) Q + u^T lambda, the unbalanced force */
-    double residual; /* the largest of these */
-};
-
-/* Spectrum of small motions x = shape e^(eigenvalue t) (theory, sect. 8.10). Each occurs once: of a conjugate
- * pair, the one with positive imaginary part. */
-
-struct mode {
-    double complex eigenvalue;   /* [1/s]; parts within rounding are exactly 0 */
-    const double complex *shape; /* (n) the largest entry is 1 */
-};
-
-struct spectrum {
-    struct mode *modes; /* by |eigenvalue|, ascending; a growing one before a decaying one */
-    int count;
-    const int *redundant; /* (redundant_count) rows that depend on others, or have no effect at rest */
-    int redundant_count;
-};
-
-/* Returns a status of the runtime. */
-int equilibria_find_spectrum(struct spectrum *spectrum, const struct linear *linear);
 
 /* Marks in held (n) the coordinates of --hold, or those of the model by default. Reports unknown names. */
 enum status equilibria_choose_held(struct scene *scene, const struct options *options, int *held);

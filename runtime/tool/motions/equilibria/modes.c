@@ -1,6 +1,5 @@
 /* `refdyn modes`: computes frequencies, damping ratios and shapes of small motions about a state at rest;
  * prints JSON and a table. */
-#include <float.h>
 #include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
@@ -11,177 +10,50 @@
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
 
-/* ---- The linear equations ---- */
+/* ---- Linear algebra by LAPACK ---- */
 
-/*
- * Linearises the equations of motion about a state at rest, with the multipliers that balance it best.
- *
- * K and D are the derivatives of M qdd - h - Q - u^T lambda at qd = 0 and qdd = 0. There h, quadratic in qd,
- * does not contribute to K, nor does M. phi and psi themselves are linearised; gains of stabilisation do not
- * enter.
- */
-
-/* [rad, m] and [rad/s^2, m/s^2]; equilibria from statics are balanced much better */
-static const double distance_tol = 1e-6;
-static const double acceleration_tol = 1e-9;
-
-/* d_rows begins with psi_q and psi_qd. Derivatives by t, inputs and parameters, then k and phi follow. */
-static size_t rows_room(const struct refdyn_model *model) {
-    size_t variables = 2 * (size_t)model->n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
-    return 3 * (size_t)model->m * variables;
+static void *allocate(void *arena, size_t size) {
+    return memory_get(arena, size);
 }
 
-static void call(const struct scene *scene, refdyn_function *function, const double *qd, double *out) {
-    function(scene->work.p, scene->work.x, scene->state.t, scene->q, qd, out);
+static bool solve(void *context, int size, const double *matrix, bool is_transposed, double *columns) {
+    double *factor = format_allocate_matrix(size, size);
+    lapack_int *pivots = format_allocate((size_t)size, sizeof *pivots);
+    (void)context;
+    memcpy(factor, matrix, (size_t)size * (size_t)size * sizeof *factor);
+    lapack_int info = LAPACKE_dgetrf(LAPACK_ROW_MAJOR, size, size, factor, size, pivots);
+    if (info == 0)
+        info = LAPACKE_dgetrs(LAPACK_ROW_MAJOR, is_transposed ? 'T' : 'N', size, size, factor, size, pivots,
+                              columns, size);
+    return info == 0;
 }
 
-static double *part_of(const struct linear *linear, const double *whole, int rows, int stride,
-                       const int *row_place) {
-    double *part = format_allocate_matrix(rows, linear->n);
-    for (int i = 0; i < rows; i++)
-        for (int j = 0; j < linear->n; j++)
-            part[i * linear->n + j] = whole[(row_place ? row_place[i] : i) * stride + linear->place[j]];
-    return part;
+static bool find_eigenvalues(void *context, int size, double *T, double *re, double *im, double *left,
+                             double *right) {
+    (void)context;
+    return LAPACKE_dgeev(LAPACK_ROW_MAJOR, 'V', 'V', size, T, size, re, im, left, size, right, size) == 0;
 }
 
-/* Minimises |Q + u^T lambda| in units of sqrt(M_jj), in which the runtime also measures rows. */
-static int find_multipliers(const struct linear *linear, const double *Q, double *lambda) {
-    const int n = linear->n, m = linear->m, larger = n > m ? n : m;
-    double *A = format_allocate_matrix(n, m), *b = format_allocate_matrix(larger, 1);
-    double *size = format_allocate_matrix(m, 1), *singular = format_allocate_matrix(larger, 1);
+static bool solve_least_squares(void *context, int rows, int columns, double *A, double *b, double tol,
+                                double *x) {
+    double *singular = format_allocate_matrix(rows > columns ? rows : columns, 1);
     lapack_int rank;
-    for (int j = 0; j < n; j++)
-        b[j] = -Q[linear->place[j]] / sqrt(linear->M[j * n + j]);
-    for (int i = 0; i < m; i++)
-        for (int j = 0; j < n; j++) {
-            A[j * m + i] = linear->u[i * n + j] / sqrt(linear->M[j * n + j]);
-            size[i] = fmax(size[i], fabs(A[j * m + i]));
-        }
-    for (int i = 0; i < m; i++)
-        for (int j = 0; j < n && size[i] > 0; j++)
-            A[j * m + i] /= size[i];
-    lapack_int info =
-        LAPACKE_dgelsd(LAPACK_ROW_MAJOR, n, m, 1, A, m, b, 1, singular, sqrt(DBL_EPSILON), &rank);
-    for (int i = 0; i < m; i++)
-        lambda[i] = size[i] > 0 ? b[i] / size[i] : 0;
-    return info == 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
-}
-
-static void find_residual(struct linear *linear, const double *Q, const double *lambda) {
-    linear->force = format_allocate_matrix(linear->n, 1);
-    for (int j = 0; j < linear->n; j++) {
-        linear->force[j] = Q[linear->place[j]];
-        for (int i = 0; i < linear->m; i++)
-            linear->force[j] += linear->u[i * linear->n + j] * lambda[i];
-        linear->residual = fmax(linear->residual, fabs(linear->force[j]));
-    }
-}
-
-static void choose_places(struct linear *linear, struct scene *scene, const int *held) {
-    *linear = (struct linear){.m = scene->model->m};
-    linear->place = format_allocate((size_t)scene->model->n, sizeof *linear->place);
-    linear->is_level_q = format_allocate((size_t)linear->m, sizeof *linear->is_level_q);
-    for (int j = 0; j < scene->model->n; j++)
-        if (!held[j])
-            linear->place[linear->n++] = j;
-    for (int i = 0; i < linear->m; i++)
-        linear->is_level_q[i] = scene->model->rows[i].level == REFDYN_POSITION;
-}
-
-/* Returns REFDYN_NOT_FINITE, with the fault at the first row of K and D, or of psi_q, that is infinite or
- * NaN. */
-static int check_finite(const struct linear *linear, struct refdyn_fault *fault) {
-    const int n = linear->n;
-    for (int i = n * n - 1; i >= 0; i--)
-        if (!isfinite(linear->K[i]) || !isfinite(linear->D[i]))
-            fault->coordinate = linear->place[i / n];
-    for (int i = linear->m * n - 1; i >= 0; i--)
-        if (!isfinite(linear->psi_q[i]))
-            fault->row = i / n;
-    return fault->coordinate < 0 && fault->row < 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
-}
-
-/* Computes K, D and psi_q over the free coordinates. rest (2 n + 1 + m): rates, accelerations and power,
- * which are 0, and lambda. */
-static int finish(struct linear *linear, struct scene *scene, const double *rest) {
-    const int n = linear->n, m = linear->m, all = scene->model->n;
-    double *tangent = format_allocate_matrix(1, all + m + 3 * (all + m) * all); /* f_t g_t G_q G_qd u K D M */
-    double *rows = format_allocate(rows_room(scene->model), sizeof *rows);      /* psi_q psi_qd ... */
-    call(scene, scene->model->tangent, rest, tangent);
-    if (m)
-        call(scene, scene->model->d_rows, scene->qd, rows);
-    const double *K = tangent + all + m * (1 + 3 * all);
-    linear->K = part_of(linear, K, n, all, linear->place);
-    linear->D = part_of(linear, K + all * all, n, all, linear->place);
-    linear->psi_q = part_of(linear, rows, m, all, NULL);
-    for (int i = 0; i < m; i++)
-        if (linear->is_level_q[i])
-            memset(linear->psi_q + i * n, 0, (size_t)n * sizeof(double));
-    return check_finite(linear, &scene->work.fault);
-}
-
-/* Coordinates are measured in 1/sqrt(M_jj). */
-static int check_mass(const struct linear *linear, struct scene *scene) {
-    for (int j = 0; j < linear->n; j++)
-        if (!(linear->M[j * (linear->n + 1)] > 0)) {
-            scene->work.fault.coordinate = linear->place[j];
-            return REFDYN_MASS_NOT_POSITIVE;
-        }
-    return REFDYN_OK;
-}
-
-/* lambda minimises |Q + u^T lambda|; of several minima, it is the smallest. Returns a status of the runtime.
- */
-static int linearise(struct linear *linear, struct scene *scene, const int *held) {
-    const int all = scene->model->n;
-    choose_places(linear, scene, held);
-    int status = refdyn_equations(&scene->work, scene->state.t, scene->q, scene->qd);
-    if (status != REFDYN_OK)
-        return status;
-    scene->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
-    double *Q = format_allocate_matrix(all, 1), *rest = format_allocate_matrix(1, 2 * all + 1 + linear->m);
-    double *lambda = rest + 2 * all + 1;
-    call(scene, scene->model->Q, scene->qd, Q);
-    linear->M = part_of(linear, scene->work.M, linear->n, all, linear->place);
-    linear->u = part_of(linear, scene->work.u, linear->m, all, NULL);
-    status = check_mass(linear, scene);
-    if (status == REFDYN_OK && linear->m && linear->n)
-        status = find_multipliers(linear, Q, lambda);
-    if (status == REFDYN_OK)
-        status = finish(linear, scene, rest);
-    find_residual(linear, Q, lambda);
-    return status;
-}
-
-/* The first coordinate that is out of balance by more than 1e-6 rad or m, and by an acceleration of more than
- * 1e-9 rad/s^2 or m/s^2; -1 if the state is an equilibrium. */
-static int find_unbalanced(const struct linear *linear) {
-    for (int j = 0; j < linear->n; j++) {
-        const double *row = linear->K + j * linear->n;
-        double stiffness = 0, force = fabs(linear->force[j]);
-        for (int i = 0; i < linear->n; i++)
-            stiffness = fmax(stiffness, fabs(row[i]));
-        if (force > distance_tol * stiffness && force > acceleration_tol * linear->M[j * (linear->n + 1)])
-            return j;
-    }
-    return -1;
+    (void)context;
+    const lapack_int info =
+        LAPACKE_dgelsd(LAPACK_ROW_MAJOR, rows, columns, 1, A, columns, b, 1, singular, tol, &rank);
+    memcpy(x, b, (size_t)columns * sizeof *x);
+    return info == 0;
 }
 
 /* ---- The command ---- */
 
-static const double pi = 3.14159265358979323846;
-/* Largest residual phi of a state on the programme [rad, m]; larger ones are reported. */
-static const double programme_tol = 1e-6;
-
 struct analysis {
     struct scene *scene;
     const char *at;
-    int *held;  /* (n) */
-    double phi; /* largest |phi| */
-    double *C;  /* (points x 3 x n) */
-    int count;  /* modes to print */
-    struct linear linear;
-    struct spectrum spectrum;
+    int *held; /* (n) */
+    int count; /* modes to print */
+    struct record_algebra algebra;
+    struct record_small_motions motions;
 };
 
 static const char *place_of(const struct options *options) {
@@ -231,87 +103,23 @@ static enum status place(struct analysis *analysis, const struct options *option
     return status;
 }
 
-/* ---- Warnings ---- */
-
-static void print_warnings(const struct analysis *analysis) {
-    const struct linear *linear = &analysis->linear;
-    const int off = find_unbalanced(linear);
-    scene_print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
-                              analysis->spectrum.redundant_count);
-    if (off >= 0)
-        fprintf(stderr, "refdyn: warning: this state is not an equilibrium: %s is out of balance by %.4g\n",
-                analysis->scene->model->coordinates[linear->place[off]].name, fabs(linear->force[off]));
-    if (analysis->phi > programme_tol)
-        fprintf(stderr, "refdyn: warning: the state is off the programme: largest |phi| %.4g\n",
-                analysis->phi);
-}
-
-/* Damping ratio; -1 for growth without oscillation, 0 for an eigenvalue 0. */
-static double damping_of(const struct mode *mode) {
-    const double omega = cabs(mode->eigenvalue);
-    return omega > 0 ? 0 - creal(mode->eigenvalue) / omega : 0; /* no -0 */
-}
-
 static void print_table(const struct analysis *analysis) {
     fputs("mode  frequency [Hz]  omega [rad/s]  damping ratio\n", stderr);
     for (int i = 0; i < analysis->count; i++) {
-        const struct mode *mode = &analysis->spectrum.modes[i];
-        fprintf(stderr, "%4d  %14.6g  %13.6g  %13.6g%s\n", i + 1, (cimag(mode->eigenvalue) + 0.0) / (2 * pi),
-                cabs(mode->eigenvalue), damping_of(mode), creal(mode->eigenvalue) > 0 ? "  unstable" : "");
+        const struct record_mode *mode = &analysis->motions.spectrum.modes[i];
+        fprintf(stderr, "%4d  %14.6g  %13.6g  %13.6g%s\n", i + 1, record_frequency_of(mode),
+                cabs(mode->eigenvalue), record_damping_of(mode),
+                creal(mode->eigenvalue) > 0 ? "  unstable" : "");
     }
 }
 
 /* ---- JSON ---- */
 
-static void put_complex(struct document *document, const char *key, const double complex *values, int count) {
-    static const char *const parts[] = {"re", "im"};
-    format_put_open(document, key, '{');
-    for (int part = 0; part < 2; part++) {
-        format_put_open(document, parts[part], '[');
-        for (int i = 0; i < count; i++)
-            format_put_number(document, NULL, (part ? cimag(values[i]) : creal(values[i])) + 0.0); /* no -0 */
-        format_put_close(document, ']');
-    }
-    format_put_close(document, '}');
-}
-
-static void put_shape(struct document *document, const struct analysis *analysis, const struct mode *mode) {
-    const struct refdyn_model *model = analysis->scene->model;
-    const int n = model->n;
-    double complex *shape = format_allocate((size_t)n, sizeof *shape);
-    for (int j = 0; j < analysis->linear.n; j++)
-        shape[analysis->linear.place[j]] = mode->shape[j];
-    put_complex(document, "shape", shape, n);
-    format_put_open(document, "points", '{');
-    for (int i = 0; i < model->point_count; i++) {
-        double complex moved[3] = {0}; /* C shape */
-        for (int axis = 0; axis < 3; axis++)
-            for (int j = 0; j < n; j++)
-                moved[axis] += analysis->C[(3 * i + axis) * n + j] * shape[j];
-        put_complex(document, model->points[i], moved, 3);
-    }
-    format_put_close(document, '}');
-}
-
-static void put_mode(struct document *document, const struct analysis *analysis, const struct mode *mode) {
-    const double re = creal(mode->eigenvalue) + 0.0, im = cimag(mode->eigenvalue) + 0.0; /* no -0 */
-    format_put_open(document, NULL, '{');
-    format_put_number(document, "frequency", im / (2 * pi));
-    format_put_number(document, "omega", cabs(mode->eigenvalue));
-    format_put_number(document, "damping", damping_of(mode));
-    format_put_array(document, "eigenvalue", (const double[]){re, im}, 2);
-    put_shape(document, analysis, mode);
-    format_put_close(document, '}');
-}
-
 static enum status print_analysis(const struct analysis *analysis) {
     struct scene *scene = analysis->scene;
-    const struct spectrum *spectrum = &analysis->spectrum;
     struct document document;
-    int unstable = 0;
     format_document_open(&document);
-    for (int i = 0; i < spectrum->count; i++)
-        unstable += creal(spectrum->modes[i].eigenvalue) > 0;
+    const struct record_writer writer = scene_writer(&document);
     format_put_open(&document, NULL, '{');
     format_put_text(&document, "name", scene->model->name);
     scene_put_coordinates(&document, "coordinates", scene->model, NULL);
@@ -319,13 +127,7 @@ static enum status print_analysis(const struct analysis *analysis) {
     scene_put_state(&document, scene);
     scene_put_positions(&document, scene);
     scene_put_coordinates(&document, "held", scene->model, analysis->held);
-    format_put_number(&document, "phi", analysis->phi);
-    format_put_number(&document, "residual", analysis->linear.residual);
-    format_put_whole(&document, "unstable", unstable);
-    format_put_open(&document, "modes", '[');
-    for (int i = 0; i < analysis->count; i++)
-        put_mode(&document, analysis, &spectrum->modes[i]);
-    format_put_close(&document, ']');
+    record_put_small_motions(&analysis->motions, analysis->count, &writer);
     format_put_close(&document, '}');
     return scene_finish(scene, &document);
 }
@@ -335,26 +137,23 @@ static enum status print_analysis(const struct analysis *analysis) {
 static int compute(struct analysis *analysis, const struct options *options) {
     const double modes = options_number(options, "modes");
     struct scene *scene = analysis->scene;
-    const struct refdyn_model *model = scene->model;
-    int result = linearise(&analysis->linear, scene, analysis->held);
-    if (result == REFDYN_OK)
-        result = equilibria_find_spectrum(&analysis->spectrum, &analysis->linear);
-    if (result != REFDYN_OK)
-        return result;
-    analysis->phi = refdyn_residuals(&scene->work).phi;
-    analysis->count = analysis->spectrum.count;
+    analysis->algebra = (struct record_algebra){.memory = {allocate, &format_memory},
+                                                .solve = solve,
+                                                .eigen = find_eigenvalues,
+                                                .least_squares = solve_least_squares};
+    analysis->motions = (struct record_small_motions){
+        .work = &scene->work, .t = scene->state.t, .q = scene->q, .qd = scene->qd, .held = analysis->held};
+    const int result = record_find_small_motions(&analysis->motions, &analysis->algebra);
+    analysis->count = analysis->motions.spectrum.count;
     if (modes > 0 && modes < analysis->count)
         analysis->count = (int)modes;
-    if (model->point_count)
-        model->C(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, analysis->C);
-    return REFDYN_OK;
+    return result;
 }
 
 static enum status analyse(struct scene *scene, const struct options *options) {
-    const size_t n = (size_t)scene->model->n, points = (size_t)scene->model->point_count;
+    const size_t n = (size_t)scene->model->n;
     struct analysis analysis = {.scene = scene, .at = place_of(options)};
     analysis.held = format_allocate(n, sizeof *analysis.held);
-    analysis.C = format_allocate(3 * points * n, sizeof *analysis.C);
     enum status status = check(scene);
     if (status == STATUS_DONE)
         status = place(&analysis, options);
@@ -364,7 +163,7 @@ static enum status analyse(struct scene *scene, const struct options *options) {
     if (status == STATUS_DONE && result == REFDYN_OK)
         status = print_analysis(&analysis);
     if (status == STATUS_DONE) {
-        print_warnings(&analysis);
+        record_print_small_motions(&analysis.motions, stderr);
         print_table(&analysis);
     }
     return status;

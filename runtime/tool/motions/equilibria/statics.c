@@ -144,113 +144,24 @@ enum status equilibria_refuse_options(const struct options *options, const char 
 /* ---- Messages ---- */
 
 const char *equilibria_stability_text(const struct refdyn_statics_result *result) {
-    const int count = result->unstable ? result->unstable : result->neutral;
-    if (count == 0)
-        return "stable";
-    return format_text("%s in %d direction%s", result->unstable ? "unstable" : "neutral", count,
-                       count > 1 ? "s" : "");
+    char text[RECORD_STABILITY_LENGTH];
+    return format_text("%s", record_stability_text(result, text));
 }
 
-/* How stability was determined. */
-static const char *const criterion_words[] = {[REFDYN_BY_POTENTIAL] = "potential",
-                                              [REFDYN_BY_LINEAR_MOTION] = "linear motion",
-                                              [REFDYN_BY_SYMMETRIC_PART] = "symmetric part"};
-
-static const char *const criterion_notes[] = {
-    [REFDYN_BY_LINEAR_MOTION] = "its forces have no potential, so the growing modes were counted; refdyn "
-                                "modes shows them",
-    [REFDYN_BY_SYMMETRIC_PART] =
-        "its forces have no potential and the motion no finite tangent, so the symmetric part of the "
-        "stiffness was used"};
-
-/* Prints how stability was determined if the forces have no potential. */
-static void print_criterion(const struct refdyn_statics_result *result) {
-    if (!result->has_potential)
-        fprintf(stderr, "refdyn: the equilibrium is %s; %s\n", equilibria_stability_text(result),
-                criterion_notes[result->criterion]);
-}
-
-static void warn_of_instability(const struct scene *scene, const struct equilibrium *equilibrium) {
-    const struct refdyn_statics_result *result = &equilibrium->result;
-    fprintf(stderr, "refdyn: warning: this equilibrium is %s", equilibria_stability_text(result));
-    if (result->unstable_coordinate >= 0)
-        fprintf(stderr, ", %s moves most", scene->model->coordinates[result->unstable_coordinate].name);
-    if (!result->has_potential)
-        fprintf(stderr, "; %s", criterion_notes[result->criterion]);
-    else if (equilibrium->options.way != REFDYN_DOWNHILL)
-        fputs("; --way downhill finds a stable one", stderr);
-    fputc('\n', stderr);
-}
-
-static void warn(const struct scene *scene, const struct equilibrium *equilibrium) {
-    if (!equilibrium->result.is_followed)
-        fputs("refdyn: warning: this equilibrium is beyond a limit point; the growing load does not lead to "
-              "it\n",
-              stderr);
-    if (equilibrium->result.unstable)
-        warn_of_instability(scene, equilibrium);
-}
-
-static const char *unit_of_force(const struct refdyn_model *model, int coordinate) {
-    return strcmp(model->coordinates[coordinate].unit, "rad") == 0 ? "N m" : "N";
-}
-
-/* Prints the largest force that no spring, row or hold balances. */
-static void print_imbalance(struct scene *scene, const struct equilibrium *equilibrium) {
-    const struct refdyn_model *model = scene->model;
-    const double *force = equilibrium->result.force;
-    int largest = -1;
-    char text[NUMBER_LENGTH];
-    for (int i = 0; i < model->n && force; i++)
-        if (!equilibrium->held[i] && (largest < 0 || fabs(force[i]) > fabs(force[largest])))
-            largest = i;
-    if (largest >= 0)
-        fprintf(stderr, "refdyn: the largest imbalance there is at %s: %s %s\n",
-                model->coordinates[largest].name, exact_text(force[largest], text),
-                unit_of_force(model, largest));
-}
-
-/* Prints which rows have no part in statics although they are not released, and why. */
-static void print_rows_without_part(const struct scene *scene, const struct refdyn_statics_options *statics) {
-    const struct refdyn_model *model = scene->model;
-    int next = 0;
-    for (int i = 0; i < model->m; i++) {
-        const struct row *row = &scene->generation.model.rows[i];
-        if (next < statics->row_count && statics->rows[next] == i)
-            next++;
-        else if (row->level != ROW_POSITION)
-            fprintf(stderr, "refdyn: the row %s is not a row of positions and has no part in statics\n",
-                    row->name);
-        else if (row->start_count > 0)
-            fprintf(
-                stderr,
-                "refdyn: the row %s begins where the motion does and has no part in statics; --set %s=VALUE "
-                "includes it\n",
-                row->name, row->starts[0]);
-    }
-}
-
-static enum status print_failure(struct scene *scene, const struct equilibrium *equilibrium, int answer) {
-    const struct refdyn_statics_result *result = &equilibrium->result;
-    const enum status status = scene_numbers_failed(scene, answer, scene->state.t, scene->q, NULL);
-    if (!result->force && scene->work.fault.row >= 0) {
-        scene_print_residuals(&scene->work, scene->state.t, scene->q, scene->qd, "the start");
-        return status;
-    }
-    if (answer != REFDYN_NOT_FINITE)
-        print_imbalance(scene, equilibrium);
-    if (equilibrium->options.way == REFDYN_DOWNHILL)
-        fputs("refdyn: the forces lead to no equilibrium\n", stderr);
-    else
-        fprintf(stderr, "refdyn: equilibrium reached only up to %.3g of the load\n", result->load);
-    if (answer == REFDYN_TANGENT_SINGULAR) {
-        fputs("refdyn: --hold keeps free coordinates at their start\n", stderr);
-        print_rows_without_part(scene, &equilibrium->options);
-    }
-    if (equilibrium->options.way == REFDYN_ALONG_LOAD)
-        fputs("refdyn: --way path passes limit points of the load; --way downhill follows the forces\n",
-              stderr);
-    return status;
+/* The equilibrium as the record of it. */
+static struct record_equilibrium record_of(struct scene *scene, const struct equilibrium *equilibrium) {
+    const struct model *model = &scene->generation.model;
+    const char **starts = format_allocate((size_t)scene->model->m, sizeof *starts);
+    for (int i = 0; i < scene->model->m; i++)
+        starts[i] = model->rows[i].start_count > 0 ? model->rows[i].starts[0] : NULL;
+    return (struct record_equilibrium){.work = &scene->work,
+                                       .options = &equilibrium->options,
+                                       .result = &equilibrium->result,
+                                       .held = equilibrium->held,
+                                       .hold_force = equilibrium->hold_force,
+                                       .q = scene->q,
+                                       .qd = scene->qd,
+                                       .starts = starts};
 }
 
 /* ---- Computation ---- */
@@ -264,10 +175,12 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     const int answer =
         refdyn_statics(&scene->work, &equilibrium->options, list, count, scene->q, equilibrium->hold_force,
                        &equilibrium->result, format_allocate(1, size), size);
+    const struct record_equilibrium record = record_of(scene, equilibrium);
     if (answer != REFDYN_OK)
-        return print_failure(scene, equilibrium, answer);
-    warn(scene, equilibrium);
-    return STATUS_DONE;
+        record_print_no_equilibrium(&record, answer, stderr);
+    else
+        record_print_equilibrium(&record, stderr);
+    return answer == REFDYN_OK ? STATUS_DONE : STATUS_NUMBERS;
 }
 
 enum status equilibria_find(struct scene *scene, const struct options *options,
@@ -284,73 +197,13 @@ enum status equilibria_find(struct scene *scene, const struct options *options,
 
 /* ---- The command ---- */
 
-/* Prints explanations of the result that are no warnings. */
-static void print_notes(const struct scene *scene, const struct equilibrium *equilibrium) {
-    const struct refdyn_statics_result *result = &equilibrium->result;
-    if (result->limit_points)
-        fprintf(stderr, "refdyn: %d limit point%s of the load passed\n", result->limit_points,
-                result->limit_points > 1 ? "s" : "");
-    if (!result->unstable)
-        print_criterion(result);
-    if (result->is_indeterminate)
-        fputs("refdyn: the forces of the contacts are not unique; the smallest ones are printed\n", stderr);
-    print_rows_without_part(scene, &equilibrium->options);
-}
-
-/* Writes gaps and forces of the contacts, which begin at row `from` of the options. */
-static void put_contacts(struct document *document, const struct scene *scene,
-                         const struct equilibrium *equilibrium, int from) {
-    const struct refdyn_statics_options *options = &equilibrium->options;
-    const struct refdyn_statics_result *result = &equilibrium->result;
-    const int first = refdyn_programme_rows(scene->model);
-    format_put_open(document, "contacts", '[');
-    for (int i = from; i < options->row_count; i++) {
-        format_put_open(document, NULL, '{');
-        format_put_text(document, "name", scene->model->rows[options->rows[i]].name);
-        format_put_number(document, "gap", result->contact_gap[options->rows[i] - first]);
-        format_put_number(document, "force", result->lambda[i]);
-        format_put_close(document, '}');
-    }
-    format_put_close(document, ']');
-}
-
-static void put_rows(struct document *document, const struct scene *scene,
-                     const struct equilibrium *equilibrium) {
-    const struct refdyn_statics_options *options = &equilibrium->options;
-    const int first = refdyn_programme_rows(scene->model);
-    int count = 0;
-    format_put_open(document, "rows", '[');
-    for (; count < options->row_count && options->rows[count] < first; count++)
-        format_put_text(document, NULL, scene->model->rows[options->rows[count]].name);
-    format_put_close(document, ']');
-    format_put_array(document, "lambda", equilibrium->result.lambda, count);
-    format_put_number(document, "phi", equilibrium->result.phi);
-    if (scene->model->m > first)
-        put_contacts(document, scene, equilibrium, count);
-}
-
-static void put_stability(struct document *document, const struct refdyn_statics_result *result) {
-    format_put_text(document, "stability", equilibria_stability_text(result));
-    format_put_whole(document, "unstable", result->unstable);
-    format_put_whole(document, "neutral", result->neutral);
-    format_put_truth(document, "potential", result->has_potential);
-    format_put_text(document, "criterion", criterion_words[result->criterion]);
-}
-
 static void put_equilibrium(struct document *document, const struct scene *scene,
-                            const struct equilibrium *equilibrium) {
-    const struct refdyn_model *model = scene->model;
-    scene_put_coordinates(document, "coordinates", model, NULL);
+                            const struct record_equilibrium *equilibrium) {
+    const struct record_writer writer = scene_writer(document);
+    scene_put_coordinates(document, "coordinates", scene->model, NULL);
     scene_put_state(document, scene);
     scene_put_positions(document, scene);
-    format_put_open(document, "hold_force", '[');
-    for (int i = 0; i < model->n; i++)
-        if (equilibrium->held[i])
-            format_put_number(document, NULL, equilibrium->hold_force[i]);
-    format_put_close(document, ']');
-    format_put_number(document, "residual", equilibrium->result.residual);
-    put_rows(document, scene, equilibrium);
-    put_stability(document, &equilibrium->result);
+    record_put_equilibrium(equilibrium, &writer);
 }
 
 static void warn_of_rates(const struct scene *scene, const char *path) {
@@ -369,11 +222,12 @@ static enum status find_and_print(struct scene *scene, const struct options *opt
     if (status != STATUS_DONE)
         return status;
     struct document document;
+    const struct record_equilibrium record = record_of(scene, &equilibrium);
     format_document_open(&document);
     format_put_open(&document, NULL, '{');
-    put_equilibrium(&document, scene, &equilibrium);
+    put_equilibrium(&document, scene, &record);
     format_put_close(&document, '}');
-    print_notes(scene, &equilibrium);
+    record_print_notes(&record, stderr);
     return scene_finish(scene, &document);
 }
 

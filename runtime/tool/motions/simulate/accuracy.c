@@ -21,9 +21,9 @@
  * the error. */
 struct row_form {
     /* before the first row, with the table's integrator at the start of the motion */
-    bool (*begin)(struct row_sink *sink, const struct table *table);
+    bool (*begin)(struct row_sink *sink, const struct record_table *table);
     /* writes the values of the table */
-    bool (*put)(struct row_sink *sink, const struct table *table);
+    bool (*put)(struct row_sink *sink, const struct record_table *table);
     /* after the last row, also after an error */
     bool (*end)(struct row_sink *sink);
 };
@@ -32,12 +32,12 @@ static bool is_written(struct row_sink *sink) {
     return !ferror(sink->file);
 }
 
-static bool begin_csv(struct row_sink *sink, const struct table *table) {
+static bool begin_csv(struct row_sink *sink, const struct record_table *table) {
     simulate_table_header(table, sink->file);
     return is_written(sink);
 }
 
-static bool put_csv(struct row_sink *sink, const struct table *table) {
+static bool put_csv(struct row_sink *sink, const struct record_table *table) {
     simulate_table_row(table, sink->file);
     return is_written(sink);
 }
@@ -47,11 +47,11 @@ struct row_sink simulate_row_sink_csv(FILE *file) {
     return (struct row_sink){.form = &form, .file = file};
 }
 
-static bool begin_numbers(struct row_sink *sink, const struct table *table) {
+static bool begin_numbers(struct row_sink *sink, const struct record_table *table) {
     return table->count > 0 && is_written(sink);
 }
 
-static bool put_numbers(struct row_sink *sink, const struct table *table) {
+static bool put_numbers(struct row_sink *sink, const struct record_table *table) {
     fwrite(table->values, sizeof *table->values, (size_t)table->count, sink->file);
     return is_written(sink);
 }
@@ -107,14 +107,14 @@ static void add_method(struct facts *facts, const struct task *task,
     const char *method = options_text(task->options, "method"), *from = options_text(task->options, "from");
     const struct refdyn_options *options = &integrator->options;
     add_text(facts, "/", "method", method ? method : refdyn_method_name((int)options->method));
-    add_text(facts, "/", "stabilise", simulate_stabilise_names[options->stabilise]);
+    add_text(facts, "/", "stabilise", record_stabilise_names[options->stabilise]);
     add_number(facts, "/", options->tol > 0 ? "tol" : "step",
                options->tol > 0 ? options->tol : options->step);
     add_text(facts, "/", "from", from ? from : "initial");
     add_number(facts, "/", "until", task->until);
 }
 
-static bool begin_hdf5(struct row_sink *sink, const struct table *table) {
+static bool begin_hdf5(struct row_sink *sink, const struct record_table *table) {
     struct memory memory = format_arena_start();
     struct facts facts = {.memory = &memory};
     add_model(&facts, sink->task->scene);
@@ -132,7 +132,7 @@ static bool begin_hdf5(struct row_sink *sink, const struct table *table) {
     return sink->writer;
 }
 
-static bool put_hdf5(struct row_sink *sink, const struct table *table) {
+static bool put_hdf5(struct row_sink *sink, const struct record_table *table) {
     return hdf5_motion_put(sink->writer, table->values);
 }
 
@@ -148,7 +148,7 @@ struct row_sink simulate_row_sink_hdf5(const char *path, const struct task *task
     return (struct row_sink){.form = &form, .path = path, .task = task};
 }
 
-bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct table *table) {
+bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct record_table *table) {
     const size_t count = (size_t)table->count;
     bool is_good = to->form->begin(to, table);
     rewind(numbers);
@@ -160,11 +160,11 @@ bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct table *ta
 /* ---- One run, with positions and joint limits at its outputs ---- */
 
 /* Writes a row if all its values are finite; otherwise the motion ends there. */
-static void add_output(struct trial *trial, struct table *table, struct row_sink *rows) {
+static void add_output(struct trial *trial, struct record_table *table, struct row_sink *rows) {
     struct refdyn_integrator *integrator = &trial->motion.integrator;
     if (rows) {
-        simulate_table_fill(table);
-        const char *unfit = simulate_table_not_finite(table);
+        record_table_fill(table);
+        const char *unfit = record_table_not_finite(table);
         if (unfit) {
             trial->unfit = unfit;
             trial->result = REFDYN_NOT_FINITE;
@@ -172,15 +172,15 @@ static void add_output(struct trial *trial, struct table *table, struct row_sink
             return;
         }
         if (!rows->form->put(rows, table))
-            trial->result = MOTION_NOT_WRITTEN;
-        simulate_limits_add(trial->limits, integrator);
+            trial->result = RECORD_NOT_WRITTEN;
+        record_limits_add(&trial->limits, integrator);
     }
     simulate_track_add(&trial->track, integrator);
 }
 
 /* Adds the last state of a motion that ended early as one more row. Restores the description of the failure.
  */
-static void add_last(struct trial *trial, struct table *table, struct row_sink *rows) {
+static void add_last(struct trial *trial, struct record_table *table, struct row_sink *rows) {
     struct refdyn_integrator *integrator = &trial->motion.integrator;
     const struct refdyn_fault fault = integrator->work->fault;
     const int cause = integrator->cause;
@@ -188,10 +188,10 @@ static void add_last(struct trial *trial, struct table *table, struct row_sink *
     if (trial->track.count == 0 || integrator->t > trial->track.t[trial->track.count - 1]) {
         const bool is_seen = refdyn_integrator_refresh(integrator) == REFDYN_OK;
         if (is_seen)
-            simulate_table_fill(table);
-        if (is_seen && !simulate_table_not_finite(table)) {
+            record_table_fill(table);
+        if (is_seen && !record_table_not_finite(table)) {
             rows->form->put(rows, table);
-            simulate_limits_add(trial->limits, integrator);
+            record_limits_add(&trial->limits, integrator);
         }
     }
     integrator->work->fault = fault;
@@ -199,35 +199,49 @@ static void add_last(struct trial *trial, struct table *table, struct row_sink *
     integrator->failed_t = failed_t;
 }
 
-static void go(struct trial *trial, struct table *table, struct row_sink *rows) {
+static void go(struct trial *trial, struct record_table *table, struct row_sink *rows) {
     struct motion *motion = &trial->motion;
     struct progress progress;
-    if (motion->stops)
-        simulate_stops_hold(motion->stops);
+    if (motion->record.stops)
+        record_stops_hold(motion->record.stops);
     if (rows && !rows->form->begin(rows, table))
-        trial->result = MOTION_NOT_WRITTEN;
+        trial->result = RECORD_NOT_WRITTEN;
     else
         add_output(trial, table, rows);
     system_progress_start(&progress, "motion");
-    for (long i = 1; i < motion->outputs && trial->result == REFDYN_OK && !simulate_is_stopped(motion); i++) {
+    for (long i = 1;
+         i < motion->record.outputs && trial->result == REFDYN_OK && !record_is_stopped(&motion->record);
+         i++) {
         trial->result = simulate_to(motion, i, &progress);
         if (trial->result == REFDYN_OK && motion->integrator.t > trial->track.t[trial->track.count - 1])
             add_output(trial, table, rows);
     }
     system_progress_end(&progress);
     if (trial->result == REFDYN_OK)
-        refdyn_energy_scale(&motion->energy, &motion->integrator);
-    if (rows && trial->result != REFDYN_OK && trial->result != MOTION_NOT_WRITTEN && !trial->unfit)
+        refdyn_energy_scale(&motion->record.energy, &motion->integrator);
+    if (rows && trial->result != REFDYN_OK && trial->result != RECORD_NOT_WRITTEN && !trial->unfit)
         add_last(trial, table, rows);
     if (rows && !rows->form->end(rows) && trial->result == REFDYN_OK)
-        trial->result = MOTION_NOT_WRITTEN;
+        trial->result = RECORD_NOT_WRITTEN;
+}
+
+static void start_limits(struct trial *trial, const struct scene *scene) {
+    const struct tree *tree = &scene->generation.tree;
+    struct refdyn_limits *list = format_allocate((size_t)tree->count, sizeof *list);
+    int count = 0;
+    for (int i = 0; i < tree->count; i++) {
+        const struct limits *limits = tree->frames[i].joint.limits;
+        if (limits)
+            list[count++] = (struct refdyn_limits){i, limits->from, limits->to, limits->rate, limits->force};
+    }
+    record_limits_start(&trial->limits, simulate_memory(&trial->motion), scene->model, list, count);
 }
 
 void simulate_trial_run(struct trial *trial, const struct task *task,
                         const struct refdyn_options *integration, struct row_sink *rows) {
     const char *method = options_text(task->options, "method");
     struct motion *motion = &trial->motion;
-    struct table table;
+    struct record_table table;
     *trial = (struct trial){.usage = STATUS_DONE};
     trial->result =
         simulate_start(motion, task->scene, integration, task->until, options_number(task->options, "every"));
@@ -239,23 +253,21 @@ void simulate_trial_run(struct trial *trial, const struct task *task,
     if (task->has_stops) {
         trial->usage = simulate_stops_read(&trial->stops, task->options, &motion->integrator,
                                            task->scene->compiled.spatial);
-        motion->stops = &trial->stops;
+        motion->record.stops = &trial->stops;
     }
     if (trial->usage != STATUS_DONE)
         return;
     if (task->on_start)
         task->on_start(task, motion);
     simulate_table_start(&table, &motion->integrator, task->scene->compiled.spatial);
-    trial->limits = simulate_limits_start(task->scene);
-    simulate_track_start(&trial->track, task->scene->model, motion->outputs);
+    start_limits(trial, task->scene);
+    simulate_track_start(&trial->track, task->scene->model, motion->record.outputs);
     go(trial, &table, rows);
-    simulate_restore(motion);
+    record_restore(&motion->record);
 }
 
 void simulate_trial_release(struct trial *trial) {
     simulate_track_release(&trial->track);
-    simulate_limits_release(trial->limits);
-    trial->limits = NULL;
     simulate_release(&trial->motion);
 }
 
@@ -397,7 +409,7 @@ enum status simulate_search_run(struct search *search, const struct task *task,
             return now->rows ? now->trial.usage : STATUS_FAULT;
         search->last = now;
         const bool is_run = now->trial.result == REFDYN_OK;
-        if (now->trial.result == MOTION_INTERRUPTED || (!is_run && ++failures == FAILURES_MOST)) {
+        if (now->trial.result == RECORD_INTERRUPTED || (!is_run && ++failures == FAILURES_MOST)) {
             search->taken = NULL;
             return STATUS_NUMBERS;
         }

@@ -1,6 +1,4 @@
-/* One motion of a scene: its options, its start, the conditions that end it, and its steps from output to
- * output. */
-#include <float.h>
+/* One motion of a scene: its options, its start, and its steps from output to output. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -52,7 +50,7 @@ static int gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrato
     return refdyn_gsl_init(*gsl, integrator, (enum refdyn_gsl_method)refdyn_gsl_method_find(method));
 }
 
-static int gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
+static int gsl_step(void *gsl, double t_out, long steps) {
     return refdyn_gsl_step(gsl, t_out, steps);
 }
 
@@ -70,7 +68,7 @@ static int gsl_open(struct refdyn_gsl **gsl, struct refdyn_integrator *integrato
     return REFDYN_BAD_OPTION;
 }
 
-static int gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
+static int gsl_step(void *gsl, double t_out, long steps) {
     (void)gsl;
     (void)t_out;
     (void)steps;
@@ -83,20 +81,9 @@ static void gsl_close(struct refdyn_gsl *gsl) {
 
 #endif
 
-/* A multiple of --every that is this near to the end is the end, as a part of --every. */
-static const double end_slack = 1e-9;
-
-/* alpha h = beta h of --stabilise baumgarte-auto. With larger gains the stages of a step disturb each other.
- */
-static const double automatic_share = 0.05;
-
 static const double steps_max = 1e10; /* some hours with the smallest model */
 
-enum {
-    DEFAULT_OUTPUTS = 200,
-    OUTPUTS_MAX = 10000000,
-    STEPS_PER_LOOK = 64 /* between checks for signals and of the clock */
-};
+enum { OUTPUTS_MAX = 10000000 };
 
 /* ---- Options ---- */
 
@@ -186,9 +173,6 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     return STATUS_DONE;
 }
 
-const char *const simulate_stabilise_names[STABILISE_COUNT] = {
-    [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
-
 /* baumgarte-auto is baumgarte with gains computed from the step. */
 static enum status choose_stabilisation(const struct options *options, struct refdyn_options *integration) {
     const char *method = options_text(options, "method");
@@ -200,7 +184,7 @@ static enum status choose_stabilisation(const struct options *options, struct re
         return status;
     integration->stabilise = stabilise[place];
     if (options_is(options, "stabilise", "baumgarte-auto"))
-        integration->gain_share = automatic_share;
+        integration->gain_share = record_gain_share;
     if (integration->stabilise == REFDYN_PROJECT && simulate_gsl_has(method) &&
         gsl_stabilise(method) != REFDYN_PROJECT)
         return options_error(options, "stabilise",
@@ -291,199 +275,62 @@ enum status simulate_check_times(const struct scene *scene, const struct options
     return STATUS_DONE;
 }
 
-double simulate_distance(double span, double every) {
-    return every > 0 ? every : span / DEFAULT_OUTPUTS;
-}
-
-long simulate_count_outputs(double span, double every) {
-    return (long)ceil(span / every - end_slack) + 1;
-}
-
-/* ---- Conditions that end a motion ---- */
-
-struct stop {
-    const char *text; /* as given */
-    int column;
-    bool is_below; /* '<' */
-    double value;
-};
-
-static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
-    const char *near = message_nearest_name(name, stops->table.names, stops->table.count);
-    return options_usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
-                               near ? "; the nearest is " : "", near ? near : "");
-}
-
-static enum status read_stop(struct stops *stops, const struct options *options, const char *text) {
-    const size_t length = strcspn(text, "<>");
-    const char *number = text + length + (text[length] != '\0');
-    struct stop stop = {.text = text, .is_below = text[length] == '<'};
-    if (length == 0 || !text_to_number(number, &stop.value))
-        return options_usage_error(options->command,
-                                   "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE", text);
-    const char *name = format_text("%.*s", (int)length, text);
-    stop.column = text_index(name, stops->table.names, stops->table.count);
-    stops->list[stops->count++] = stop;
-    return stop.column < 0 ? wrong_column(stops, options, name) : STATUS_DONE;
-}
-
-enum status simulate_stops_read(struct stops *stops, const struct options *options,
-                                struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
-    enum status status = STATUS_DONE;
-    *stops = (struct stops){.integrator = integrator};
-    stops->list = format_allocate((size_t)options->value_count, sizeof *stops->list);
-    simulate_table_start(&stops->table, integrator, spatial);
-    const char *text;
-    for (int i = 0; status == STATUS_DONE && (text = options_repeated(options, "stop", i)); i++)
-        status = read_stop(stops, options, text);
-    return status;
-}
-
-bool simulate_stops_hold(struct stops *stops) {
-    simulate_table_fill(&stops->table);
-    for (int i = 0; i < stops->count; i++) {
-        const struct stop *stop = &stops->list[i];
-        const double value = stops->table.values[stop->column];
-        if (stop->is_below ? value < stop->value : value > stop->value) {
-            stops->reached = stop->text;
-            stops->t = stops->integrator->t;
-            return true;
-        }
-    }
-    return false;
-}
-
-/* If a condition holds now, moves the integrator back to the first time at which one does. No condition held
- * at t_before, which is within the last step or at its beginning. Returns a status of the runtime. Bisects
- * down to neighbouring times, also across a jump, where the later side counts. */
-static int stops_meet(struct stops *stops, double t_before) {
-    double before = t_before, after = stops->integrator->t;
-    if (!simulate_stops_hold(stops))
-        return REFDYN_OK;
-    while (after - before > DBL_EPSILON * fmax(fabs(before), fabs(after))) {
-        const double middle = before + (after - before) / 2;
-        if (!(middle > before && middle < after))
-            break;
-        const int status = refdyn_integrator_look(stops->integrator, middle);
-        if (status != REFDYN_OK)
-            return status;
-        *(simulate_stops_hold(stops) ? &after : &before) = middle;
-    }
-    const int status = refdyn_integrator_look(stops->integrator, after);
-    if (status == REFDYN_OK)
-        simulate_stops_hold(stops);
-    return status;
-}
-
 /* ---- A motion ---- */
 
-/* The time of the next sample of inputs, INFINITY if there is none. */
-static double next_sample(const struct motion *motion) {
-    return motion->scene->inputs ? motion->scene->inputs->next : INFINITY;
+static void *allocate(void *arena, size_t size) {
+    return memory_get(arena, size);
 }
 
-/* The number of parameters, derived ones included, and inputs; *parameters without inputs. */
-static size_t count_values(const struct refdyn_model *model, size_t *parameters) {
-    *parameters = (size_t)model->parameter_count + (size_t)model->derived_count;
-    return *parameters + (size_t)model->input_count;
+static struct record_memory memory_of(struct memory *arena) {
+    return (struct record_memory){allocate, arena};
 }
 
-static void keep_values(struct motion *motion) {
-    const struct refdyn_workspace *work = &motion->scene->work;
-    size_t parameters;
-    const size_t count = count_values(work->model, &parameters);
-    if (work->model->change_count == 0)
-        return;
-    motion->values = format_allocate_large(count, sizeof *motion->values);
-    memcpy(motion->values, work->p, parameters * sizeof *work->p);
-    memcpy(motion->values + parameters, work->x, (count - parameters) * sizeof *work->x);
-}
-
-void simulate_restore(const struct motion *motion) {
-    if (!motion->values) /* no event sets a value */
-        return;
-    struct refdyn_workspace *work = &motion->scene->work;
-    size_t parameters;
-    const size_t count = count_values(work->model, &parameters);
-    memcpy(work->p, motion->values, parameters * sizeof *work->p);
-    memcpy(work->x, motion->values + parameters, (count - parameters) * sizeof *work->x);
+struct record_memory simulate_memory(struct motion *motion) {
+    return memory_of(&motion->arena);
 }
 
 int simulate_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
                    double until, double every) {
-    double span = until - scene->state.t;
-    *motion = (struct motion){
-        .scene = scene, .from = scene->state.t, .until = until, .started = system_wall_seconds()};
-    motion->events = simulate_events_start();
+    *motion =
+        (struct motion){.scene = scene, .arena = format_arena_start(), .started = system_wall_seconds()};
     motion->method = refdyn_method_name((int)integration->method);
-    motion->every = simulate_distance(span, every);
-    motion->outputs = simulate_count_outputs(span, motion->every);
-    size_t size = refdyn_integrator_size(scene->model, integration);
+    const size_t size = refdyn_integrator_size(scene->model, integration);
     motion->memory = format_allocate_large(1, size);
+    motion->record = (struct record_motion){.work = &scene->work,
+                                            .integrator = &motion->integrator,
+                                            .from = scene->state.t,
+                                            .until = until,
+                                            .every = every,
+                                            .q = scene->q,
+                                            .qd = scene->qd,
+                                            .samples = scene->inputs ? &scene->inputs->samples : NULL};
     int status = refdyn_integrator_init(&motion->integrator, &scene->work, integration, motion->memory, size);
-    double begin = system_cpu_seconds();
-    if (scene->inputs)
-        scene_inputs_set(scene->inputs, motion->from, scene->work.x);
+    const double begin = system_cpu_seconds();
     if (status == REFDYN_OK)
-        keep_values(motion);
-    if (status == REFDYN_OK)
-        status = refdyn_integrator_start(&motion->integrator, motion->from, scene->q, scene->qd);
-    refdyn_integrator_until(&motion->integrator, until);
-    refdyn_integrator_limit(&motion->integrator, next_sample(motion));
+        status = record_start(&motion->record, simulate_memory(motion));
     motion->cpu_s = system_cpu_seconds() - begin;
-    return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->integrator) : status;
+    return status;
 }
 
 int simulate_by_gsl(struct motion *motion, const char *method) {
     motion->method = method;
-    return gsl_open(&motion->gsl, &motion->integrator, method);
-}
-
-/* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
-static double motion_time(const struct motion *motion, long i) {
-    return i >= motion->outputs - 1 ? motion->until : motion->from + (double)i * motion->every;
+    const int status = gsl_open(&motion->gsl, &motion->integrator, method);
+    motion->record.step = gsl_step;
+    motion->record.stepper = motion->gsl;
+    return status;
 }
 
 double simulate_fraction(const struct motion *motion) {
-    return (motion->integrator.t - motion->from) / (motion->until - motion->from);
+    const struct record_motion *record = &motion->record;
+    return (motion->integrator.t - record->from) / (record->until - record->from);
 }
 
 /* Returns whether the motion exceeds its CPU limit, or will: after a tenth of it, even twice the speed would
  * be too slow. */
 static bool is_too_slow(const struct motion *motion, double cpu_s) {
     const double limit = motion->cpu_limit;
-    return limit > 0 && motion->integrator.t < motion->until &&
+    return limit > 0 && motion->integrator.t < motion->record.until &&
            (cpu_s > limit || (cpu_s > limit / 10 && cpu_s > 2 * limit * simulate_fraction(motion)));
-}
-
-bool simulate_is_stopped(const struct motion *motion) {
-    return simulate_events_have_ended(motion->events) || (motion->stops && motion->stops->reached);
-}
-
-/* Sets the inputs of the sample at the integrator's time and evaluates the state again. */
-static int take_sample(struct motion *motion) {
-    struct refdyn_integrator *integrator = &motion->integrator;
-    scene_inputs_set(motion->scene->inputs, integrator->t, integrator->work->x);
-    refdyn_integrator_limit(integrator, next_sample(motion));
-    const int status = refdyn_integrator_refresh(integrator);
-    if (status == REFDYN_OK && motion->stops)
-        simulate_stops_hold(motion->stops);
-    return status;
-}
-
-static int take_events(struct motion *motion, int status) {
-    return simulate_events_take(motion->events, &motion->integrator, status);
-}
-
-/* After steps from `before`: looks for a stop that was reached on the way, and otherwise records the events
- * at which they have stopped. */
-static int look_back(struct motion *motion, double before, int status) {
-    const struct refdyn_integrator *integrator = &motion->integrator;
-    const double t = integrator->t;
-    int stopped = REFDYN_OK;
-    if (motion->stops && (status == REFDYN_OK || status == REFDYN_EVENT_ENDS))
-        stopped = stops_meet(motion->stops, before);
-    return stopped != REFDYN_OK || integrator->t < t ? stopped : take_events(motion, status);
 }
 
 /* Continues with the optimised functions as soon as they have been compiled. They compute the same bits. */
@@ -493,50 +340,79 @@ static void change_over(struct motion *motion) {
         motion->scene->model = model;
 }
 
-/* Takes some steps towards `goal`; with stops, only to the end of the next step. */
-static int go_on(struct motion *motion, double goal) {
-    struct refdyn_integrator *integrator = &motion->integrator;
-    const double before = integrator->t, sample = next_sample(motion);
-    double bound = fmin(goal, sample);
-    if (motion->stops && before < integrator->t_end)
-        bound = fmin(bound, integrator->t_end);
-    const long steps = motion->stops ? 1 : STEPS_PER_LOOK;
+/* Between portions of steps: shows progress, changes over, and asks whether the motion may continue. */
+static int watch(void *context, const struct record_motion *record) {
+    struct motion *motion = context;
+    (void)record;
+    if (motion->progress)
+        system_progress_show(motion->progress, simulate_fraction(motion));
     change_over(motion);
-    int status =
-        motion->gsl ? gsl_step(motion->gsl, bound, steps) : refdyn_integrator_step(integrator, bound, steps);
-    status = look_back(motion, before, status);
-    if (status == REFDYN_OK && integrator->t == sample && !simulate_is_stopped(motion))
-        status = take_sample(motion);
-    return status;
+    if (system_interrupted)
+        return RECORD_INTERRUPTED;
+    return is_too_slow(motion, motion->cpu_s + system_cpu_seconds() - motion->began) ? RECORD_TOO_SLOW
+                                                                                     : REFDYN_OK;
 }
 
 int simulate_to(struct motion *motion, long i, struct progress *progress) {
-    double goal = motion_time(motion, i), begin = system_cpu_seconds();
-    int status = REFDYN_OK;
-    while (status == REFDYN_OK && motion->integrator.t < goal && !simulate_is_stopped(motion)) {
-        status = go_on(motion, goal);
-        if (progress)
-            system_progress_show(progress, simulate_fraction(motion));
-        if (system_interrupted && status == REFDYN_OK)
-            status = MOTION_INTERRUPTED;
-        if (status == REFDYN_OK && is_too_slow(motion, motion->cpu_s + system_cpu_seconds() - begin))
-            status = MOTION_TOO_SLOW;
-    }
-    motion->cpu_s += system_cpu_seconds() - begin;
+    const struct record_watch own = {watch, motion};
+    motion->progress = progress;
+    motion->began = system_cpu_seconds();
+    const int status = record_to(&motion->record, i, &own);
+    motion->cpu_s += system_cpu_seconds() - motion->began;
     motion->wall_s = system_wall_seconds() - motion->started;
-    if (status == REFDYN_OK)
-        status = refdyn_energy_add(&motion->energy, &motion->integrator);
-    return status == REFDYN_OK && system_interrupted ? MOTION_INTERRUPTED : status;
+    return status == REFDYN_OK && system_interrupted ? RECORD_INTERRUPTED : status;
 }
 
 void simulate_release(struct motion *motion) {
     gsl_close(motion->gsl);
-    simulate_restore(motion);
-    free(motion->values);
-    motion->values = NULL;
-    simulate_events_release(motion->events);
-    motion->events = NULL;
+    record_restore(&motion->record);
+    memory_release(&motion->arena);
     free(motion->memory);
-    motion->gsl = NULL;
-    motion->memory = NULL;
+    *motion = (struct motion){.memory = NULL};
+}
+
+/* ---- Columns ---- */
+
+void simulate_table_start(struct record_table *table, struct refdyn_integrator *integrator,
+                          const struct refdyn_spatial *spatial) {
+    record_table_start(table, memory_of(&format_memory), integrator, spatial);
+}
+
+void simulate_table_header(const struct record_table *table, FILE *out) {
+    for (int i = 0; i < table->count; i++)
+        fprintf(out, "%s%s", i ? "," : "", table->names[i]);
+    fputc('\n', out);
+}
+
+void simulate_table_row(const struct record_table *table, FILE *out) {
+    for (int i = 0; i < table->count; i++) {
+        if (i)
+            fputc(',', out);
+        format_number(out, table->values[i]);
+    }
+    fputc('\n', out);
+}
+
+/* ---- Conditions that end a motion ---- */
+
+static enum status wrong_column(const struct record_table *table, const struct options *options,
+                                const char *name) {
+    const char *near = message_nearest_name(name, table->names, table->count);
+    return options_usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
+                               near ? "; the nearest is " : "", near ? near : "");
+}
+
+enum status simulate_stops_read(struct record_stops *stops, const struct options *options,
+                                struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
+    const char *text;
+    record_stops_start(stops, memory_of(&format_memory), options->value_count, integrator, spatial);
+    for (int i = 0; (text = options_repeated(options, "stop", i)); i++) {
+        const enum record_stop_fault fault = record_stops_add(stops, text);
+        if (fault == RECORD_STOP_NO_CONDITION)
+            return options_usage_error(options->command,
+                                       "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE", text);
+        if (fault == RECORD_STOP_NO_COLUMN)
+            return wrong_column(&stops->table, options, format_text("%.*s", (int)strcspn(text, "<>"), text));
+    }
+    return STATUS_DONE;
 }

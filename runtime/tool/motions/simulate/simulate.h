@@ -1,5 +1,5 @@
 /* Simulation: one motion of a scene, from its options to its file and its summary. Parts: error of a motion;
- * limits of joints; events; columns; stops; motion; rows; trial; accuracy; summary. */
+ * columns; motion; rows; trial; accuracy; summary. */
 #ifndef REFDYN_TOOL_SIMULATE_H
 #define REFDYN_TOOL_SIMULATE_H
 
@@ -8,6 +8,7 @@
 
 #include "gen/base/base.h"
 #include "refdyn.h"
+#include "runtime/record/record.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
@@ -61,105 +62,23 @@ void simulate_estimate_print(const struct estimate *estimate);
 void simulate_estimate_put(const struct estimate *estimate, struct document *document);
 void simulate_estimate_release(struct estimate *estimate);
 
-/* Limits: the largest excess over each joint limit of position, rate and force, over the outputs. Limits do
- * not change the motion. */
-
-struct limit_record *simulate_limits_start(const struct scene *scene);
-/* Adds the values of one output. */
-void simulate_limits_add(struct limit_record *record, struct refdyn_integrator *integrator);
-/* Prints a warning for each limit that was exceeded. */
-void simulate_limits_print(const struct limit_record *record);
-/* Writes the same as list "limits" if the model has limits. */
-void simulate_limits_put(const struct limit_record *record, struct document *document);
-void simulate_limits_release(struct limit_record *record);
-
-/* Events of a motion in order, for summaries. Those of contacts are impact, rest and release. */
-
-struct event_record *simulate_events_start(void);
-/* Records the events at which refdyn_integrator_step has stopped. `status` is what it returned; returns the
- * same, but REFDYN_OK instead of REFDYN_EVENT_ENDS. */
-int simulate_events_take(struct event_record *record, const struct refdyn_integrator *integrator, int status);
-/* Returns whether an event has ended the motion. */
-bool simulate_events_have_ended(const struct event_record *record);
-void simulate_events_release(struct event_record *record);
-/* Write lines and members of a summary, nothing if the model has no events. */
-void simulate_events_print(const struct event_record *record, const struct refdyn_model *model);
-void simulate_events_put(const struct event_record *record, const struct refdyn_model *model,
-                         struct document *document);
-/* Prints at which events the motion is, and the value set by them that the model refuses. */
-void simulate_events_print_refused(const struct refdyn_integrator *integrator, const char *fact);
-/* Prints the events at which a motion has failed, if any. */
-void simulate_events_print_failed(const struct refdyn_integrator *integrator);
-
 /* Returns whether it is one of GSL's methods; false for NULL. */
 bool simulate_gsl_has(const char *method);
 
-/* Columns of a motion by name, and the motion as CSV: a header line, then a line an output. If an earlier
- * column already has a name, the later one is prefixed with its kind: point_, input_, course_ ... */
+/* Columns of a motion (record.h), and the motion as CSV: a header line, then a line an output. */
 
-/* groups of columns that are computed together: the state, points, residuals ... */
-enum { TABLE_BLOCKS = 10 };
-
-struct table {
-    struct refdyn_integrator *integrator;
-    const struct refdyn_spatial *spatial; /* NULL if no point has angular columns */
-    const char **names;                   /* (count) */
-    const char **units;                   /* (count) NULL where the model has no unit */
-    int ends[TABLE_BLOCKS];
-    bool is_wanted[TABLE_BLOCKS];
-    struct motion_part *parts; /* columns of one dataset in an HDF5 file */
-    int part_count;
-    double *values; /* (count) of the last simulate_table_fill */
-    int count, filled;
-    double *room; /* scratch for points, their columns and the programme force */
-};
-
-/* Prefix of accelerations if one of their names is already used, and their suffix. */
-extern const char simulate_acceleration_lead[], simulate_acceleration_ending[];
-
-/* spatial: the points whose angular velocities and accelerations have columns; NULL for none. */
-void simulate_table_start(struct table *table, struct refdyn_integrator *integrator,
+/* record_table_start with memory of the program. */
+void simulate_table_start(struct record_table *table, struct refdyn_integrator *integrator,
                           const struct refdyn_spatial *spatial);
-/* Limits simulate_table_fill to the blocks with a wanted column; wanted (count). */
-void simulate_table_want(struct table *table, const bool *wanted);
-/* Computes the values at the integrator's state. */
-void simulate_table_fill(struct table *table);
-void simulate_table_header(const struct table *table, FILE *out);
-/* The first column that is infinite or NaN after simulate_table_fill, NULL if all are finite. */
-const char *simulate_table_not_finite(const struct table *table);
-/* Writes the known units of the columns as object "units". */
-void simulate_table_put_units(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
-                              struct document *document);
+void simulate_table_header(const struct record_table *table, FILE *out);
 /* Writes the values as a line. */
-void simulate_table_row(const struct table *table, FILE *out);
-
-/* Stops: conditions NAME<VALUE or NAME>VALUE that end a motion at the first time at which one of them holds.
- * NAME is a column of the CSV. A condition is checked at accepted states and at outputs; one that holds only
- * between them is not detected. */
-
-struct stops {
-    struct stop *list;
-    int count;
-    struct table table; /* of the observed integrator */
-    struct refdyn_integrator *integrator;
-    const char *reached; /* the condition that held, as given; NULL while none has */
-    double t;            /* the time at which it held [s] */
-};
+void simulate_table_row(const struct record_table *table, FILE *out);
 
 /* Reads --stop; reports errors as wrong usage. */
-enum status simulate_stops_read(struct stops *stops, const struct options *options,
+enum status simulate_stops_read(struct record_stops *stops, const struct options *options,
                                 struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial);
-/* Returns whether a condition holds at the integrator's state, and notes the first one that does. */
-bool simulate_stops_hold(struct stops *stops);
 
 /* Motion of a scene from start to end, output by output, for `sim` and `report`. */
-
-/* Further statuses, beyond the runtime's. */
-enum { MOTION_INTERRUPTED = 1000, MOTION_TOO_SLOW, MOTION_NOT_WRITTEN };
-
-enum { STABILISE_COUNT = 3 };
-/* By enum refdyn_stabilise. */
-extern const char *const simulate_stabilise_names[STABILISE_COUNT];
 
 /* The options of motions. */
 extern const struct option_rule simulate_rules[];
@@ -172,18 +91,15 @@ enum status simulate_run(const struct options *options);
 struct motion {
     struct scene *scene;
     struct refdyn_integrator integrator;
+    struct record_motion record;
+    struct memory arena; /* of the record */
     const char *method;
     struct refdyn_gsl *gsl; /* takes the steps; NULL if the integrator does */
     void *memory;
-    struct refdyn_energy energy;
-    struct event_record *events;
-    double *values;            /* p, then x of the scene at the start, if events change them; else NULL */
-    struct stops *stops;       /* conditions that end it; the caller may set them after simulate_start */
-    double from, until, every; /* [s] */
-    long outputs;              /* their number; the first output is the start */
-    double cpu_s, wall_s;      /* CPU time of integration alone; wall time since the start */
-    double cpu_limit; /* simulate_to returns MOTION_TOO_SLOW beyond it; 0, the default, for no limit [s] */
-    double started;
+    double cpu_s, wall_s; /* CPU time of integration alone; wall time since the start */
+    double cpu_limit; /* simulate_to returns RECORD_TOO_SLOW beyond it; 0, the default, for no limit [s] */
+    double started, began;     /* wall time; CPU time at which simulate_to began [s] */
+    struct progress *progress; /* shown while simulate_to runs; may be NULL */
 };
 
 /* Runtime options from --method --step --tol --step-max --stabilise --singular --start; reports combinations
@@ -192,10 +108,6 @@ enum status simulate_options(const struct options *options, struct refdyn_option
 /* Reports an error if the chosen method needs the exact tangent, which a model in the printed form lacks. */
 enum status simulate_fit(const struct scene *scene, const struct options *options,
                          const struct refdyn_options *integration);
-/* Time between outputs [s]: `every`, or if it is 0 a 200th of the length `span` of the motion. */
-double simulate_distance(double span, double every);
-/* The number of outputs: multiples of `every` from the start, and the end. */
-long simulate_count_outputs(double span, double every);
 /* What a scene needs for a motion with the start of --from. */
 unsigned simulate_needs(const struct options *options);
 /* Sets the scene's q, qd and t to the start that --from selects, and computes the anchored parameters from
@@ -205,19 +117,18 @@ enum status simulate_place(struct scene *scene, const struct options *options);
  */
 enum status simulate_check_times(const struct scene *scene, const struct options *options);
 /* Starts at the scene's state. Returns a status of the runtime; call simulate_release in any case, which also
- * calls simulate_restore. */
+ * restores the parameters and inputs of the scene. */
 int simulate_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
                    double until, double every);
+/* Memory that lasts as long as the motion. */
+struct record_memory simulate_memory(struct motion *motion);
 /* Lets a method of GSL take the steps. Call it after simulate_start. Returns a status of the runtime. */
 int simulate_by_gsl(struct motion *motion, const char *method);
 /* The completed fraction of the motion, 0 to 1. */
 double simulate_fraction(const struct motion *motion);
 /* Continues to output i, or until a stop holds or an event ends the motion; progress may be NULL. Returns a
- * status of the runtime, MOTION_INTERRUPTED or MOTION_TOO_SLOW. */
+ * status of the runtime, RECORD_INTERRUPTED or RECORD_TOO_SLOW. */
 int simulate_to(struct motion *motion, long i, struct progress *progress);
-bool simulate_is_stopped(const struct motion *motion);
-/* Restores the scene's parameters and inputs to their values at the start, which events may have changed. */
-void simulate_restore(const struct motion *motion);
 void simulate_release(struct motion *motion);
 
 /* Rows: written as CSV, as HDF5, or as numbers in a temporary file, which are copied to one of the other
@@ -238,17 +149,17 @@ struct row_sink simulate_row_sink_hdf5(const char *path, const struct task *task
 /* Copies all rows of a file of numbers into another sink, including its beginning and end; `table` has their
  * columns.
  */
-bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct table *table);
+bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct record_table *table);
 
 /* Trial: one run of a motion for `sim`, with its rows and its positions at the outputs. */
 
 struct trial {
     struct motion motion;
-    struct stops stops;
+    struct record_stops stops;
     struct track track;
-    struct limit_record *limits; /* over the rows that are written */
+    struct record_limits limits; /* over the rows that are written */
     enum status usage;           /* STATUS_DONE unless --stop was wrong and nothing ran */
-    int result;                  /* status of the runtime, or MOTION_INTERRUPTED */
+    int result;                  /* status of the runtime, or RECORD_INTERRUPTED */
     bool is_started;             /* the start could be evaluated */
     const char *unfit;           /* the infinite or NaN column that ended it, or NULL */
 };

@@ -44,11 +44,11 @@ static void find_points(struct run *run) {
 
 /* Returns whether the columns from `first` on are the accelerations of all coordinates. */
 static bool begin_accelerations(const struct run *run, int first) {
-    const size_t lead = strlen(simulate_acceleration_lead);
+    const size_t lead = strlen(record_acceleration_lead);
     for (int i = 0; i < run->coordinate_count; i++) {
         const char *q = run->columns[run->coordinates + i], *name = run->columns[first + i];
-        name += strncmp(name, simulate_acceleration_lead, lead) == 0 ? lead : 0;
-        if (strncmp(name, q, strlen(q)) != 0 || strcmp(name + strlen(q), simulate_acceleration_ending) != 0)
+        name += strncmp(name, record_acceleration_lead, lead) == 0 ? lead : 0;
+        if (strncmp(name, q, strlen(q)) != 0 || strcmp(name + strlen(q), record_acceleration_ending) != 0)
             return false;
     }
     return run->coordinate_count > 0;

@@ -231,7 +231,7 @@ static void put_csv_trial(FILE *out, const struct study *study, const struct met
     fprintf(out, ",%s,%s,", kind, refdyn_method_name((int)trial->method));
     put_csv_number(out, trial->tol, trial->tol > 0);
     put_csv_number(out, trial->step, trial->step > 0);
-    fprintf(out, "%s,%ld,%ld,%ld,%ld,", simulate_stabilise_names[trial->stabilise], trial->steps,
+    fprintf(out, "%s,%ld,%ld,%ld,%ld,", record_stabilise_names[trial->stabilise], trial->steps,
             trial->rejected, trial->evaluations, trial->tangents);
     put_csv_number(out, trial->error, report_is_done(trial));
     put_csv_number(out, trial->phi_max, true);

@@ -11,7 +11,7 @@
 enum {
     SETTINGS_MAX = 24,
     HALVINGS_MAX = 26 /* halvings of the time between outputs */,
-    SERIES_MAX = REFDYN_METHOD_COUNT * STABILISE_COUNT,
+    SERIES_MAX = REFDYN_METHOD_COUNT * RECORD_STABILISE_COUNT,
     REFERENCES = 2
 };
 

@@ -31,7 +31,7 @@ static const char *series_name(const struct study *study, const struct series *s
     for (int i = 0; i < study->series_count; i++)
         same += study->series[i].method == series->method;
     return format_text("%s%s%s", refdyn_method_name((int)series->method), same > 1 ? ", " : "",
-                       same > 1 ? simulate_stabilise_names[series->stabilise] : "");
+                       same > 1 ? record_stabilise_names[series->stabilise] : "");
 }
 
 /* "tolerance 1e-06" or "step 0.001 s". */
@@ -43,7 +43,7 @@ static const char *trial_setting(const struct method_run *trial) {
 const char *report_trial_outcome(const struct method_run *trial) {
     if (report_is_done(trial))
         return "done";
-    if (trial->result == MOTION_TOO_SLOW)
+    if (trial->result == RECORD_TOO_SLOW)
         return format_text("stopped: too slow, about %.2g s expected but only %.2g s left", trial->cpu_s,
                            trial->cpu_limit_s);
     const bool has_cause = trial->cause > 0 && trial->cause != trial->result;
@@ -191,7 +191,7 @@ static void put_stops(struct text *text, const struct series *series, int first,
     int more = -1;
     for (int i = first; i < series->count; i++) {
         const struct method_run *trial = &series->trials[i];
-        if (report_is_done(trial) || (trial->result == MOTION_TOO_SLOW) != is_slow)
+        if (report_is_done(trial) || (trial->result == RECORD_TOO_SLOW) != is_slow)
             continue;
         stopped = stopped ? stopped : trial;
         more++;

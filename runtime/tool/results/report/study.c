@@ -51,7 +51,7 @@ static void keep_facts(struct method_run *trial, const struct motion *motion) {
     const struct refdyn_statistics *s = &motion->integrator.statistics;
     const double fraction = simulate_fraction(motion);
     trial->cpu_s = motion->cpu_s;
-    if (trial->result == MOTION_TOO_SLOW)
+    if (trial->result == RECORD_TOO_SLOW)
         trial->cpu_s /= fraction;
     trial->cause = motion->integrator.cause;
     trial->stopped_t = motion->integrator.t;
@@ -61,7 +61,8 @@ static void keep_facts(struct method_run *trial, const struct motion *motion) {
     trial->tangents = s->tangents;
     trial->phi_max = s->phi_max;
     trial->psi_max = s->psi_max;
-    trial->energy_error = refdyn_energy_changes(&motion->energy) ? refdyn_energy_error(&motion->energy) : NAN;
+    trial->energy_error =
+        refdyn_energy_changes(&motion->record.energy) ? refdyn_energy_error(&motion->record.energy) : NAN;
 }
 
 /* An infinite or NaN position has no distance 0 from itself. */
@@ -83,10 +84,10 @@ static void run_once(struct runs *runs, struct method_run *trial) {
     integration.balance = 1;
     trial->result = simulate_start(&motion, runs->scene, &integration, runs->plan->until, runs->plan->every);
     motion.cpu_limit = trial->cpu_limit_s;
-    runs->study->outputs = motion.outputs;
+    runs->study->outputs = motion.record.outputs;
     simulate_track_release(&runs->track);
-    simulate_track_start(&runs->track, runs->scene->model, motion.outputs);
-    for (long i = 0; i < motion.outputs && trial->result == REFDYN_OK; i++) {
+    simulate_track_start(&runs->track, runs->scene->model, motion.record.outputs);
+    for (long i = 0; i < motion.record.outputs && trial->result == REFDYN_OK; i++) {
         if (i > 0)
             trial->result = simulate_to(&motion, i, &runs->progress);
         simulate_track_add(&runs->track, &motion.integrator);
@@ -94,7 +95,7 @@ static void run_once(struct runs *runs, struct method_run *trial) {
     if (report_is_done(trial) && !is_finite(&runs->track))
         trial->result = REFDYN_NOT_FINITE;
     if (report_is_done(trial))
-        refdyn_energy_scale(&motion.energy, &motion.integrator);
+        refdyn_energy_scale(&motion.record.energy, &motion.integrator);
     keep_facts(trial, &motion);
     simulate_release(&motion);
 }
@@ -220,20 +221,20 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
                                  .cpu_limit_s = limit,
                                  .cpu_s = expected,
                                  .stopped_t = runs->study->from,
-                                 .result = MOTION_TOO_SLOW,
+                                 .result = RECORD_TOO_SLOW,
                                  .error = NAN};
     if (expected <= limit)
         run_once(runs, trial);
     if (report_is_done(trial))
         trial->error = distance_from_reference(runs);
-    if (trial->result == MOTION_INTERRUPTED) {
+    if (trial->result == RECORD_INTERRUPTED) {
         series->count--; /* an interrupted run says nothing about the method */
         return;
     }
     repeat_short(runs, trial);
     if (series->is_fixed && !settings->are_given)
         forget_before_edge(runs->study, series);
-    series->is_over = series->trials[series->count - 1].result == MOTION_TOO_SLOW ||
+    series->is_over = series->trials[series->count - 1].result == RECORD_TOO_SLOW ||
                       series->next == settings->count || is_exhausted(runs, series);
 }
 
@@ -244,10 +245,10 @@ static void list_series(struct study *study, const struct study_plan *plan,
     const bool has_rows = model->m > 0;
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++) {
         const bool is_fixed = refdyn_options_default((enum refdyn_method)method).tol == 0;
-        for (int i = 0; i < STABILISE_COUNT && plan->methods[method] &&
+        for (int i = 0; i < RECORD_STABILISE_COUNT && plan->methods[method] &&
                         refdyn_can_run(model, (enum refdyn_method)method);
              i++) {
-            const enum refdyn_stabilise stabilise = (enum refdyn_stabilise)(STABILISE_COUNT - 1 - i);
+            const enum refdyn_stabilise stabilise = (enum refdyn_stabilise)(RECORD_STABILISE_COUNT - 1 - i);
             if (has_rows ? is_fixed || stabilise == REFDYN_PROJECT : stabilise == REFDYN_NONE)
                 study->series[study->series_count++] = (struct series){
                     .method = (enum refdyn_method)method, .stabilise = stabilise, .is_fixed = is_fixed};

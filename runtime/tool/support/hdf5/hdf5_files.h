@@ -127,14 +127,7 @@ void hdf5_runs_close(struct runs_reader *reader);
 /* A file of one motion, RUN.h5: its layout, and its rows, one for each output. The attribute `columns` of a
  * dataset has the names that its numbers have in a CSV of the same motion. */
 
-/* One dataset: the numbers of a row from `first` on. The first dataset is the time, the scale of the others.
- */
-struct motion_part {
-    const char *path;              /* "/points/E/r" */
-    const char *axis;              /* of the second axis, "/axis"; NULL for one number a row */
-    const char *const *axis_names; /* (count) its entries; parts on one axis have the same names */
-    int first, count;
-};
+struct record_part; /* the columns of one dataset: runtime/record/record.h */
 
 /* An attribute of the group `object`, "/" or "/parameters", which is made if needed: a text or a number. */
 struct motion_fact {
@@ -143,7 +136,7 @@ struct motion_fact {
 };
 
 struct motion_layout {
-    const struct motion_part *parts;
+    const struct record_part *parts;
     const struct motion_fact *facts;
     const char *const *names; /* (width) of the numbers of a row */
     const char *const *units; /* (width) of the numbers of a row; NULL if unknown */

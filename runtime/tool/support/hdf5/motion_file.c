@@ -6,6 +6,7 @@
 
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"
+#include "runtime/record/record.h"
 #include "runtime/tool/support/hdf5/hdf5_private.h"
 
 #define MOTION_CONTENT "refdyn motion"
@@ -23,7 +24,7 @@ static bool is_same(const char *a, const char *b) {
 }
 
 /* One text if all numbers of the part have the same unit, otherwise one for each. */
-static void put_units(struct hdf5_file *file, const struct motion_part *part, const char *const *units) {
+static void put_units(struct hdf5_file *file, const struct record_part *part, const char *const *units) {
     bool is_one = true;
     for (int i = 1; i < part->count; i++)
         is_one = is_one && is_same(units[i], units[0]);
@@ -34,12 +35,12 @@ static void put_units(struct hdf5_file *file, const struct motion_part *part, co
 }
 
 /* The scale of names, once for all parts along it. */
-static void need_axis(struct hdf5_file *file, const struct motion_part *part) {
+static void need_axis(struct hdf5_file *file, const struct record_part *part) {
     if (!file->has_failed && H5Lexists(file->id, part->axis, H5P_DEFAULT) <= 0)
         hdf5_make_scale(file, part->axis, file->text, file->text, part->count, part->axis_names, NULL);
 }
 
-static void add_part(struct motion_writer *writer, const struct motion_part *part, const char *time) {
+static void add_part(struct motion_writer *writer, const struct record_part *part, const char *time) {
     struct hdf5_file *file = &writer->file;
     const struct hdf5_shape shape = {.size = part->axis ? (hsize_t)part->count : 0, .grows = true};
     if (part->axis)

@@ -1,25 +1,30 @@
 /*
- * Eigenvalues and shapes of small motions, from the linear equations of a scene at rest.
+ * Eigenvalues and shapes of small motions, from the linear equations of a model at rest.
  *
  * Coordinates are measured in 1/sqrt(M_jj). With x = Z y for the position rows, x' = N w + G x for all rows
  * (struct freedom), the equations are the pencil
  *     y' = (N w + G Z y)_independent
  *     N^T M N w' = -N^T ((K + (D + M G) G) Z y + (D + M G) N w)
  * or E z' = A z, with a time unit 1/s between those of stiff and soft coordinates. The eigenvalues
- * tau of (A - E)^-1 E, with balancing (LAPACK dgeev), give mu = 1 + 1/tau. So both ends of a wide spectrum
+ * tau of (A - E)^-1 E, with balancing (as LAPACK dgeev), give mu = 1 + 1/tau. So both ends of a wide spectrum
  * keep their digits, while E^-1 A loses those of the low end. Each is then improved by the generalized
  * Rayleigh quotient of its left and right vectors (Ostrowski, Arch. Rational Mech. Anal. 3:325-340, 1959),
  * whose error is the product of theirs.
  */
 #include <float.h>
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "runtime/tool/motions/equilibria/equilibria.h"
-#include "runtime/tool/scene/scene.h"
-#include "runtime/tool/support/format/format.h"
+#include "runtime/record/record.h"
+
+static void *allocate(const struct record_algebra *algebra, size_t count, size_t size) {
+    return algebra->memory.get(algebra->memory.context, (count + 1) * size);
+}
+
+static double *allocate_matrix(const struct record_algebra *algebra, int rows, int columns) {
+    return allocate(algebra, (size_t)rows * (size_t)columns, sizeof(double));
+}
 
 /* ---- A basis of the changes that linear rows leave free ---- */
 
@@ -27,6 +32,7 @@
  * by elimination with full pivoting. Coordinates that occur in no row stay separate. So do the digits of soft
  * coordinates next to stiff ones, which an orthonormal basis would mix. */
 struct freedom {
+    const struct record_algebra *algebra;
     int n, rank, count;
     int *row;      /* (count) rows: the first `rank` are used, the others redundant */
     int *column;   /* (n) the first `rank` are dependent, in the order of elimination; then the independent
@@ -36,8 +42,9 @@ struct freedom {
 };
 
 /* [R B] with each row divided by the largest entry of R in it. A row without such an entry becomes 0. */
-static double *scaled_rows(const double *R, const double *B, int count, int n) {
-    double *rows = format_allocate((size_t)count * 2 * (size_t)n, sizeof *rows);
+static double *scaled_rows(const struct record_algebra *algebra, const double *R, const double *B, int count,
+                           int n) {
+    double *rows = allocate(algebra, (size_t)count * 2 * (size_t)n, sizeof *rows);
     for (int i = 0; i < count; i++) {
         double size = 0;
         for (int j = 0; j < n; j++)
@@ -92,8 +99,8 @@ static int ascending(const void *a, const void *b) {
 
 static void fill(struct freedom *freedom, const double *rows) {
     const int n = freedom->n, rank = freedom->rank, left = n - rank;
-    freedom->basis = format_allocate((size_t)(n * left), sizeof *freedom->basis);
-    freedom->drift = format_allocate((size_t)(n * n), sizeof *freedom->drift);
+    freedom->basis = allocate(freedom->algebra, (size_t)(n * left), sizeof *freedom->basis);
+    freedom->drift = allocate(freedom->algebra, (size_t)(n * n), sizeof *freedom->drift);
     for (int k = 0; k < rank; k++) {
         const double *row = rows + 2 * freedom->row[k] * n;
         for (int b = 0; b < left; b++)
@@ -106,11 +113,12 @@ static void fill(struct freedom *freedom, const double *rows) {
 }
 
 /* B may be NULL. */
-static void find_freedom(struct freedom *freedom, const double *R, const double *B, int count, int n) {
-    *freedom = (struct freedom){.n = n, .count = count};
-    freedom->row = format_allocate((size_t)count, sizeof *freedom->row);
-    freedom->column = format_allocate((size_t)n, sizeof *freedom->column);
-    double *rows = scaled_rows(R, B, count, n);
+static void find_freedom(struct freedom *freedom, const struct record_algebra *algebra, const double *R,
+                         const double *B, int count, int n) {
+    *freedom = (struct freedom){.algebra = algebra, .n = n, .count = count};
+    freedom->row = allocate(algebra, (size_t)count, sizeof *freedom->row);
+    freedom->column = allocate(algebra, (size_t)n, sizeof *freedom->column);
+    double *rows = scaled_rows(algebra, R, B, count, n);
     for (int i = 0; i < count; i++)
         freedom->row[i] = i;
     for (int j = 0; j < n; j++)
@@ -150,14 +158,14 @@ static const double low_share = 1e-6;
 static const double shift_share = 0.6180339887498949;
 
 struct pencil {
-    const struct linear *linear;
+    const struct record_algebra *algebra;
+    const struct record_linear *linear;
     int n, position_count, size; /* of x, y, z */
     double *unit;                /* (n) 1/sqrt(M_jj) */
     double *M, *D, *K;           /* (n x n) scaled */
     struct freedom position, velocity;
-    double scale;           /* s [1/s] */
-    double *A, *E, *factor; /* (size x size) factor: LU factors of A - E */
-    int *pivots;
+    double scale;                           /* s [1/s] */
+    double *A, *E;                          /* (size x size) */
     double *tau_re, *tau_im, *left, *right; /* (size), (size x size): as dgeev returns them */
 };
 
@@ -174,16 +182,17 @@ static void add_product(double *out, double factor, const double *left, const do
         }
 }
 
-static double *product(const double *left, const double *right, int rows, int inner, int columns) {
-    double *out = format_allocate_matrix(rows, columns);
+static double *product(const struct record_algebra *algebra, const double *left, const double *right,
+                       int rows, int inner, int columns) {
+    double *out = allocate_matrix(algebra, rows, columns);
     add_product(out, 1, left, right, rows, inner, columns);
     return out;
 }
 
 /* left^T right, both n rows */
-static double *product_of_columns(const double *left, int left_columns, const double *right, int columns,
-                                  int n) {
-    double *out = format_allocate_matrix(left_columns, columns);
+static double *product_of_columns(const struct record_algebra *algebra, const double *left, int left_columns,
+                                  const double *right, int columns, int n) {
+    double *out = allocate_matrix(algebra, left_columns, columns);
     for (int i = 0; i < n; i++)
         add_product(out, 1, left + i * left_columns, right + i * columns, left_columns, 1, columns);
     return out;
@@ -191,7 +200,7 @@ static double *product_of_columns(const double *left, int left_columns, const do
 
 static double *scaled(const struct pencil *pencil, const double *matrix, int rows, bool both) {
     const int n = pencil->n;
-    double *out = format_allocate_matrix(rows, n);
+    double *out = allocate_matrix(pencil->algebra, rows, n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < n; j++)
             out[i * n + j] = (both ? pencil->unit[i] : 1) * matrix[i * n + j] * pencil->unit[j];
@@ -213,17 +222,17 @@ static void choose_scale(struct pencil *pencil) {
 }
 
 static void find_freedoms(struct pencil *pencil) {
-    const struct linear *linear = pencil->linear;
+    const struct record_linear *linear = pencil->linear;
     const int n = pencil->n;
     double *u = scaled(pencil, linear->u, linear->m, false);
     double *psi_q = scaled(pencil, linear->psi_q, linear->m, false);
-    double *level_q = format_allocate_matrix(linear->m, n);
+    double *level_q = allocate_matrix(pencil->algebra, linear->m, n);
     int count = 0;
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])
             memcpy(level_q + count++ * n, u + i * n, (size_t)n * sizeof *u);
-    find_freedom(&pencil->position, level_q, NULL, count, n);
-    find_freedom(&pencil->velocity, u, psi_q, linear->m, n);
+    find_freedom(&pencil->position, pencil->algebra, level_q, NULL, count, n);
+    find_freedom(&pencil->velocity, pencil->algebra, u, psi_q, linear->m, n);
     pencil->position_count = n - pencil->position.rank;
     pencil->size = pencil->position_count + n - pencil->velocity.rank;
 }
@@ -246,30 +255,46 @@ static void put_rates(struct pencil *pencil, const double *drift, int rates) {
     }
 }
 
+/* Returns whether a symmetric matrix (n x n) has a Cholesky factor, which overwrites it. */
+static bool is_positive(double *matrix, int n) {
+    for (int j = 0; j < n; j++) {
+        for (int i = j; i < n; i++)
+            for (int k = 0; k < j; k++)
+                matrix[i * n + j] -= matrix[i * n + k] * matrix[j * n + k];
+        if (!(matrix[j * n + j] > 0))
+            return false;
+        const double root = sqrt(matrix[j * n + j]);
+        for (int i = j; i < n; i++)
+            matrix[i * n + j] /= root;
+    }
+    return true;
+}
+
 /* Returns REFDYN_MASS_NOT_POSITIVE if the mass of the free motion has no Cholesky factor. */
 static int put_motion(struct pencil *pencil, const double *drift, int rates) {
     const int n = pencil->n, positions = pencil->position_count;
     const double *N = pencil->velocity.basis, s = pencil->scale;
-    double *damping = product(pencil->M, pencil->velocity.drift, n, n, n);
-    double *stiffness = product(pencil->K, pencil->position.basis, n, n, positions);
+    double *damping = product(pencil->algebra, pencil->M, pencil->velocity.drift, n, n, n);
+    double *stiffness = product(pencil->algebra, pencil->K, pencil->position.basis, n, n, positions);
     for (int i = 0; i < n * n; i++)
         damping[i] += pencil->D[i];
     add_product(stiffness, 1, damping, drift, n, n, positions);
-    double *on_rates = product(damping, N, n, n, rates), *mass = product(pencil->M, N, n, n, rates);
-    double *mass_part = product_of_columns(N, rates, mass, rates, n);
-    double *stiffness_part = product_of_columns(N, rates, stiffness, positions, n);
-    double *damping_part = product_of_columns(N, rates, on_rates, rates, n);
+    double *on_rates = product(pencil->algebra, damping, N, n, n, rates),
+           *mass = product(pencil->algebra, pencil->M, N, n, n, rates);
+    double *mass_part = product_of_columns(pencil->algebra, N, rates, mass, rates, n);
+    double *stiffness_part = product_of_columns(pencil->algebra, N, rates, stiffness, positions, n);
+    double *damping_part = product_of_columns(pencil->algebra, N, rates, on_rates, rates, n);
     put_block(pencil, pencil->E, positions, positions, mass_part, rates, rates, 1);
     put_block(pencil, pencil->A, positions, 0, stiffness_part, rates, positions, -1 / (s * s));
     put_block(pencil, pencil->A, positions, positions, damping_part, rates, rates, -1 / s);
-    const lapack_int info = rates ? LAPACKE_dpotrf(LAPACK_ROW_MAJOR, 'U', rates, mass_part, rates) : 0;
-    return info == 0 ? REFDYN_OK : REFDYN_MASS_NOT_POSITIVE;
+    return is_positive(mass_part, rates) ? REFDYN_OK : REFDYN_MASS_NOT_POSITIVE;
 }
 
-static int build_pencil(struct pencil *pencil, const struct linear *linear) {
+static int build_pencil(struct pencil *pencil, const struct record_algebra *algebra,
+                        const struct record_linear *linear) {
     const int n = linear->n;
-    *pencil = (struct pencil){.linear = linear, .n = n};
-    pencil->unit = format_allocate_matrix(n, 1);
+    *pencil = (struct pencil){.algebra = algebra, .linear = linear, .n = n};
+    pencil->unit = allocate_matrix(pencil->algebra, n, 1);
     for (int j = 0; j < n; j++)
         pencil->unit[j] = 1 / sqrt(linear->M[j * (n + 1)]);
     pencil->M = scaled(pencil, linear->M, n, true);
@@ -277,10 +302,10 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
     pencil->K = scaled(pencil, linear->K, n, true);
     choose_scale(pencil);
     find_freedoms(pencil);
-    pencil->A = format_allocate_matrix(pencil->size, pencil->size);
-    pencil->E = format_allocate_matrix(pencil->size, pencil->size);
+    pencil->A = allocate_matrix(pencil->algebra, pencil->size, pencil->size);
+    pencil->E = allocate_matrix(pencil->algebra, pencil->size, pencil->size);
     const int positions = pencil->position_count, rates = pencil->size - positions;
-    double *drift = product(pencil->velocity.drift, pencil->position.basis, n, n, positions);
+    double *drift = product(pencil->algebra, pencil->velocity.drift, pencil->position.basis, n, n, positions);
     put_rates(pencil, drift, rates);
     return put_motion(pencil, drift, rates);
 }
@@ -288,29 +313,23 @@ static int build_pencil(struct pencil *pencil, const struct linear *linear) {
 /* ---- Eigenvalues ---- */
 
 static int solve_pencil(struct pencil *pencil) {
+    const struct record_algebra *algebra = pencil->algebra;
     const int size = pencil->size;
-    const size_t room = (size_t)size * (size_t)size;
-    double *T = format_allocate_matrix(size, size);
-    pencil->factor = format_allocate_matrix(size, size);
-    pencil->pivots = format_allocate((size_t)size, sizeof *pencil->pivots);
-    pencil->tau_re = format_allocate_matrix(size, 1);
-    pencil->tau_im = format_allocate_matrix(size, 1);
-    pencil->left = format_allocate_matrix(size, size);
-    pencil->right = format_allocate_matrix(size, size);
-    for (size_t i = 0; i < room; i++) {
-        pencil->factor[i] = pencil->A[i] - pencil->E[i];
+    double *T = allocate_matrix(algebra, size, size), *shifted = allocate_matrix(algebra, size, size);
+    pencil->tau_re = allocate_matrix(algebra, size, 1);
+    pencil->tau_im = allocate_matrix(algebra, size, 1);
+    pencil->left = allocate_matrix(algebra, size, size);
+    pencil->right = allocate_matrix(algebra, size, size);
+    for (int i = 0; i < size * size; i++) {
+        shifted[i] = pencil->A[i] - pencil->E[i];
         T[i] = pencil->E[i];
     }
-    lapack_int info =
-        LAPACKE_dgesv(LAPACK_ROW_MAJOR, size, size, pencil->factor, size, pencil->pivots, T, size);
-    if (info == 0)
-        info = LAPACKE_dgeev(LAPACK_ROW_MAJOR, 'V', 'V', size, T, size, pencil->tau_re, pencil->tau_im,
-                             pencil->left, size, pencil->right, size);
+    bool is_solved = algebra->solve(algebra->context, size, shifted, false, T) &&
+                     algebra->eigen(algebra->context, size, T, pencil->tau_re, pencil->tau_im, pencil->left,
+                                    pencil->right);
     /* T^H w = conj(tau) w and w = (A - E)^H v: v is the pencil's left vector; it is real-linear in w */
-    if (info == 0)
-        info = LAPACKE_dgetrs(LAPACK_ROW_MAJOR, 'T', size, size, pencil->factor, size, pencil->pivots,
-                              pencil->left, size);
-    return info == 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
+    is_solved = is_solved && algebra->solve(algebra->context, size, shifted, true, pencil->left);
+    return is_solved ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 
 /* Entry i of vector k: dgeev keeps real and imaginary parts of a pair in two columns. */
@@ -371,7 +390,7 @@ static void normalise(double complex *x, int n) {
 /* x = Z y of vector k, in the model's units. */
 static double complex *shape_of(const struct pencil *pencil, int k) {
     const int positions = pencil->position_count;
-    double complex *x = format_allocate((size_t)pencil->n, sizeof *x);
+    double complex *x = allocate(pencil->algebra, (size_t)pencil->n, sizeof *x);
     for (int i = 0; i < pencil->n; i++) {
         for (int j = 0; j < positions; j++)
             x[i] += pencil->position.basis[i * positions + j] * entry(pencil, pencil->right, j, k);
@@ -381,8 +400,9 @@ static double complex *shape_of(const struct pencil *pencil, int k) {
     return x;
 }
 
-static void add_mode(struct spectrum *spectrum, double complex eigenvalue, const double complex *shape) {
-    spectrum->modes[spectrum->count++] = (struct mode){eigenvalue, shape};
+static void add_mode(struct record_spectrum *spectrum, double complex eigenvalue,
+                     const double complex *shape) {
+    spectrum->modes[spectrum->count++] = (struct record_mode){eigenvalue, shape};
 }
 
 /* ---- Eigenvalues 0 ---- */
@@ -436,8 +456,8 @@ static void clear_column(struct resting *resting, int n, int row, int column) {
 }
 
 /* Adds one mode for each pivot coordinate of the vectors, in the order of the coordinates. */
-static void add_resting_modes(struct spectrum *spectrum, struct resting *resting, int n) {
-    int *row_of = format_allocate((size_t)n, sizeof *row_of), count = 0, row, column;
+static void add_resting_modes(struct record_spectrum *spectrum, struct resting *resting, int n) {
+    int *row_of = allocate(spectrum->algebra, (size_t)n, sizeof *row_of), count = 0, row, column;
     while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
         exchange_rows(resting->vectors + row * n, resting->vectors + count * n, n);
         clear_column(resting, n, count, column);
@@ -447,7 +467,7 @@ static void add_resting_modes(struct spectrum *spectrum, struct resting *resting
         if (!row_of[j])
             continue;
         const double *vector = resting->vectors + (row_of[j] - 1) * n;
-        double complex *x = format_allocate((size_t)n, sizeof *x);
+        double complex *x = allocate(spectrum->algebra, (size_t)n, sizeof *x);
         for (int i = 0; i < n; i++)
             x[i] = fabs(vector[i]) > zero_tol ? vector[i] : 0;
         normalise(x, n);
@@ -457,17 +477,17 @@ static void add_resting_modes(struct spectrum *spectrum, struct resting *resting
 
 /* ---- All modes ---- */
 
-static bool stands_before(const struct mode *a, const struct mode *b) {
+static bool stands_before(const struct record_mode *a, const struct record_mode *b) {
     const double size_a = cabs(a->eigenvalue), size_b = cabs(b->eigenvalue);
     if (fabs(size_a - size_b) > equal_tol * fmax(size_a, size_b))
         return size_a < size_b;
     return creal(a->eigenvalue) > creal(b->eigenvalue);
 }
 
-static void sort_modes(struct spectrum *spectrum) {
+static void sort_modes(struct record_spectrum *spectrum) {
     for (int i = 1; i < spectrum->count; i++)
         for (int j = i; j > 0 && stands_before(&spectrum->modes[j], &spectrum->modes[j - 1]); j--) {
-            const struct mode kept = spectrum->modes[j];
+            const struct record_mode kept = spectrum->modes[j];
             spectrum->modes[j] = spectrum->modes[j - 1];
             spectrum->modes[j - 1] = kept;
         }
@@ -475,8 +495,9 @@ static void sort_modes(struct spectrum *spectrum) {
 
 /* Adds a pair that is real within rounding as two modes. Their shapes differ unless the system is defective.
  */
-static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const double complex *x, int n) {
-    double complex *parts = format_allocate(2 * (size_t)n, sizeof *parts);
+static void add_real_pair(struct record_spectrum *spectrum, double eigenvalue, const double complex *x,
+                          int n) {
+    double complex *parts = allocate(spectrum->algebra, 2 * (size_t)n, sizeof *parts);
     double apart = 0;
     for (int j = 0; j < n; j++) {
         parts[j] = creal(x[j]);
@@ -490,7 +511,7 @@ static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const do
 }
 
 /* dgeev lists the tau with positive imaginary part first; its mu = 1 + 1/tau has a negative one. */
-static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, struct resting *resting,
+static void add_vector(struct record_spectrum *spectrum, const struct pencil *pencil, struct resting *resting,
                        int k) {
     const int n = pencil->n;
     const bool is_real = pencil->tau_im[k] == 0;
@@ -509,20 +530,21 @@ static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, s
     }
 }
 
-static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
+static void collect(struct record_spectrum *spectrum, const struct pencil *pencil) {
     const int n = pencil->n;
-    struct resting resting = {.vectors = format_allocate_matrix(pencil->size, n)};
-    spectrum->modes = format_allocate((size_t)pencil->size, sizeof *spectrum->modes);
+    struct resting resting = {.vectors = allocate_matrix(pencil->algebra, pencil->size, n)};
+    spectrum->modes = allocate(pencil->algebra, (size_t)pencil->size, sizeof *spectrum->modes);
     for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2)
         add_vector(spectrum, pencil, &resting, k);
     add_resting_modes(spectrum, &resting, n);
     sort_modes(spectrum);
 }
 
-int equilibria_find_spectrum(struct spectrum *spectrum, const struct linear *linear) {
+int record_find_spectrum(struct record_spectrum *spectrum, const struct record_linear *linear,
+                         const struct record_algebra *algebra) {
     struct pencil pencil;
-    *spectrum = (struct spectrum){.count = 0};
-    int status = build_pencil(&pencil, linear);
+    *spectrum = (struct record_spectrum){.algebra = algebra};
+    int status = build_pencil(&pencil, algebra, linear);
     if (status == REFDYN_OK && pencil.size > 0)
         status = solve_pencil(&pencil);
     if (status == REFDYN_OK) {

@@ -1,9 +1,8 @@
-/* The columns of a motion: their names and units, their values at the integrator's state, and their output as
- * CSV. */
-#include "runtime/tool/motions/simulate/simulate.h"
-#include "runtime/tool/support/format/format.h"
+/* The columns of a motion: their names and units, and their values at the integrator's state. */
+#include "runtime/record/record.h"
 
 #include <math.h>
+#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,37 +12,52 @@ static const char *const point_units[] = {"m", "m/s", "m/s^2"};
 
 /* ---- Names ---- */
 
-const char simulate_acceleration_lead[] = "acceleration_", simulate_acceleration_ending[] = "_dd";
+const char record_acceleration_lead[] = "acceleration_", record_acceleration_ending[] = "_dd";
+const char record_input_lead[] = "input_";
 
 /* A growing list of columns; a unit is NULL where the model has none. */
 struct columns {
     const char **names, **units;
     int count;
-    struct motion_part *parts;
-    int part_count, part_room;
+    struct record_part *parts;
+    int part_count;
+    struct record_memory memory;
     const struct refdyn_spatial *spatial; /* NULL if no point has angular columns */
 };
 
 /* A group of columns that are computed together. */
 struct block {
     void (*name)(const struct refdyn_model *model, struct columns *columns);
-    void (*put)(struct table *table);
+    void (*put)(struct record_table *table);
 };
+
+static const char *format_name(const struct columns *columns, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+static const char *format_name(const struct columns *columns, const char *format, ...) {
+    va_list list, again;
+    va_start(list, format);
+    va_copy(again, list);
+    const size_t size = (size_t)vsnprintf(NULL, 0, format, again) + 1;
+    va_end(again);
+    char *text = columns->memory.get(columns->memory.context, size);
+    vsnprintf(text, size, format, list);
+    va_end(list);
+    return text;
+}
 
 /* Begins a dataset for the next columns; with axis NULL it has only the axis of time, and one column. */
 static void begin_part(struct columns *columns, const char *path, const char *axis,
                        const char *const *names) {
-    columns->parts = memory_room(&format_memory, columns->parts, columns->part_count, &columns->part_room,
-                                 sizeof *columns->parts);
     columns->parts[columns->part_count++] =
-        (struct motion_part){.path = path, .axis = axis, .axis_names = names, .first = columns->count};
+        (struct record_part){.path = path, .axis = axis, .axis_names = names, .first = columns->count};
 }
 
 /* Sets the number of columns of each part, which ends where the next begins, and drops empty parts. */
 static void end_parts(struct columns *columns) {
     int kept = 0;
     for (int i = 0; i < columns->part_count; i++) {
-        struct motion_part part = columns->parts[i];
+        struct record_part part = columns->parts[i];
         const int end = i + 1 < columns->part_count ? columns->parts[i + 1].first : columns->count;
         part.count = end - part.first;
         if (part.count > 0)
@@ -52,13 +66,21 @@ static void end_parts(struct columns *columns) {
     columns->part_count = kept;
 }
 
+/* Returns whether one of the first `count` columns has this name. */
+static bool has_name(const struct columns *columns, const char *name, int count) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(columns->names[i], name) == 0)
+            return true;
+    return false;
+}
+
 /* Prefixes all columns from `first` on with their kind until none of their names occurs before. */
 static void settle(struct columns *columns, int first, const char *lead) {
     for (int i = first; i < columns->count;) {
-        if (text_index(columns->names[i++], columns->names, first) < 0)
+        if (!has_name(columns, columns->names[i++], first))
             continue;
         for (int j = first; j < columns->count; j++)
-            columns->names[j] = format_text("%s%s", lead, columns->names[j]);
+            columns->names[j] = format_name(columns, "%s%s", lead, columns->names[j]);
         i = first;
     }
 }
@@ -78,10 +100,11 @@ static void name_points(const struct refdyn_model *model, struct columns *column
     for (int point = 0; point < model->point_count; point++) {
         const int first = columns->count;
         for (int rate = 0; rate < 3; rate++) {
-            begin_part(columns, format_text("/points/%s/r%s", model->points[point], rates[rate]), "/axis",
-                       axes);
+            begin_part(columns, format_name(columns, "/points/%s/r%s", model->points[point], rates[rate]),
+                       "/axis", axes);
             for (int axis = 0; axis < 3; axis++)
-                add_name(columns, format_text("%s_%s%s", model->points[point], axes[axis], rates[rate]),
+                add_name(columns,
+                         format_name(columns, "%s_%s%s", model->points[point], axes[axis], rates[rate]),
                          point_units[rate]);
         }
         settle(columns, first, "point_");
@@ -92,11 +115,11 @@ static void name_residuals(const struct refdyn_model *model, struct columns *col
     begin_part(columns, "/phi", "/phi_row", columns->names + columns->count);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
-            add_name(columns, format_text("phi_%d", i + 1), NULL);
+            add_name(columns, format_name(columns, "phi_%d", i + 1), NULL);
     begin_part(columns, "/psi", "/psi_row", columns->names + columns->count);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
-            add_name(columns, format_text("psi_%d", i + 1), NULL);
+            add_name(columns, format_name(columns, "psi_%d", i + 1), NULL);
 }
 
 static bool is_slide(const struct refdyn_name *coordinate) {
@@ -113,7 +136,7 @@ static void name_state(const struct refdyn_model *model, struct columns *columns
         add_name(columns, q[i].name, q[i].unit);
     begin_part(columns, "/qd", "/coordinate", coordinates);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, format_text("%s_d", q[i].name), is_slide(&q[i]) ? "m/s" : "rad/s");
+        add_name(columns, format_name(columns, "%s_d", q[i].name), is_slide(&q[i]) ? "m/s" : "rad/s");
 }
 
 static void name_energy(const struct refdyn_model *model, struct columns *columns) {
@@ -126,21 +149,21 @@ static void name_forces(const struct refdyn_model *model, struct columns *column
     const int first = columns->count;
     begin_part(columns, "/force", "/coordinate", columns->names + 1);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, format_text("force_%s", model->coordinates[i].name),
+        add_name(columns, format_name(columns, "force_%s", model->coordinates[i].name),
                  is_slide(&model->coordinates[i]) ? "N" : "N m");
     settle(columns, first, "force_");
 }
 
 static void name_inputs(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->input_count; i++) {
-        begin_part(columns, format_text("/inputs/%s", model->inputs[i].name), NULL, NULL);
-        add_settled(columns, scene_input_lead, model->inputs[i].name, model->inputs[i].unit);
+        begin_part(columns, format_name(columns, "/inputs/%s", model->inputs[i].name), NULL, NULL);
+        add_settled(columns, record_input_lead, model->inputs[i].name, model->inputs[i].unit);
     }
 }
 
 static void name_courses(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->course_count; i++) {
-        begin_part(columns, format_text("/courses/%s", model->courses[i]), NULL, NULL);
+        begin_part(columns, format_name(columns, "/courses/%s", model->courses[i]), NULL, NULL);
         add_settled(columns, "course_", model->courses[i], NULL);
     }
 }
@@ -150,9 +173,10 @@ static void name_accelerations(const struct refdyn_model *model, struct columns 
     const int first = columns->count;
     begin_part(columns, "/qdd", "/coordinate", columns->names + 1);
     for (int i = 0; i < model->n; i++)
-        add_name(columns, format_text("%s%s", model->coordinates[i].name, simulate_acceleration_ending),
+        add_name(columns,
+                 format_name(columns, "%s%s", model->coordinates[i].name, record_acceleration_ending),
                  is_slide(&model->coordinates[i]) ? "m/s^2" : "rad/s^2");
-    settle(columns, first, simulate_acceleration_lead);
+    settle(columns, first, record_acceleration_lead);
 }
 
 static void name_angular(const struct refdyn_model *model, struct columns *columns) {
@@ -162,9 +186,10 @@ static void name_angular(const struct refdyn_model *model, struct columns *colum
         const char *point = model->points[spatial->points[i]];
         const int first = columns->count;
         for (int rate = 0; rate < 2; rate++) {
-            begin_part(columns, format_text("/points/%s/w%s", point, rates[rate]), "/axis", axes);
+            begin_part(columns, format_name(columns, "/points/%s/w%s", point, rates[rate]), "/axis", axes);
             for (int axis = 0; axis < 3; axis++)
-                add_name(columns, format_text("%s_w%s%s", point, axes[axis], rates[rate]), units[rate]);
+                add_name(columns, format_name(columns, "%s_w%s%s", point, axes[axis], rates[rate]),
+                         units[rate]);
         }
         settle(columns, first, "point_");
     }
@@ -173,21 +198,21 @@ static void name_angular(const struct refdyn_model *model, struct columns *colum
 static void name_contacts(const struct refdyn_model *model, struct columns *columns) {
     for (int i = refdyn_programme_rows(model); i < model->m; i++) {
         const int first = columns->count;
-        begin_part(columns, format_text("/contacts/%s/force", model->rows[i].name), NULL, NULL);
-        add_name(columns, format_text("contact_%s", model->rows[i].name), NULL);
-        begin_part(columns, format_text("/contacts/%s/rest", model->rows[i].name), NULL, NULL);
-        add_name(columns, format_text("rest_%s", model->rows[i].name), "s");
+        begin_part(columns, format_name(columns, "/contacts/%s/force", model->rows[i].name), NULL, NULL);
+        add_name(columns, format_name(columns, "contact_%s", model->rows[i].name), NULL);
+        begin_part(columns, format_name(columns, "/contacts/%s/rest", model->rows[i].name), NULL, NULL);
+        add_name(columns, format_name(columns, "rest_%s", model->rows[i].name), "s");
         settle(columns, first, "contact_");
     }
 }
 
 /* ---- Values ---- */
 
-static void put_value(struct table *table, double value) {
+static void put_value(struct record_table *table, double value) {
     table->values[table->filled++] = value;
 }
 
-static void put_values(struct table *table, const double *values, int count) {
+static void put_values(struct record_table *table, const double *values, int count) {
     for (int i = 0; i < count; i++)
         put_value(table, values[i]);
 }
@@ -201,12 +226,12 @@ static void add_accelerations(const struct refdyn_integrator *integrator, const 
             rdd[i] += C[i * n + j] * integrator->qdd[j];
 }
 
-static void put_points(struct table *table) {
+static void put_points(struct record_table *table) {
     const struct refdyn_integrator *integrator = table->integrator;
     const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_model *model = work->model;
     int rows = 3 * model->point_count;
-    double *r = table->room, *rd = r + rows, *rdd = rd + rows, *C = rdd + rows;
+    double *r = table->scratch, *rd = r + rows, *rdd = rd + rows, *C = rdd + rows;
     if (rows == 0)
         return;
     model->r(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, r);
@@ -221,7 +246,7 @@ static void put_points(struct table *table) {
     }
 }
 
-static void put_residuals(struct table *table) {
+static void put_residuals(struct record_table *table) {
     const struct refdyn_workspace *work = table->integrator->work;
     for (int i = 0; i < work->m; i++)
         if (work->model->rows[i].level == REFDYN_POSITION)
@@ -231,29 +256,29 @@ static void put_residuals(struct table *table) {
             put_value(table, work->psi[i]);
 }
 
-static void put_courses(struct table *table) {
+static void put_courses(struct record_table *table) {
     const struct refdyn_integrator *integrator = table->integrator;
     const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_model *model = work->model;
     if (!model->course_count)
         return;
-    model->course(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, table->room);
-    put_values(table, table->room, model->course_count);
+    model->course(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, table->scratch);
+    put_values(table, table->scratch, model->course_count);
 }
 
-static void put_accelerations(struct table *table) {
+static void put_accelerations(struct record_table *table) {
     put_values(table, table->integrator->qdd, table->integrator->work->n);
 }
 
 /* w = J qd, wd = J qdd + Jd_qd, the last three rows of each. */
-static void put_angular(struct table *table) {
+static void put_angular(struct record_table *table) {
     const struct refdyn_integrator *integrator = table->integrator;
     const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_spatial *spatial = table->spatial;
     const int n = work->n;
     if (!spatial)
         return;
-    double *drift = table->room, *J = drift + 6 * spatial->count;
+    double *drift = table->scratch, *J = drift + 6 * spatial->count;
     spatial->Jd_qd(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, drift);
     spatial->J(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, J);
     for (int i = 0; i < spatial->count; i++)
@@ -266,38 +291,38 @@ static void put_angular(struct table *table) {
             }
 }
 
-static void put_state_cells(struct table *table) {
+static void put_state_cells(struct record_table *table) {
     const struct refdyn_integrator *integrator = table->integrator;
     put_value(table, integrator->t);
     put_values(table, integrator->q, integrator->work->n);
     put_values(table, integrator->qd, integrator->work->n);
 }
 
-static void put_energy(struct table *table) {
+static void put_energy(struct record_table *table) {
     const struct refdyn_integrator *integrator = table->integrator;
     double energy[2] = {0, 0};
     refdyn_energies(integrator->work, integrator->t_right, integrator->q, integrator->qd, energy);
     put_value(table, energy[0] + energy[1]);
 }
 
-static void put_forces(struct table *table) {
-    refdyn_integrator_force(table->integrator, table->room);
-    put_values(table, table->room, table->integrator->work->n);
+static void put_forces(struct record_table *table) {
+    refdyn_integrator_force(table->integrator, table->scratch);
+    put_values(table, table->scratch, table->integrator->work->n);
 }
 
-static void put_inputs(struct table *table) {
+static void put_inputs(struct record_table *table) {
     const struct refdyn_workspace *work = table->integrator->work;
     put_values(table, work->x, work->model->input_count);
 }
 
 /* The force, and the time since which the contact rests; both are 0 for a free contact. */
-static void put_contacts(struct table *table) {
+static void put_contacts(struct record_table *table) {
     struct refdyn_integrator *integrator = table->integrator;
     if (integrator->contact_count == 0)
         return;
-    refdyn_integrator_contact_forces(integrator, table->room);
+    refdyn_integrator_contact_forces(integrator, table->scratch);
     for (int k = 0; k < integrator->contact_count; k++) {
-        put_value(table, table->room[k]);
+        put_value(table, table->scratch[k]);
         put_value(table,
                   integrator->contact_mode[k] == REFDYN_CONTACT_FREE ? 0 : integrator->contact_since[k]);
     }
@@ -305,93 +330,92 @@ static void put_contacts(struct table *table) {
 
 /* ---- Blocks ---- */
 
-static const struct block blocks[TABLE_BLOCKS] = {
+static const struct block blocks[RECORD_BLOCKS] = {
     {name_state, put_state_cells},   {name_points, put_points},
     {name_residuals, put_residuals}, {name_energy, put_energy},
     {name_forces, put_forces},       {name_inputs, put_inputs},
     {name_courses, put_courses},     {name_accelerations, put_accelerations},
     {name_angular, put_angular},     {name_contacts, put_contacts}};
 
+static void *allocate(struct record_memory memory, size_t count, size_t size) {
+    return memory.get(memory.context, (count + 1) * size);
+}
+
 static void name_columns(const struct refdyn_model *model, struct columns *columns, int *ends) {
     const int angular = columns->spatial ? columns->spatial->count : 0;
-    const int most = 6 * angular + 2 + 4 * model->n + 9 * model->point_count + 4 * model->m +
-                     model->input_count + model->course_count;
-    columns->names = format_allocate((size_t)most, sizeof *columns->names);
-    columns->units = format_allocate((size_t)most, sizeof *columns->units);
-    for (int block = 0; block < TABLE_BLOCKS; block++) {
+    const size_t most = 6 * (size_t)angular + 2 + 4 * (size_t)model->n + 9 * (size_t)model->point_count +
+                        4 * (size_t)model->m + (size_t)model->input_count + (size_t)model->course_count;
+    columns->names = allocate(columns->memory, most, sizeof *columns->names);
+    columns->units = allocate(columns->memory, most, sizeof *columns->units);
+    columns->parts = allocate(columns->memory, most + RECORD_BLOCKS, sizeof *columns->parts);
+    for (int block = 0; block < RECORD_BLOCKS; block++) {
         blocks[block].name(model, columns);
         ends[block] = columns->count;
     }
     end_parts(columns);
 }
 
-void simulate_table_start(struct table *table, struct refdyn_integrator *integrator,
-                          const struct refdyn_spatial *spatial) {
+void record_table_start(struct record_table *table, struct record_memory memory,
+                        struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial) {
     const struct refdyn_model *model = integrator->work->model;
     const size_t n = (size_t)model->n, rows = 3 * (size_t)model->point_count;
     const size_t angular = spatial ? 6 * (size_t)spatial->count : 0;
-    struct columns columns = {.spatial = spatial};
-    *table = (struct table){.integrator = integrator, .spatial = spatial};
+    struct columns columns = {.spatial = spatial, .memory = memory};
+    *table = (struct record_table){.integrator = integrator, .spatial = spatial};
     name_columns(model, &columns, table->ends);
     table->names = columns.names;
     table->units = columns.units;
     table->count = columns.count;
     table->parts = columns.parts;
     table->part_count = columns.part_count;
-    table->values = format_allocate((size_t)table->count, sizeof *table->values);
-    table->room = format_allocate(
-        n + (size_t)model->m + (rows + angular) * (n + 3) + (size_t)model->course_count, sizeof *table->room);
-    for (int block = 0; block < TABLE_BLOCKS; block++)
+    table->values = allocate(memory, (size_t)table->count, sizeof *table->values);
+    table->scratch =
+        allocate(memory, n + (size_t)model->m + (rows + angular) * (n + 3) + (size_t)model->course_count,
+                 sizeof *table->scratch);
+    for (int block = 0; block < RECORD_BLOCKS; block++)
         table->is_wanted[block] = true;
 }
 
-void simulate_table_put_units(const struct refdyn_model *model, const struct refdyn_spatial *spatial,
-                              struct document *document) {
-    struct columns columns = {.spatial = spatial};
-    int ends[TABLE_BLOCKS];
-    name_columns(model, &columns, ends);
-    format_put_open(document, "units", '{');
-    for (int i = 0; i < columns.count; i++)
-        if (columns.units[i])
-            format_put_text(document, columns.names[i], columns.units[i]);
-    format_put_close(document, '}');
+void record_put_array(const struct record_writer *writer, const char *key, const double *values, int count) {
+    writer->open(writer->context, key, '[');
+    for (int i = 0; i < count; i++)
+        writer->number(writer->context, NULL, values[i]);
+    writer->close(writer->context, ']');
 }
 
-void simulate_table_want(struct table *table, const bool *wanted) {
-    for (int block = 0, i = 0; block < TABLE_BLOCKS; block++) {
+void record_table_put_units(const struct record_table *table, const struct record_writer *writer) {
+    writer->open(writer->context, "units", '{');
+    for (int i = 0; i < table->count; i++)
+        if (table->units[i])
+            writer->text(writer->context, table->names[i], table->units[i]);
+    writer->close(writer->context, '}');
+}
+
+void record_table_want(struct record_table *table, const bool *wanted) {
+    for (int block = 0, i = 0; block < RECORD_BLOCKS; block++) {
         table->is_wanted[block] = false;
         for (; i < table->ends[block]; i++)
             table->is_wanted[block] |= wanted[i];
     }
 }
 
-void simulate_table_fill(struct table *table) {
+void record_table_fill(struct record_table *table) {
     table->filled = 0;
-    for (int block = 0; block < TABLE_BLOCKS; table->filled = table->ends[block++])
+    for (int block = 0; block < RECORD_BLOCKS; table->filled = table->ends[block++])
         if (table->is_wanted[block])
             blocks[block].put(table);
 }
 
-/* ---- CSV ---- */
-
-void simulate_table_header(const struct table *table, FILE *out) {
-    for (int i = 0; i < table->count; i++)
-        fprintf(out, "%s%s", i ? "," : "", table->names[i]);
-    fputc('\n', out);
-}
-
-const char *simulate_table_not_finite(const struct table *table) {
+const char *record_table_not_finite(const struct record_table *table) {
     for (int i = 0; i < table->count; i++)
         if (!isfinite(table->values[i]))
             return table->names[i];
     return NULL;
 }
 
-void simulate_table_row(const struct table *table, FILE *out) {
-    for (int i = 0; i < table->count; i++) {
-        if (i)
-            fputc(',', out);
-        format_number(out, table->values[i]);
-    }
-    fputc('\n', out);
+int record_table_find(const struct record_table *table, const char *name, size_t length) {
+    for (int i = 0; i < table->count; i++)
+        if (strncmp(table->names[i], name, length) == 0 && !table->names[i][length])
+            return i;
+    return -1;
 }

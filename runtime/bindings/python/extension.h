@@ -1,0 +1,166 @@
+/* What the files of the extension share: a library, its types, and checks of buffers. */
+#ifndef REFDYN_PYTHON_EXTENSION_H
+#define REFDYN_PYTHON_EXTENSION_H
+
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+
+#include <setjmp.h>
+#include <stdint.h>
+#include <time.h>
+
+#include "refdyn_lanes.h"
+#include "runtime/record/record.h"
+
+/* A compiled model. */
+struct library {
+    PyObject_HEAD void *handle;
+    const struct refdyn_model *model;
+    const struct refdyn_lane_model *lanes; /* NULL: the library has no functions for lanes */
+    const struct refdyn_spatial *spatial;  /* NULL: no point has a spatial Jacobian */
+};
+
+/* The state of the module. */
+struct types {
+    PyTypeObject *function, *motion, *stepper;
+    PyTypeObject *array; /* numpy.ndarray; derived types, such as masked arrays, hold more than doubles */
+};
+
+/* Opens `count` doubles, or `rows` rows of `count` doubles. Returns 0 with a Python error if the object has
+ * others. */
+int refdyn_need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py_ssize_t rows, int more_flags,
+                        Py_buffer *view);
+
+/* Address of an exported symbol of the library; NULL if there is none. */
+const void *refdyn_find_symbol(const struct library *library, const char *name);
+
+/* ---- Results as objects of Python (dict_writer.c) ---- */
+
+/* Builds a dictionary from the entries of a record. After an error, which remains set, further entries are
+ * skipped. */
+struct dict_writer {
+    PyObject *open[8]; /* the containers that are open; the first is the result */
+    int depth;
+};
+
+/* Begins with an open dictionary; returns the writer of its entries. */
+struct record_writer refdyn_dict_begin(struct dict_writer *dict);
+/* Returns the dictionary, or NULL after an error. */
+PyObject *refdyn_dict_end(struct dict_writer *dict);
+
+/* ---- Texts of records ---- */
+
+/* A stream in memory. */
+struct text_stream {
+    FILE *out;
+    char *text;
+    size_t size;
+};
+
+/* Returns 0 with a Python error without memory. */
+int refdyn_text_open(struct text_stream *stream);
+/* Closes the stream and returns its text, or NULL with a Python error. */
+PyObject *refdyn_text_close(struct text_stream *stream);
+
+/* ---- Motions (motion.c) ---- */
+
+/* Values of parameters and inputs that a caller gives. */
+struct given_values {
+    PyObject *p, *x;         /* doubles: (parameter_count), (input_count) */
+    const char *is_anchored; /* (flags, parameter_count) non-zero: the start of a motion sets the value */
+    Py_ssize_t flags;
+};
+
+/* Sets the values of a workspace, and given (anchored_count). Returns 0 with a Python error if they do not
+ * fit. */
+int refdyn_read_values(const struct library *library, const struct given_values *values,
+                       struct refdyn_workspace *work, int *given);
+/* "FILE:LINE: subject: fact" for a parameter value that the model refuses. places: "FILE:LINE" of each
+ * requirement. */
+void refdyn_write_refused(const struct refdyn_workspace *work, PyObject *places, char *text, size_t size);
+
+/* What copies of a motion contain: one piece of memory, whose pointers into itself move with it. */
+struct motion_block {
+    struct refdyn_workspace work;
+    struct refdyn_integrator integrator;
+    struct record_motion record;
+};
+
+/* Pieces of memory of the record. */
+struct motion_piece {
+    struct motion_piece *next;
+    double data[];
+};
+
+struct motion {
+    PyObject_HEAD struct library *library; /* held */
+    PyObject *places;                      /* held: "FILE:LINE" of each requirement of the model */
+    struct motion_block *block;            /* with the memory of workspace and integrator, and the start */
+    size_t size, work_at, integrator_at, start_at; /* of the block, and places in it [bytes] */
+    int *given; /* (anchored_count) non-zero: the parameter keeps its value */
+    struct motion_piece *pieces;
+    jmp_buf no_memory;
+    struct refdyn_options options;
+    struct record_table table;
+    struct record_limits limits;
+    struct record_stops stops;
+    struct refdyn_samples samples;
+    PyObject *held;                           /* what stops and samples read */
+    struct refdyn_statics_result equilibrium; /* where the motion starts, if has_equilibrium */
+    int has_equilibrium;
+    double cpu_s, wall_s;
+    int status, is_started; /* of the last call of the runtime; the start could be evaluated */
+    const char *unfit;      /* the column that was not finite; NULL if none was */
+    int is_busy;
+};
+
+/* The interpreter's lock, while C computes without it. */
+struct unlocked {
+    PyThreadState *thread;
+    double asked; /* for signals [s] */
+};
+
+/* A new motion, not started. Returns NULL with a Python error without memory. */
+struct motion *refdyn_motion_new(PyTypeObject *type, struct library *library, PyObject *places);
+/* Zeroed memory that lasts as long as the motion (the context). Jumps to no_memory if there is none. */
+void *refdyn_motion_memory(void *context, size_t size);
+void refdyn_motion_release(struct motion *motion);
+/* A place in the block. */
+void *refdyn_motion_at(const struct motion *motion, size_t place);
+/* Between them, the caller alone uses the motion. `enter` returns 0 with a Python error if another thread
+ * does; `leave` returns `result`. */
+int refdyn_motion_enter(struct motion *motion);
+PyObject *refdyn_motion_leave(struct motion *motion, PyObject *result);
+double refdyn_seconds(clockid_t clock);
+/* The question of a record_watch: about every 10 ms asks for signals. context: struct unlocked. */
+int refdyn_motion_ask(void *context, const struct record_motion *record);
+/* Prints what `sim` prints on stderr after a failure. */
+void refdyn_motion_print_failure(const struct motion *motion, FILE *out);
+
+/* Methods of a motion. */
+PyObject *refdyn_motion_start(PyObject *self, PyObject *arguments);
+PyObject *refdyn_motion_rows(PyObject *self, PyObject *out);
+PyObject *refdyn_motion_summary(PyObject *self, PyObject *nothing);
+PyObject *refdyn_motion_advance(PyObject *self, PyObject *t);
+PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments);
+PyObject *refdyn_motion_steps(PyObject *self, PyObject *arguments);
+
+extern PyType_Spec refdyn_motion_spec;
+/* Methods of a library. */
+PyObject *refdyn_library_motion(PyObject *self, PyObject *arguments);
+PyObject *refdyn_library_columns(PyObject *self, PyObject *nothing);
+
+/* ---- Equilibria (statics.c) ---- */
+
+PyObject *refdyn_library_statics(PyObject *self, PyObject *arguments);
+
+/* ---- Small motions (modes.c) ---- */
+
+PyObject *refdyn_library_modes(PyObject *self, PyObject *arguments);
+
+/* ---- Explicit steps (step.c) ---- */
+
+extern PyType_Spec refdyn_stepper_spec;
+PyObject *refdyn_library_stepper(PyObject *self, PyObject *arguments);
+
+#endif

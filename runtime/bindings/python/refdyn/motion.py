@@ -1,0 +1,271 @@
+"""Motions in the process: a simulator inside the caller's own loop."""
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import program
+from .core import METHODS
+from .names import by_name, finite, one_real
+from .wording import shown
+
+if TYPE_CHECKING:
+    from .core import Motion as Core
+    from .model import Model
+    from .quantity import Compiled
+
+DONE, REFUSED = 0, -19  # statuses of the runtime
+STABILISE = {"none": 0, "baumgarte": 1, "baumgarte-auto": 1, "project": 2}
+START = {"as-is": 0, "project": 1}
+SINGULAR = {"stop": 0, "pass": 1}
+ALIASES = {"gauss": "gauss12", "radau": "radau9"}
+SCALARS = (float, int, np.float64)
+FIXED = ("rk4",)  # methods without an error estimate
+
+
+def choose(name: str, value: str | None, words: Collection[str]) -> str | None:
+    if value is not None and value not in words:
+        raise ValueError(f"{name}: {value!r} is not one of {', '.join(words)}")
+    return value
+
+
+def positive(name: str, value: Any) -> float:
+    """Returns a positive number, 0 for None."""
+    if value is None:
+        return 0.0
+    number = one_real(name, value)
+    if not (number > 0 and np.isfinite(number)):
+        raise ValueError(f"{name}: {program.text_of(name, value)!r} is not a positive number")
+    return number
+
+
+def method_of(method: str | None, has_step: bool) -> str:
+    name = ALIASES.get(method, method) if method is not None else "rk4" if has_step else "auto"
+    assert choose("method", name, METHODS)
+    return name
+
+
+def options_of(method: str | None, tol: Any, step: Any, step_max: Any, stabilise: str | None, singular: str | None, start: str | None,
+               has_balance: bool) -> tuple[Any, ...]:
+    """Returns the options of core.Library.motion, with the rules and messages of `refdyn sim`."""
+    sizes = tuple(positive(name, value) for name, value in (("tol", tol), ("step", step), ("step_max", step_max)))
+    name = method_of(method, sizes[1] > 0)
+    for other, value in (("tol", sizes[0]), ("step_max", sizes[2])):
+        if value and sizes[1]:
+            what = "sets fixed steps and tol adaptive ones" if other == "tol" else "sets fixed steps and step_max bounds adaptive ones"
+            raise ValueError(f"step {what}; omit one of them")
+        if value and name in FIXED:
+            raise ValueError(f"{other}: {name} has fixed steps; use step")
+    choose("stabilise", stabilise, STABILISE)
+    choose("singular", singular, SINGULAR)
+    choose("start", start, START)
+    return (name, *sizes, -1 if stabilise is None else STABILISE[stabilise], int(stabilise == "baumgarte-auto"),
+            SINGULAR[singular or "stop"], START[start or "as-is"], int(has_balance))
+
+
+def values_of(compiled: Compiled, parameters: Mapping[str, float]) -> tuple[np.ndarray, bytes]:
+    """Values of the parameters, and flags of those that the start of a motion sets. Parameters that nothing reads cause a warning."""
+    values = compiled.values.copy()
+    for name, value in parameters.items():
+        if name in compiled.places:
+            values[compiled.places[name]] = value
+        elif name in compiled.description["unread"]:
+            program.warn(f"--set {name}: nothing in this model reads it")
+    return values, bytes(is_anchored and name not in parameters for name, is_anchored in zip(compiled.places, compiled.anchored))
+
+
+def new_core(compiled: Compiled, options: tuple[Any, ...], x: np.ndarray, parameters: Mapping[str, float]) -> Core:
+    """A motion that has not started."""
+    values, anchored = values_of(compiled, parameters)
+    return compiled.library.motion(options, values, anchored, np.ascontiguousarray(x), tuple(compiled.description["requirements"]))
+
+
+def input_rows(compiled: Compiled, inputs: Any) -> np.ndarray:
+    """Rows of inputs by name, or as an array (..., inputs) in the order of the model."""
+    if inputs is None:
+        return compiled.x
+    if isinstance(inputs, (np.ndarray, list, tuple)):
+        rows = finite("inputs", inputs)
+        if rows.ndim == 0 or rows.shape[-1] != compiled.x.size:
+            raise ValueError(f"inputs: have shape {rows.shape}; the last axis must have {compiled.x.size} entries")
+        return np.ascontiguousarray(rows)
+    if isinstance(inputs, dict) and inputs.keys() <= compiled.inputs.keys() and all(type(value) in SCALARS for value in inputs.values()):
+        row = compiled.x.copy()
+        for name, value in inputs.items():
+            row[compiled.inputs[name]] = value
+        if np.isfinite(row).all():
+            return row
+    return compiled.input_rows(inputs)
+
+
+def one_row(kind: str, rows: np.ndarray) -> np.ndarray:
+    if rows.ndim != 1:
+        raise ValueError(f"{kind}s: have shape {rows.shape[:-1]}; a motion needs one value each")
+    return rows
+
+
+def row_of(name: str, value: npt.ArrayLike | None, count: int) -> np.ndarray | None:
+    """A state of a motion: finite, and as long as the model has coordinates."""
+    if value is None:
+        return None
+    array = finite(name, value)
+    if array.shape != (count,):
+        raise ValueError(f"{name}: has shape {array.shape}; must be one state, ({count},)")
+    return np.ascontiguousarray(array)
+
+
+def tell(model: Model, text: str) -> None:
+    """Turns the warnings in a text of the runtime into warnings of Python."""
+    for warning in program.warnings_of(text) if text else ():
+        if program.fact_of(warning) not in model._warned:
+            program.warn(warning)
+
+
+def failure_of(model: Model, status: int, text: str, is_started: bool) -> Exception:
+    said = shown(program.WARNING.sub("", text), model._sources.places)
+    return program.failure(program.FAULT if status == REFUSED and not is_started else program.NUMBERS, said)
+
+
+class Motion:
+    """A motion in the process: `motion = arm.motion(q, qd)`, then `motion.advance(t)` in a loop.
+
+    t, q, qd, state, qdd, force   time [s], coordinates, rates, both, accelerations and forces of the programme
+    inputs, parameters            their present values by name
+    events        what has happened so far: (time, name, kind), kind "" or for contacts "impact", "rests", "leaves"
+    has_ended     whether an event of the model has ended the motion
+    statistics    steps, evaluations, largest residuals ... so far, as in the summary of a simulation
+
+    After a NumericalError or an interruption the motion is at its last accepted state. One thread at a time may use a motion;
+    `motion.copy()` is another motion that continues from here. The interpreter's lock is released while C computes.
+    """
+
+    __module__ = "refdyn"
+
+    def __init__(self, model: Model, compiled: Compiled, core: Core) -> None:
+        self._model, self._compiled, self._core = model, compiled, core
+        self._n = len(model.coordinates)
+
+    def advance(self, t: float) -> bool:
+        """Computes the motion up to t [s], through all events. Returns False if an event of the model has ended it before."""
+        goal = float(t)
+        if not self._core.t <= goal < np.inf:
+            raise ValueError(f"t: {goal:g} is before the motion's time {self._core.t:g}; must not be earlier" if goal < self._core.t else f"t: {goal}; must be finite")
+        said = self._core.advance(goal)
+        if said is not None:
+            raise failure_of(self._model, program.NUMBERS, said, True)
+        return not self._core.has_ended
+
+    def set(self, *, inputs: Any = None, parameters: Any = None, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None) -> None:
+        """Continues with other inputs, parameters or another state; values that are not named stay."""
+        x = p = state = None
+        if inputs is not None:
+            x = self._changed("input", inputs, self._compiled.inputs, self._core.inputs)
+        if parameters is not None:
+            p = self._changed("parameter", parameters, self._compiled.places, self._core.parameters)
+        if q is not None or qd is not None:
+            state = self.state
+            for row, name, value in ((state[0], "q", q), (state[1], "qd", qd)):
+                row[:] = row if value is None else row_of(name, value, self._n)
+        before = (self._numbers(len(self._compiled.places), self._core.parameters), self._numbers(len(self._compiled.inputs), self._core.inputs), self.state)
+        said = self._core.refresh(p, x, state)
+        if said is not None:
+            status = self._core.status
+            self._core.refresh(*before)
+            raise failure_of(self._model, status, said, False)
+
+    def _changed(self, kind: str, given: Any, places: Mapping[str, int], read: Any) -> np.ndarray:
+        """The present values with the given ones: by name, or inputs as a row in the order of the model."""
+        row = self._numbers(len(places), read)
+        if kind == "input" and isinstance(given, (np.ndarray, list, tuple)):
+            values = finite("inputs", given)
+            if values.shape != row.shape:
+                raise ValueError(f"inputs: have shape {values.shape}; must have shape {row.shape}")
+            return np.ascontiguousarray(values)
+        for name, value in by_name(kind, given, self._model._kinds).items():
+            if name in places:
+                row[places[name]] = one_real(f"{kind} {name}", finite(f"{kind} {name}", value))
+        return row
+
+    @staticmethod
+    def _numbers(count: Any, write: Any) -> np.ndarray:
+        out = np.empty(count)
+        write(out)
+        return out
+
+    @property
+    def t(self) -> float:
+        return self._core.t
+
+    @property
+    def state(self) -> np.ndarray:
+        """q and qd, (2, n)."""
+        return self._numbers((2, self._n), self._core.state)
+
+    @property
+    def q(self) -> np.ndarray:
+        return self.state[0]
+
+    @property
+    def qd(self) -> np.ndarray:
+        return self.state[1]
+
+    @property
+    def qdd(self) -> np.ndarray:
+        return self._numbers(self._n, self._core.accelerations)
+
+    @property
+    def force(self) -> np.ndarray:
+        return self._numbers(self._n, self._core.force)
+
+    @property
+    def inputs(self) -> dict[str, float]:
+        return dict(zip(self._compiled.inputs, self._numbers(len(self._compiled.inputs), self._core.inputs).tolist()))
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        return dict(zip(self._compiled.places, self._numbers(len(self._compiled.places), self._core.parameters).tolist()))
+
+    @property
+    def has_ended(self) -> bool:
+        return self._core.has_ended
+
+    @property
+    def events(self) -> list[tuple[float, str, str]]:
+        return [(mark["t"], mark["event"], mark.get("contact", "")) for mark in self._core.summary().get("events", [])]
+
+    @property
+    def statistics(self) -> dict[str, Any]:
+        left_out = ("energy_error", "wall_s", "cpu_s", "events", "ended", "limits")
+        return {name: value for name, value in self._core.summary().items() if name not in left_out}
+
+    def copy(self) -> Motion:
+        """Another motion, which continues from here with the same numbers."""
+        return type(self)(self._model, self._compiled, self._core.copy())
+
+    __copy__ = copy
+
+    def __deepcopy__(self, memo: Any) -> Motion:
+        return self.copy()
+
+    def __reduce__(self) -> Any:
+        raise TypeError("a motion cannot be pickled: it has memory of C; pickle motion.state and the model, and start another with arm.motion(*state, t)")
+
+    def __repr__(self) -> str:
+        return f"<refdyn.Motion of {self._model._name} at t = {self.t:g} s>"
+
+
+def begin(model: Model, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float, options: tuple[Any, ...], start: str | None, inputs: Any,
+          parameters: Mapping[str, float] | None) -> Motion:
+    n = len(model.coordinates)
+    compiled = model._purpose("motion")
+    values = model._values("parameter", parameters)
+    core = new_core(compiled, options, one_row("input", input_rows(compiled, inputs)), values)
+    begin_t = one_real("t", finite("t", t))
+    status, text, _ = core.start(begin_t, row_of("q", q, n), row_of("qd", qd, n), np.inf, 0.0, (), None, None, None, 0, 0, start is not None)
+    tell(model, text)
+    if status != DONE:
+        raise failure_of(model, status, text, False)
+    return Motion(model, compiled, core)

@@ -1,0 +1,99 @@
+"""Recorded motions in the process: the numbers of `refdyn sim` as arrays."""
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import equilibria, motion
+from .names import finite_row
+
+if TYPE_CHECKING:
+    from .model import Model
+    from .quantity import Compiled
+
+OPTIONS = ("step_max", "stabilise", "singular", "start")  # further options of arm.simulate that need no program
+OF_STATICS = ("hold", "release", "way")                  # and those of a start at the equilibrium
+OUTPUTS_MOST, STEPS_MOST = 10_000_000, 1e10               # as for `refdyn sim`
+
+
+class Columns(dict[str, np.ndarray]):
+    """The columns of a motion by name, (rows,) each; `attrs`: its summary, `units`: the known units of the columns."""
+
+    __module__ = "refdyn"
+
+    def __init__(self, names: Sequence[str], table: np.ndarray, units: Mapping[str, str], attrs: dict[str, Any]) -> None:
+        super().__init__(zip(names, table.T))
+        self.units, self.attrs = units, attrs
+
+
+def is_in_process(method: str | None, from_: str, stop: Sequence[str], options: Mapping[str, Any]) -> bool:
+    """Whether a motion needs no option that only the program has."""
+    allowed = {*OPTIONS, *(OF_STATICS if from_ == "statics" else ())}
+    return method not in ("msbdf", "bsimp") and from_ in ("initial", "statics") and set(options) <= allowed and all(isinstance(text, str) for text in stop)
+
+
+def samples_of(columns: Mapping[str, np.ndarray], compiled: Compiled, by_events: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
+    """Rows (t, values) of sampled inputs and the inputs' places; None for samples that the program has to refuse."""
+    times, names = np.atleast_1d(columns["t"]), [name for name in columns if name != "t"]
+    if np.any(np.diff(times) <= 0) or any(name in by_events for name in names):
+        return None
+    rows = np.column_stack([np.broadcast_to(columns[name], times.shape) for name in ("t", *names)])
+    return np.ascontiguousarray(rows), np.array([compiled.inputs[name] for name in names], dtype=np.intc)
+
+
+def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, state: tuple[npt.ArrayLike | None, npt.ArrayLike | None, Any], constants: Mapping[str, float],
+             columns: Mapping[str, np.ndarray], values: Mapping[str, float], stop: Sequence[str], from_: str, further: Mapping[str, Any]) -> Columns | None:
+    """Computes a motion; None if the program has to compute it, or to say what is wrong with it."""
+    until, distance = motion.positive("t_end", t_end), motion.positive("every", every)
+    q, qd, t = (None if value is None else finite_row(name, value, "one state: a row of numbers") for name, value in zip(("q", "qd", "t"), state))
+    begin, n = 0.0 if t is None else float(t.reshape(-1)[0]), len(model.coordinates)
+    span = until - begin
+    if t is not None and t.ndim or any(row is not None and row.shape != (n,) for row in (q, qd)) or not 0 < span < np.inf:
+        return None
+    if distance and span / distance > OUTPUTS_MOST or options[2] and span / options[2] > STEPS_MOST:
+        return None
+    model._sources.path()
+    equilibrium = None
+    if from_ == "statics":
+        constant = {**constants, **{name: column.reshape(-1)[0] for name, column in columns.items() if name != "t"}}
+        rest = equilibria.find(model, "motion,statics", None, None, constant, values, *(further.get(name) for name in OF_STATICS))
+        if rest is None:
+            return None
+        q, qd, equilibrium = np.array(rest["q"]), np.zeros(n), (rest["unstable"], rest["neutral"])
+        compiled = model._purpose("motion,statics", rest["given"])
+    else:
+        compiled = model._purpose("motion")
+    samples = samples_of(columns, compiled, list(model._by_events)) if columns else (None, None)
+    if samples is None:
+        return None
+    x = compiled.x.copy()
+    for name, value in constants.items():
+        x[compiled.inputs[name]] = value
+    core = motion.new_core(compiled, options, x, values)
+    try:
+        status, text, outputs = core.start(begin, q, qd, until, distance, tuple(stop), *samples, equilibrium, compiled.description["limit_count"], 1, further.get("start") is not None)
+    except ValueError:
+        return None
+    motion.tell(model, text)
+    if status != motion.DONE:
+        raise motion.failure_of(model, status, text, False)
+    return recorded(model, compiled, core, outputs)
+
+
+def recorded(model: Model, compiled: Compiled, core: Any, outputs: int) -> Columns:
+    names, units = compiled.columns
+    table = np.empty((outputs, len(names)))
+    status, rows, text, interrupt = core.rows(table)
+    motion.tell(model, text)
+    run = Columns(names, table[:rows], units, core.summary() if status == motion.DONE else {})
+    if interrupt is not None:
+        interrupt.run = run
+        raise interrupt
+    if status != motion.DONE:
+        failure = motion.failure_of(model, status, text, True)
+        failure.run = run
+        raise failure
+    return run

@@ -1,0 +1,94 @@
+"""Steps of fixed length from states of the caller: `q, qd = arm.step(q, qd, t, h)`."""
+from __future__ import annotations
+
+import math
+import threading
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import motion, program
+from .names import one_real, reals
+from .quantity import spread, states_of
+
+if TYPE_CHECKING:
+    from .model import Model
+    from .quantity import Compiled
+
+EXPLICIT = ("rk4", "rk54", "rk8")
+
+
+class Stepper:
+    """The steps of one method and one way to keep the rows.
+
+    Explicit methods with the gains of the rows step by the emitted accelerations alone, many states in lanes. All others, and
+    models with events, let the runtime begin a motion at each state.
+    """
+
+    def __init__(self, model: Model, method: str | None, stabilise: str | None) -> None:
+        motion.choose("stabilise", stabilise, motion.STABILISE)
+        name = motion.method_of(method, True)
+        if name == "auto":
+            raise ValueError(f"method: 'auto' has no fixed steps; use one of {', '.join(other for other in motion.METHODS if other != 'auto')}")
+        self._model, self._method, self._stabilise = model, name, stabilise
+        self._local = threading.local()
+        compiled = model._libraries[None, False]
+        self._n = len(model.coordinates)
+        self._is_direct = name in EXPLICIT and compiled.library.event_count == 0 and (stabilise in (None, "baumgarte") or not model.rows)
+        self._compiled = compiled if self._is_direct else model._purpose("motion")
+        self._one = self._direct(compiled) if self._is_direct else None
+        self._many: Any = None
+
+    def _direct(self, compiled: Compiled) -> Any:
+        return compiled.library.stepper(self._method, compiled.p, compiled.x)
+
+    def __call__(self, q: npt.ArrayLike, qd: npt.ArrayLike, t: npt.ArrayLike, h: float, inputs: Any, parameters: Any, steps: int) -> tuple[np.ndarray, np.ndarray]:
+        q, qd, t = states_of("q", q, self._n), states_of("qd", qd, self._n), reals("t", t)
+        h = h if type(h) is float else one_real("h", h)
+        if not (h > 0 and math.isfinite(h)):
+            raise ValueError(f"h: {h:g} is not a positive number")
+        if steps < 1:
+            raise ValueError(f"steps: {steps}; must be at least 1")
+        compiled = self._compiled
+        x = motion.input_rows(compiled, inputs)
+        p = compiled.parameter_rows(parameters, x)
+        if q.ndim == qd.ndim == x.ndim == p.ndim == 1 and t.ndim == 0:
+            lead: tuple[int, ...] = ()
+            count = 1
+        else:
+            lead = np.broadcast_shapes(q.shape[:-1], qd.shape[:-1], t.shape, x.shape[:-1], p.shape[:-1])
+            count = math.prod(lead)
+        new_q, new_qd = np.empty(lead + (self._n,)), np.empty(lead + (self._n,))
+        if count:
+            if lead and self._is_direct:
+                compiled, x, p = self._with_lanes(inputs, parameters)
+            arguments = [spread(array, lead) for array in (q, qd, t[..., np.newaxis], p, x)] if lead else [np.ascontiguousarray(q), np.ascontiguousarray(qd), np.atleast_1d(t), p, x]
+            self._compute(count, *arguments, h, steps, new_q, new_qd)
+        return new_q, new_qd
+
+    def _with_lanes(self, inputs: Any, parameters: Any) -> tuple[Compiled, np.ndarray, np.ndarray]:
+        compiled = self._model._library(None, True)
+        if self._many is None:
+            self._many = self._direct(compiled)
+        x = motion.input_rows(compiled, inputs)
+        return compiled, x, compiled.parameter_rows(parameters, x)
+
+    def _compute(self, count: int, q: np.ndarray, qd: np.ndarray, t: np.ndarray, p: np.ndarray, x: np.ndarray, h: float, steps: int, new_q: np.ndarray, new_qd: np.ndarray) -> None:
+        if self._is_direct:
+            (self._one if new_q.ndim == 1 else self._many).states(count, q, qd, t, h, steps, p, x, new_q, new_qd)
+            return
+        failed = self._scratch(h / steps).steps(count, q, qd, t, h, p, x, new_q, new_qd)
+        if failed is not None:
+            place = "" if new_q.ndim == 1 else f"state {np.unravel_index(failed[0], new_q.shape[:-1])}: "
+            error = motion.failure_of(self._model, program.NUMBERS, failed[1], True)
+            error.args = (place + str(error),)
+            raise error
+
+    def _scratch(self, step: float) -> Any:
+        """The memory of a motion with steps of this length, for this thread."""
+        kept = getattr(self._local, "kept", None)
+        if kept is None or kept[0] != step:
+            options = motion.options_of(self._method, None, step, None, self._stabilise, None, None, False)
+            self._local.kept = kept = step, motion.new_core(self._compiled, options, self._compiled.x, {})
+        return kept[1]

@@ -1,0 +1,140 @@
+/* Records the events of a motion, and writes them into summaries and messages. */
+#include "runtime/record/record.h"
+
+enum {
+    LISTED_MOST = 8 /* events listed in the text of a summary */
+};
+
+void record_events_start(struct record_events *events, struct record_memory memory,
+                         const struct refdyn_model *model) {
+    const size_t contacts = (size_t)(model->m - refdyn_programme_rows(model));
+    *events = (struct record_events){.count = 0};
+    if (model->event_count == 0)
+        return;
+    events->list = memory.get(memory.context, RECORD_EVENTS_KEPT * sizeof *events->list);
+    events->modes = memory.get(memory.context, (contacts + 1) * sizeof *events->modes);
+}
+
+static const char *const kind_names[] = {"", "impact", "rests", "leaves"};
+
+const char *record_event_kind_name(enum record_event_kind kind) {
+    return kind_names[kind];
+}
+
+static void add(struct record_events *record, struct record_mark mark) {
+    if (record->count < RECORD_EVENTS_KEPT)
+        record->list[record->count] = mark;
+    record->count++;
+}
+
+/* The contact of an event, negative if the event is of no contact. */
+static int contact_of(const struct refdyn_model *model, int event) {
+    return model->events[event].contact - 1 - refdyn_programme_rows(model);
+}
+
+/* Modes change at the beginning of a call, at the time at which the last call stopped. */
+static void take_modes(struct record_events *record, const struct refdyn_integrator *integrator) {
+    const struct refdyn_model *model = integrator->work->model;
+    record->lacks_forces |= !integrator->forces_are_unique;
+    for (int i = 0; i < model->event_count; i++) {
+        const int k = contact_of(model, i);
+        if (k < 0)
+            continue;
+        const int was_free = record->modes[k] == REFDYN_CONTACT_FREE;
+        const int is_free = integrator->contact_mode[k] == REFDYN_CONTACT_FREE;
+        if (was_free && !is_free)
+            add(record, (struct record_mark){i, RECORD_RESTS, integrator->contact_since[k]});
+        else if (is_free && !was_free)
+            add(record, (struct record_mark){i, RECORD_LEAVES, record->t_last});
+        record->modes[k] = integrator->contact_mode[k];
+    }
+}
+
+/* Records an event that is due. If its contact is closed, its mode changes instead, which take_modes records.
+ */
+static void take_due(struct record_events *record, const struct refdyn_integrator *integrator, int event) {
+    const struct refdyn_model *model = integrator->work->model;
+    const int k = contact_of(model, event);
+    const struct record_mark mark = {event, k < 0 ? RECORD_EVENT : RECORD_IMPACT, integrator->t};
+    if (k < 0 || integrator->contact_mode[k] == REFDYN_CONTACT_FREE)
+        add(record, mark);
+    if (model->events[event].ends && !record->has_ended) {
+        record->has_ended = true;
+        record->end = mark;
+    }
+}
+
+int record_events_take(struct record_events *record, const struct refdyn_integrator *integrator, int status) {
+    if (status != REFDYN_OK && status != REFDYN_EVENT_ENDS)
+        return status;
+    if (integrator->contact_count > 0)
+        take_modes(record, integrator);
+    for (int k = 0; k < integrator->event_count; k++)
+        take_due(record, integrator, integrator->event[k]);
+    record->t_last = integrator->t;
+    return REFDYN_OK;
+}
+
+static void print_mark(const struct record_mark *mark, const struct refdyn_model *model, FILE *out) {
+    fprintf(out, " %s%s%s at t = %.9g s", model->events[mark->event].name,
+            mark->kind == RECORD_EVENT || mark->kind == RECORD_IMPACT ? "" : " ",
+            mark->kind == RECORD_IMPACT ? "" : kind_names[mark->kind], mark->t);
+}
+
+void record_events_print(const struct record_events *record, const struct refdyn_model *model, FILE *out) {
+    char text[RECORD_NUMBER_LENGTH];
+    if (model->event_count == 0)
+        return;
+    fprintf(out, "events       %ld%s", record->count, record->count > 0 ? ":" : "");
+    for (long i = 0; i < record->count && i < LISTED_MOST; i++) {
+        fputs(i ? "," : "", out);
+        print_mark(&record->list[i], model, out);
+    }
+    fputs(record->count > LISTED_MOST ? ", ...\n" : "\n", out);
+    if (record->lacks_forces)
+        fputs("contacts     more are closed than bodies can move, so that their forces are not unique\n",
+              out);
+    if (record->has_ended)
+        fprintf(out, "ended        by %s at t = %s s\n", model->events[record->end.event].name,
+                record_number(record->end.t, text));
+}
+
+static void put_mark(const struct record_mark *mark, const struct refdyn_model *model, const char *key,
+                     const struct record_writer *writer) {
+    writer->open(writer->context, key, '{');
+    writer->text(writer->context, "event", model->events[mark->event].name);
+    writer->number(writer->context, "t", mark->t);
+    if (mark->kind != RECORD_EVENT)
+        writer->text(writer->context, "contact", kind_names[mark->kind]);
+    writer->close(writer->context, '}');
+}
+
+void record_events_put(const struct record_events *record, const struct refdyn_model *model,
+                       const struct record_writer *writer) {
+    if (model->event_count == 0)
+        return;
+    writer->number(writer->context, "event_count", (double)record->count);
+    writer->open(writer->context, "events", '[');
+    for (long i = 0; i < record->count && i < RECORD_EVENTS_KEPT; i++)
+        put_mark(&record->list[i], model, NULL, writer);
+    writer->close(writer->context, ']');
+    if (record->has_ended)
+        put_mark(&record->end, model, "ended", writer);
+}
+
+void record_events_print_refused(const struct refdyn_integrator *integrator, const char *fact, FILE *out) {
+    const struct refdyn_model *model = integrator->work->model;
+    char t[RECORD_NUMBER_LENGTH];
+    fprintf(out, "refdyn: %s: t = %s s: the event ", model->name, record_number(integrator->t, t));
+    for (int k = 0; k < integrator->event_count; k++)
+        fprintf(out, "%s%s", k ? ", " : "", model->events[integrator->event[k]].name);
+    fprintf(out, ": %s\n", fact);
+}
+
+void record_events_print_failed(const struct refdyn_integrator *integrator, FILE *out) {
+    const struct refdyn_model *model = integrator->work->model;
+    for (int k = 0; k < integrator->event_count; k++)
+        fprintf(out, "%s%s", k ? ", " : "refdyn: at the event ", model->events[integrator->event[k]].name);
+    if (integrator->event_count > 0)
+        fputs("\n", out);
+}

@@ -1,0 +1,379 @@
+/*
+ * Records of motions: what `sim` and the Python package do along one motion, without files and options.
+ *
+ * Parts in reading order: memory, writers of results; columns; conditions that end a motion; events; limits
+ * of joints; the motion from output to output; messages; the summary. Messages are written to a stream of the
+ * caller, one line each, and begin with "refdyn: "; warnings begin with "refdyn: warning: ".
+ */
+#ifndef REFDYN_RECORD_H
+#define REFDYN_RECORD_H
+
+#include <complex.h>
+#include <stdbool.h>
+#include <stdio.h>
+
+#include "refdyn.h"
+#include "refdyn_batch.h"
+
+/* ---- Memory, and writers ---- */
+
+/* Memory that lasts as long as what is allocated in it. `get` returns zeroed memory; it does not return if
+ * there is none. */
+struct record_memory {
+    void *(*get)(void *context, size_t size);
+    void *context;
+};
+
+enum { RECORD_NUMBER_LENGTH = 32 };
+/* The value with the fewest of 15, 16 or 17 digits that read back exactly. Returns text. */
+const char *record_number(double value, char text[static RECORD_NUMBER_LENGTH]);
+
+/* Receives a result as entries: as JSON, or as objects of Python. The key is NULL in a list. */
+struct record_writer {
+    void *context;
+    void (*open)(void *context, const char *key, char bracket);
+    void (*close)(void *context, char bracket);
+    void (*number)(void *context, const char *key, double value);
+    void (*whole)(void *context, const char *key, long value);
+    void (*text)(void *context, const char *key, const char *text);
+    void (*truth)(void *context, const char *key, bool value);
+    void (*null)(void *context, const char *key);
+};
+
+void record_put_array(const struct record_writer *writer, const char *key, const double *values, int count);
+
+/* ---- Columns of a motion by name (motion_table.c) ----
+ * If an earlier column already has a name, the later one is prefixed with its kind: point_, input_ ... */
+
+/* groups of columns that are computed together: the state, points, residuals ... */
+enum { RECORD_BLOCKS = 10 };
+
+/* Columns of one dataset in an HDF5 file. */
+struct record_part {
+    const char *path, *axis;       /* of the dataset; axis: NULL if it has only the axis of time */
+    const char *const *axis_names; /* (count) along that axis; NULL without one */
+    int first, count;              /* columns */
+};
+
+struct record_table {
+    struct refdyn_integrator *integrator;
+    const struct refdyn_spatial *spatial; /* NULL if no point has angular columns */
+    const char **names;                   /* (count) */
+    const char **units;                   /* (count) NULL where the model has no unit */
+    int ends[RECORD_BLOCKS];
+    bool is_wanted[RECORD_BLOCKS];
+    struct record_part *parts;
+    int part_count;
+    double *values; /* (count) of the last record_table_fill */
+    int count, filled;
+    double *scratch; /* for points, their columns and the programme force */
+};
+
+/* Prefix of accelerations if one of their names is already used, and their suffix. */
+extern const char record_acceleration_lead[], record_acceleration_ending[];
+/* Precedes the name of an input's column if that name is taken. */
+extern const char record_input_lead[];
+
+/* spatial: the points whose angular velocities and accelerations have columns; NULL for none. */
+void record_table_start(struct record_table *table, struct record_memory memory,
+                        struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial);
+/* Limits record_table_fill to the blocks with a wanted column; wanted (count). */
+void record_table_want(struct record_table *table, const bool *wanted);
+/* Computes the values at the integrator's state. */
+void record_table_fill(struct record_table *table);
+/* The first column that is infinite or NaN after record_table_fill, NULL if all are finite. */
+const char *record_table_not_finite(const struct record_table *table);
+/* The column with this name, -1 if there is none. */
+int record_table_find(const struct record_table *table, const char *name, size_t length);
+/* Writes the known units of the columns as object "units". */
+void record_table_put_units(const struct record_table *table, const struct record_writer *writer);
+
+/* ---- Conditions that end a motion (stop_conditions.c) ----
+ * NAME<VALUE or NAME>VALUE ends a motion at the first time at which it holds. NAME is a column. A condition
+ * is checked at accepted states and at outputs; one that holds only between them is not detected. */
+
+struct record_stop {
+    const char *text; /* as given */
+    int column;
+    bool is_below; /* '<' */
+    double value;
+};
+
+struct record_stops {
+    struct record_stop *list;
+    int count;
+    struct record_table table; /* of the observed integrator */
+    const char *reached;       /* the condition that held, as given; NULL while none has */
+    double t;                  /* the time at which it held [s] */
+};
+
+enum record_stop_fault { RECORD_STOP_READ, RECORD_STOP_NO_CONDITION, RECORD_STOP_NO_COLUMN };
+
+/* Begins with no conditions, for at most `most`. */
+void record_stops_start(struct record_stops *stops, struct record_memory memory, int most,
+                        struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial);
+/* Adds a condition. `text` must outlive the stops. */
+enum record_stop_fault record_stops_add(struct record_stops *stops, const char *text);
+/* Returns whether a condition holds at the integrator's state, and notes the first one that does. */
+bool record_stops_hold(struct record_stops *stops);
+/* If a condition holds now, moves the integrator back to the first time at which one does. No condition held
+ * at t_before, which is within the last step or at its beginning. Returns a status of the runtime. */
+int record_stops_meet(struct record_stops *stops, double t_before);
+
+/* ---- Events in order (event_record.c). Those of contacts are impact, rest and release ---- */
+
+enum {
+    RECORD_EVENTS_KEPT = 500 /* the first events; further ones are only counted */
+};
+
+enum record_event_kind { RECORD_EVENT, RECORD_IMPACT, RECORD_RESTS, RECORD_LEAVES };
+
+struct record_mark {
+    int event; /* of the model */
+    enum record_event_kind kind;
+    double t; /* time; for a rest, the end of all rebounds [s] */
+};
+
+struct record_events {
+    struct record_mark *list; /* (RECORD_EVENTS_KEPT), NULL if the model has no events */
+    int *modes;               /* (contact_count) modes of the contacts at the last call */
+    long count;               /* of all events */
+    bool has_ended;           /* by the event `end` */
+    struct record_mark end;
+    double t_last;     /* time of the last call [s] */
+    bool lacks_forces; /* the forces of contacts were not unique at some time */
+};
+
+/* "", "impact", "rests" or "leaves". */
+const char *record_event_kind_name(enum record_event_kind kind);
+void record_events_start(struct record_events *events, struct record_memory memory,
+                         const struct refdyn_model *model);
+/* Records the events at which refdyn_integrator_step has stopped. `status` is what it returned; returns the
+ * same, but REFDYN_OK instead of REFDYN_EVENT_ENDS. */
+int record_events_take(struct record_events *events, const struct refdyn_integrator *integrator, int status);
+/* Write lines and members of a summary, nothing if the model has no events. */
+void record_events_print(const struct record_events *events, const struct refdyn_model *model, FILE *out);
+void record_events_put(const struct record_events *events, const struct refdyn_model *model,
+                       const struct record_writer *writer);
+/* Prints at which events the motion is, and the value set by them that the model refuses. */
+void record_events_print_refused(const struct refdyn_integrator *integrator, const char *fact, FILE *out);
+/* Prints the events at which a motion has failed, if any. */
+void record_events_print_failed(const struct refdyn_integrator *integrator, FILE *out);
+
+/* ---- Limits of joints (limit_record.c): the largest excess over each limit, over the outputs ---- */
+
+struct record_limits {
+    struct record_limit *list;
+    int count;
+    bool has_forces;
+    double *force; /* (n) */
+};
+
+void record_limits_start(struct record_limits *limits, struct record_memory memory,
+                         const struct refdyn_model *model, const struct refdyn_limits *list, int count);
+/* Adds the values of one output. */
+void record_limits_add(struct record_limits *limits, struct refdyn_integrator *integrator);
+/* Prints a warning for each limit that was exceeded. */
+void record_limits_print(const struct record_limits *limits, FILE *out);
+/* Writes the same as list "limits" if the model has limits. */
+void record_limits_put(const struct record_limits *limits, const struct record_writer *writer);
+
+/* ---- The motion from start to end, output by output (recorded_motion.c) ---- */
+
+/* Further statuses, beyond the runtime's. */
+enum { RECORD_INTERRUPTED = 1000, RECORD_TOO_SLOW, RECORD_NOT_WRITTEN };
+
+/* The caller sets the fields up to `stops` before record_start, the others are zero. */
+struct record_motion {
+    struct refdyn_workspace *work;
+    struct refdyn_integrator *integrator; /* initialised */
+    double from, until, every;            /* [s]; until INFINITY: not known; every 0: a 200th of the motion */
+    const double *q, *qd;                 /* (n) its start */
+    const struct refdyn_samples *samples; /* sampled inputs; NULL: inputs are constant */
+    /* takes the steps instead of the integrator, as refdyn_integrator_step; NULL: the integrator does */
+    int (*step)(void *stepper, double t_out, long steps);
+    void *stepper;
+    struct record_stops *stops; /* conditions that end it; the caller may set them after record_start */
+
+    double next_sample; /* time of the next sample, INFINITY if there is none [s] */
+    struct refdyn_energy energy;
+    struct record_events events;
+    double *values; /* p, then x at the start, if events change them; else NULL */
+    long outputs;   /* their number; the first output is the start */
+};
+
+/* Asked between portions of some steps: a status other than 0 ends the motion. */
+struct record_watch {
+    int (*ask)(void *context, const struct record_motion *motion);
+    void *context;
+};
+
+/* Time between outputs [s]: `every`, or if it is 0 a 200th of the length `span` of the motion. */
+double record_distance(double span, double every);
+/* The number of outputs: multiples of `every` from the start, and the end. */
+long record_count_outputs(double span, double every);
+/* Starts at q and qd. Returns a status of the runtime. Call record_restore at the end in any case. */
+int record_start(struct record_motion *motion, struct record_memory memory);
+/* Continues to `goal` [s], or until a condition holds or an event ends the motion. Returns a status of the
+ * runtime, or what the watch returns. */
+int record_advance(struct record_motion *motion, double goal, const struct record_watch *watch);
+/* The same to output i, which it adds to the energy balance. */
+int record_to(struct record_motion *motion, long i, const struct record_watch *watch);
+bool record_is_stopped(const struct record_motion *motion);
+/* Restores the parameters and inputs of the workspace to their values at the start, which events may have
+ * changed. */
+void record_restore(const struct record_motion *motion);
+
+/* ---- Messages about failed computations, and about states (failure_messages.c) ---- */
+
+/* Reports a status of the runtime with its time and state. Of many coordinates it shows those that failed or
+ * are largest. qd may be NULL. */
+void record_print_failed(const struct refdyn_workspace *work, int status, double t, const double *q,
+                         const double *qd, FILE *out);
+/* Prints up to three rows with the largest residuals at a state, which `where` describes. */
+void record_print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                            const char *where, FILE *out);
+/* Prints the condition of the rows at a state. Returns true if they are close to losing rank. */
+bool record_print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                            FILE *out);
+/* Prints the names of redundant rows. */
+void record_print_rows_left_out(const struct refdyn_model *model, const int *rows, int count, FILE *out);
+/* The same for all rows of a workspace after its accelerations were solved. */
+void record_print_redundant_rows(const struct refdyn_workspace *work, FILE *out);
+
+/* ---- Messages about a motion, and its summary (motion_messages.c) ---- */
+
+enum { RECORD_STABILISE_COUNT = 3 };
+/* By enum refdyn_stabilise. */
+extern const char *const record_stabilise_names[RECORD_STABILISE_COUNT];
+/* alpha h = beta h of --stabilise baumgarte-auto. */
+extern const double record_gain_share;
+/* Baumgarte gains that follow the step. */
+bool record_gains_follow_step(const struct refdyn_options *options);
+
+/* Warns of a start off the programme, of impacts and contacts that cannot happen as stated, and of redundant
+ * rows. is_as_requested: the caller has asked for the start as it is. */
+void record_print_start(const struct record_motion *motion, bool is_as_requested, FILE *out);
+/* Warns of rows without gains. */
+void record_print_gains(const struct refdyn_workspace *work, const struct refdyn_options *options, FILE *out);
+/* Prints why a motion has failed with this status. unfit: the infinite or NaN column that ended it, or NULL.
+ * refused: a parameter value that the model refuses, as "FILE:LINE: what is wrong". */
+void record_print_failure(const struct record_motion *motion, int status, bool is_started, const char *unfit,
+                          const char *refused, FILE *out);
+/* Warns of rows that are not satisfied, and of energy that does not balance. */
+void record_print_rows_warning(const struct refdyn_integrator *integrator, FILE *out);
+void record_print_balance_warning(const struct record_motion *motion, FILE *out);
+
+/* What the summary has in addition to the motion. */
+struct record_summary {
+    const struct record_motion *motion;
+    const char *method;                              /* its name */
+    const struct refdyn_statics_result *equilibrium; /* the start; NULL for another one */
+    double cpu_s, wall_s;
+    const struct record_limits *limits;
+};
+
+/* Writes the members of a summary. */
+void record_put_summary(const struct record_summary *summary, const struct record_writer *writer);
+
+/* ---- Equilibria (equilibrium_record.c) ---- */
+
+struct record_equilibrium {
+    struct refdyn_workspace *work;
+    const struct refdyn_statics_options *options;
+    const struct refdyn_statics_result *result;
+    const int *held;           /* (n) non-zero for held coordinates */
+    const double *hold_force;  /* (n) */
+    const double *q, *qd;      /* (n) the equilibrium, and rates 0 */
+    const char *const *starts; /* (m) a parameter that the row reads from the start of a motion, NULL: none */
+};
+
+enum { RECORD_STABILITY_LENGTH = 64 };
+/* "stable", "neutral in 1 direction", "unstable in 2 directions". Returns text. */
+const char *record_stability_text(const struct refdyn_statics_result *result,
+                                  char text[static RECORD_STABILITY_LENGTH]);
+/* Warns of an equilibrium that is unstable or that the load does not lead to. */
+void record_print_equilibrium(const struct record_equilibrium *equilibrium, FILE *out);
+/* Prints why there is none, after this status of refdyn_statics. */
+void record_print_no_equilibrium(const struct record_equilibrium *equilibrium, int answer, FILE *out);
+/* Prints explanations of the result that are no warnings. */
+void record_print_notes(const struct record_equilibrium *equilibrium, FILE *out);
+/* Writes forces, rows and stability. */
+void record_put_equilibrium(const struct record_equilibrium *equilibrium, const struct record_writer *writer);
+
+/* ---- Small motions about a state at rest (small_motions.c, spectrum.c) ---- */
+
+/* Memory of results and scratch, and solutions of linear equations by a library of the caller. Matrices are
+ * row by row. Each function returns whether it has succeeded. */
+struct record_algebra {
+    struct record_memory memory;
+    void *context;
+    /* columns := matrix^-1 columns, or matrix^-T columns; both (size x size). */
+    bool (*solve)(void *context, int size, const double *matrix, bool is_transposed, double *columns);
+    /* Eigenvalues of T, with left and right vectors (size x size) in columns as LAPACK's dgeev writes them:
+     * real and imaginary part of a pair in two columns, the one with positive imaginary part first.
+     * Overwrites T. */
+    bool (*eigen)(void *context, int size, double *T, double *re, double *im, double *left, double *right);
+    /* The smallest x (columns) that minimises |A x - b|. Singular values below tol times the largest count as
+     * 0. Overwrites A and b. */
+    bool (*least_squares)(void *context, int rows, int columns, double *A, double *b, double tol, double *x);
+};
+
+/* The equations of small motions about a state at rest, for x, the change of the coordinates that are not
+ * held: M x'' + D x' + K x - u^T mu = 0,   position rows: u x = 0,   velocity rows: u x' + psi_q x = 0 */
+struct record_linear {
+    int n, m;
+    int *place;      /* (n) of the coordinates not held, in q */
+    double *M, *D;   /* (n x n) */
+    double *K;       /* (n x n) */
+    double *u;       /* (m x n) */
+    double *psi_q;   /* (m x n) 0 in position rows */
+    int *is_level_q; /* (m) non-zero: a position row */
+    double *force;   /* (n) Q + u^T lambda, the unbalanced force */
+    double residual; /* the largest of these */
+};
+
+/* Spectrum of small motions x = shape e^(eigenvalue t) (theory, sect. 8.10). Each occurs once: of a conjugate
+ * pair, the one with positive imaginary part. */
+
+struct record_mode {
+    double complex eigenvalue;   /* [1/s]; parts within rounding are exactly 0 */
+    const double complex *shape; /* (n) the largest entry is 1 */
+};
+
+struct record_spectrum {
+    const struct record_algebra *algebra;
+    struct record_mode *modes; /* by |eigenvalue|, ascending; a growing one before a decaying one */
+    int count;
+    const int *redundant; /* (redundant_count) rows that depend on others, or have no effect at rest */
+    int redundant_count;
+};
+
+/* Small motions about q at t, with qd = 0. */
+struct record_small_motions {
+    struct refdyn_workspace *work;
+    double t;
+    const double *q, *qd; /* (n) qd is 0 */
+    const int *held;      /* (n) non-zero for held coordinates */
+    struct record_linear linear;
+    struct record_spectrum spectrum;
+    double phi; /* largest |phi| */
+    double *C;  /* (points x 3 x n) */
+};
+
+/* Returns a status of the runtime. The model must have a tangent and, with rows, d_rows. */
+int record_find_spectrum(struct record_spectrum *spectrum, const struct record_linear *linear,
+                         const struct record_algebra *algebra);
+/* The same from the first five fields of `motions`, which also gets everything else. */
+int record_find_small_motions(struct record_small_motions *motions, const struct record_algebra *algebra);
+/* Damping ratio; -1 for growth without oscillation, 0 for an eigenvalue 0. */
+double record_damping_of(const struct record_mode *mode);
+/* Frequency [Hz]. */
+double record_frequency_of(const struct record_mode *mode);
+/* Warns of redundant rows, and of a state that is no equilibrium or off the programme. */
+void record_print_small_motions(const struct record_small_motions *motions, FILE *out);
+/* Writes phi, residual, unstable and the first `count` modes. */
+void record_put_small_motions(const struct record_small_motions *motions, int count,
+                              const struct record_writer *writer);
+
+#endif

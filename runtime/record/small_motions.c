@@ -1,0 +1,286 @@
+/* Small motions about a state at rest: their linear equations, warnings, and the results as entries. */
+#include "runtime/record/record.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+static void *allocate(const struct record_algebra *algebra, size_t count, size_t size) {
+    return algebra->memory.get(algebra->memory.context, (count + 1) * size);
+}
+
+static double *allocate_matrix(const struct record_algebra *algebra, int rows, int columns) {
+    return allocate(algebra, (size_t)rows * (size_t)columns, sizeof(double));
+}
+
+/* ---- The linear equations ---- */
+
+/*
+ * Linearises the equations of motion about a state at rest, with the multipliers that balance it best.
+ *
+ * K and D are the derivatives of M qdd - h - Q - u^T lambda at qd = 0 and qdd = 0. There h, quadratic in qd,
+ * does not contribute to K, nor does M. phi and psi themselves are linearised; gains of stabilisation do not
+ * enter.
+ */
+
+/* [rad, m] and [rad/s^2, m/s^2]; equilibria from statics are balanced much better */
+static const double distance_tol = 1e-6;
+static const double acceleration_tol = 1e-9;
+
+/* d_rows begins with psi_q and psi_qd. Derivatives by t, inputs and parameters, then k and phi follow. */
+static size_t rows_size(const struct refdyn_model *model) {
+    size_t variables = 2 * (size_t)model->n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
+    return 3 * (size_t)model->m * variables;
+}
+
+static void call(const struct record_small_motions *motions, refdyn_function *function, const double *qd,
+                 double *out) {
+    function(motions->work->p, motions->work->x, motions->t, motions->q, qd, out);
+}
+
+static double *part_of(const struct record_algebra *algebra, const struct record_linear *linear,
+                       const double *whole, int rows, int stride, const int *row_place) {
+    double *part = allocate_matrix(algebra, rows, linear->n);
+    for (int i = 0; i < rows; i++)
+        for (int j = 0; j < linear->n; j++)
+            part[i * linear->n + j] = whole[(row_place ? row_place[i] : i) * stride + linear->place[j]];
+    return part;
+}
+
+/* Minimises |Q + u^T lambda| in units of sqrt(M_jj), in which the runtime also measures rows. */
+static int find_multipliers(const struct record_algebra *algebra, const struct record_linear *linear,
+                            const double *Q, double *lambda) {
+    const int n = linear->n, m = linear->m;
+    double *A = allocate_matrix(algebra, n, m), *b = allocate_matrix(algebra, n > m ? n : m, 1);
+    double *size = allocate_matrix(algebra, m, 1);
+    for (int j = 0; j < n; j++)
+        b[j] = -Q[linear->place[j]] / sqrt(linear->M[j * n + j]);
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j < n; j++) {
+            A[j * m + i] = linear->u[i * n + j] / sqrt(linear->M[j * n + j]);
+            size[i] = fmax(size[i], fabs(A[j * m + i]));
+        }
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j < n && size[i] > 0; j++)
+            A[j * m + i] /= size[i];
+    if (!algebra->least_squares(algebra->context, n, m, A, b, sqrt(DBL_EPSILON), lambda))
+        return REFDYN_NOT_FINITE;
+    for (int i = 0; i < m; i++)
+        lambda[i] = size[i] > 0 ? lambda[i] / size[i] : 0;
+    return REFDYN_OK;
+}
+
+static void find_residual(const struct record_algebra *algebra, struct record_linear *linear, const double *Q,
+                          const double *lambda) {
+    linear->force = allocate_matrix(algebra, linear->n, 1);
+    for (int j = 0; j < linear->n; j++) {
+        linear->force[j] = Q[linear->place[j]];
+        for (int i = 0; i < linear->m; i++)
+            linear->force[j] += linear->u[i * linear->n + j] * lambda[i];
+        linear->residual = fmax(linear->residual, fabs(linear->force[j]));
+    }
+}
+
+static void choose_places(const struct record_algebra *algebra, struct record_linear *linear,
+                          const struct refdyn_model *model, const int *held) {
+    *linear = (struct record_linear){.m = model->m};
+    linear->place = allocate(algebra, (size_t)model->n, sizeof *linear->place);
+    linear->is_level_q = allocate(algebra, (size_t)linear->m, sizeof *linear->is_level_q);
+    for (int j = 0; j < model->n; j++)
+        if (!held[j])
+            linear->place[linear->n++] = j;
+    for (int i = 0; i < linear->m; i++)
+        linear->is_level_q[i] = model->rows[i].level == REFDYN_POSITION;
+}
+
+/* Returns REFDYN_NOT_FINITE, with the fault at the first row of K and D, or of psi_q, that is infinite or
+ * NaN. */
+static int check_finite(const struct record_linear *linear, struct refdyn_fault *fault) {
+    const int n = linear->n;
+    for (int i = n * n - 1; i >= 0; i--)
+        if (!isfinite(linear->K[i]) || !isfinite(linear->D[i]))
+            fault->coordinate = linear->place[i / n];
+    for (int i = linear->m * n - 1; i >= 0; i--)
+        if (!isfinite(linear->psi_q[i]))
+            fault->row = i / n;
+    return fault->coordinate < 0 && fault->row < 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+/* Computes K, D and psi_q over the free coordinates. rest (2 n + 1 + m): rates, accelerations and power,
+ * which are 0, and lambda. */
+static int finish(struct record_small_motions *motions, const struct record_algebra *algebra,
+                  const double *rest) {
+    struct record_linear *linear = &motions->linear;
+    const struct refdyn_model *model = motions->work->model;
+    const int n = linear->n, m = linear->m, all = model->n;
+    double *tangent =
+        allocate_matrix(algebra, 1, all + m + 3 * (all + m) * all);   /* f_t g_t G_q G_qd u K D M */
+    double *rows = allocate(algebra, rows_size(model), sizeof *rows); /* psi_q psi_qd ... */
+    call(motions, model->tangent, rest, tangent);
+    if (m)
+        call(motions, model->d_rows, motions->qd, rows);
+    const double *K = tangent + all + m * (1 + 3 * all);
+    linear->K = part_of(algebra, linear, K, n, all, linear->place);
+    linear->D = part_of(algebra, linear, K + all * all, n, all, linear->place);
+    linear->psi_q = part_of(algebra, linear, rows, m, all, NULL);
+    for (int i = 0; i < m; i++)
+        if (linear->is_level_q[i])
+            memset(linear->psi_q + i * n, 0, (size_t)n * sizeof(double));
+    return check_finite(linear, &motions->work->fault);
+}
+
+/* Coordinates are measured in 1/sqrt(M_jj). */
+static int check_mass(const struct record_linear *linear, struct refdyn_fault *fault) {
+    for (int j = 0; j < linear->n; j++)
+        if (!(linear->M[j * (linear->n + 1)] > 0)) {
+            fault->coordinate = linear->place[j];
+            return REFDYN_MASS_NOT_POSITIVE;
+        }
+    return REFDYN_OK;
+}
+
+/* lambda minimises |Q + u^T lambda|; of several minima, it is the smallest. Returns a status of the runtime.
+ */
+static int linearise(struct record_small_motions *motions, const struct record_algebra *algebra) {
+    struct record_linear *linear = &motions->linear;
+    struct refdyn_workspace *work = motions->work;
+    const struct refdyn_model *model = work->model;
+    const int all = model->n;
+    choose_places(algebra, linear, model, motions->held);
+    int status = refdyn_equations(work, motions->t, motions->q, motions->qd);
+    if (status != REFDYN_OK)
+        return status;
+    work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
+    double *Q = allocate_matrix(algebra, all, 1),
+           *rest = allocate_matrix(algebra, 1, 2 * all + 1 + linear->m);
+    double *lambda = rest + 2 * all + 1;
+    call(motions, model->Q, motions->qd, Q);
+    linear->M = part_of(algebra, linear, work->M, linear->n, all, linear->place);
+    linear->u = part_of(algebra, linear, work->u, linear->m, all, NULL);
+    status = check_mass(linear, &work->fault);
+    if (status == REFDYN_OK && linear->m && linear->n)
+        status = find_multipliers(algebra, linear, Q, lambda);
+    if (status == REFDYN_OK)
+        status = finish(motions, algebra, rest);
+    find_residual(algebra, linear, Q, lambda);
+    return status;
+}
+
+/* The first coordinate that is out of balance by more than 1e-6 rad or m, and by an acceleration of more than
+ * 1e-9 rad/s^2 or m/s^2; -1 if the state is an equilibrium. */
+static int find_unbalanced(const struct record_linear *linear) {
+    for (int j = 0; j < linear->n; j++) {
+        const double *row = linear->K + j * linear->n;
+        double stiffness = 0, force = fabs(linear->force[j]);
+        for (int i = 0; i < linear->n; i++)
+            stiffness = fmax(stiffness, fabs(row[i]));
+        if (force > distance_tol * stiffness && force > acceleration_tol * linear->M[j * (linear->n + 1)])
+            return j;
+    }
+    return -1;
+}
+
+int record_find_small_motions(struct record_small_motions *motions, const struct record_algebra *algebra) {
+    struct refdyn_workspace *work = motions->work;
+    const struct refdyn_model *model = work->model;
+    motions->C = allocate_matrix(algebra, 3 * model->point_count, model->n);
+    int status = linearise(motions, algebra);
+    if (status == REFDYN_OK)
+        status = record_find_spectrum(&motions->spectrum, &motions->linear, algebra);
+    if (status != REFDYN_OK)
+        return status;
+    motions->phi = refdyn_residuals(work).phi;
+    if (model->point_count)
+        call(motions, model->C, motions->qd, motions->C);
+    return REFDYN_OK;
+}
+
+/* Largest residual phi of a state on the programme [rad, m]; larger ones are reported. */
+static const double programme_tol = 1e-6;
+
+/* ---- Warnings ---- */
+
+void record_print_small_motions(const struct record_small_motions *motions, FILE *out) {
+    const struct record_linear *linear = &motions->linear;
+    const struct refdyn_model *model = motions->work->model;
+    const int off = find_unbalanced(linear);
+    record_print_rows_left_out(model, motions->spectrum.redundant, motions->spectrum.redundant_count, out);
+    if (off >= 0)
+        fprintf(out, "refdyn: warning: this state is not an equilibrium: %s is out of balance by %.4g\n",
+                model->coordinates[linear->place[off]].name, fabs(linear->force[off]));
+    if (motions->phi > programme_tol)
+        fprintf(out, "refdyn: warning: the state is off the programme: largest |phi| %.4g\n", motions->phi);
+}
+
+static const double pi = 3.14159265358979323846;
+
+double record_frequency_of(const struct record_mode *mode) {
+    return (cimag(mode->eigenvalue) + 0.0) / (2 * pi); /* no -0 */
+}
+
+double record_damping_of(const struct record_mode *mode) {
+    const double omega = cabs(mode->eigenvalue);
+    return omega > 0 ? 0 - creal(mode->eigenvalue) / omega : 0; /* no -0 */
+}
+
+/* ---- Entries ---- */
+
+static void put_complex(const struct record_writer *writer, const char *key, const double complex *values,
+                        int count) {
+    static const char *const parts[] = {"re", "im"};
+    writer->open(writer->context, key, '{');
+    for (int part = 0; part < 2; part++) {
+        writer->open(writer->context, parts[part], '[');
+        for (int i = 0; i < count; i++)
+            writer->number(writer->context, NULL,
+                           (part ? cimag(values[i]) : creal(values[i])) + 0.0); /* no -0 */
+        writer->close(writer->context, ']');
+    }
+    writer->close(writer->context, '}');
+}
+
+static void put_shape(const struct record_writer *writer, const struct record_small_motions *motions,
+                      const struct record_mode *mode) {
+    const struct refdyn_model *model = motions->work->model;
+    const int n = model->n;
+    double complex *shape = allocate(motions->spectrum.algebra, (size_t)n, sizeof *shape);
+    for (int j = 0; j < motions->linear.n; j++)
+        shape[motions->linear.place[j]] = mode->shape[j];
+    put_complex(writer, "shape", shape, n);
+    writer->open(writer->context, "points", '{');
+    for (int i = 0; i < model->point_count; i++) {
+        double complex moved[3] = {0}; /* C shape */
+        for (int axis = 0; axis < 3; axis++)
+            for (int j = 0; j < n; j++)
+                moved[axis] += motions->C[(3 * i + axis) * n + j] * shape[j];
+        put_complex(writer, model->points[i], moved, 3);
+    }
+    writer->close(writer->context, '}');
+}
+
+static void put_mode(const struct record_writer *writer, const struct record_small_motions *motions,
+                     const struct record_mode *mode) {
+    const double re = creal(mode->eigenvalue) + 0.0, im = cimag(mode->eigenvalue) + 0.0; /* no -0 */
+    writer->open(writer->context, NULL, '{');
+    writer->number(writer->context, "frequency", record_frequency_of(mode));
+    writer->number(writer->context, "omega", cabs(mode->eigenvalue));
+    writer->number(writer->context, "damping", record_damping_of(mode));
+    record_put_array(writer, "eigenvalue", (const double[]){re, im}, 2);
+    put_shape(writer, motions, mode);
+    writer->close(writer->context, '}');
+}
+
+void record_put_small_motions(const struct record_small_motions *motions, int count,
+                              const struct record_writer *writer) {
+    const struct record_spectrum *spectrum = &motions->spectrum;
+    int unstable = 0;
+    for (int i = 0; i < spectrum->count; i++)
+        unstable += creal(spectrum->modes[i].eigenvalue) > 0;
+    writer->number(writer->context, "phi", motions->phi);
+    writer->number(writer->context, "residual", motions->linear.residual);
+    writer->whole(writer->context, "unstable", unstable);
+    writer->open(writer->context, "modes", '[');
+    for (int i = 0; i < count; i++)
+        put_mode(writer, motions, &spectrum->modes[i]);
+    writer->close(writer->context, ']');
+}
