@@ -99,7 +99,7 @@ print(float(model.simulate(0.1, tol=1e-6).upper_theta[-1]))""", cwd=folder, PYTH
 def test_quantities_change_over(tmp_path):
     """A quantity begins with the first tier, and continues with the optimised library, by the same bits. A damaged one is not
     loaded. A long compilation is reported meanwhile."""
-    make_package(tmp_path)
+    python_package.build(tmp_path)
     (tmp_path / "cc").write_text(f'#!/bin/sh\nwhile test -e "{tmp_path}/hold"; do sleep 0.01; done\nexec cc "$@"\n')
     (tmp_path / "cc").chmod(0o755)
     (tmp_path / "hold").touch()

@@ -178,7 +178,7 @@ void record_limits_print(const struct record_limits *limits, FILE *out);
 /* Writes the same as list "limits" if the model has limits. */
 void record_limits_put(const struct record_limits *limits, const struct record_writer *writer);
 
-/* ---- The motion from start to end, output by output (recorded_motion.c) ---- */
+/* ---- The motion from start to end, output by output (motion_record.c) ---- */
 
 /* Further statuses, beyond the runtime's. */
 enum { RECORD_INTERRUPTED = 1000, RECORD_TOO_SLOW, RECORD_NOT_WRITTEN };

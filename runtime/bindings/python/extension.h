@@ -150,15 +150,15 @@ extern PyType_Spec refdyn_motion_spec;
 PyObject *refdyn_library_motion(PyObject *self, PyObject *arguments);
 PyObject *refdyn_library_columns(PyObject *self, PyObject *nothing);
 
-/* ---- Equilibria (statics.c) ---- */
+/* ---- Equilibria (statics_call.c) ---- */
 
 PyObject *refdyn_library_statics(PyObject *self, PyObject *arguments);
 
-/* ---- Small motions (modes.c) ---- */
+/* ---- Small motions (modes_call.c) ---- */
 
 PyObject *refdyn_library_modes(PyObject *self, PyObject *arguments);
 
-/* ---- Explicit steps (step.c) ---- */
+/* ---- Explicit steps (step_call.c) ---- */
 
 extern PyType_Spec refdyn_stepper_spec;
 PyObject *refdyn_library_stepper(PyObject *self, PyObject *arguments);
