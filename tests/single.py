@@ -50,8 +50,9 @@ class Single:
         if not hasattr(self.library, f"{self.name}_{quantity}"):
             return None
         out = real(numpy.full(self.double.shape(quantity), numpy.nan))
+        rates = numpy.split(numpy.asarray(state["qd"]), len(state["qd"]) // self.double.n)  # inverse dynamics: qd, then qdd
         getattr(self.library, f"{self.name}_{quantity}")(pointer(self.p), pointer(self.x), ctypes.c_float(state["t"]), pointer(real(state["q"])),
-                                                         pointer(real(state["qd"])), pointer(out))
+                                                         *map(pointer, map(real, rates)), pointer(out))
         return out
 
     def steps(self, state, h, count, method="rk4"):

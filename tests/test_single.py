@@ -30,12 +30,14 @@ def scenes():
 
 @pytest.mark.parametrize("scene", scenes(), ids=name_of)
 def test_values(scene, tmp_path):
-    model = Single(scene[0], tmp_path, *scene[1], "--emit", "all")
+    model = Single(scene[0], tmp_path, *scene[1], "--emit", "all,inverse")
     lines, seen = [], 0
     for seed in range(3):
         state = model.state(seed)
-        for quantity in ("M", "h", "Q", "u", "v", "phi", "psi", "k", "r", "rd", "C", "d", "energy", "qdd_free", "qdd"):
-            found, exact = model(quantity, state), model.double(quantity, state)
+        moved = {**state, "qd": numpy.concatenate([state["qd"], numpy.cos(numpy.arange(model.double.n))])}
+        for quantity in ("inverse", "M", "h", "Q", "u", "v", "phi", "psi", "k", "r", "rd", "C", "d", "energy", "qdd_free", "qdd"):
+            at = moved if quantity == "inverse" else state
+            found, exact = model(quantity, at), model.double(quantity, at)
             assert (found is None) == (exact is None), quantity
             if found is None:
                 continue

@@ -128,7 +128,7 @@ static void feed_soft(int cycles) {
 
 /* Largest distance of the hand from its goal after the motion [m]; -1: a step failed. */
 static double swing(int cycles) {
-    static double work[soft_step_work];
+    static double work[soft_step_gauss_work];
     double state[2 * N] = {0}, next[2 * N], goal[3 * soft_point_count], r[3 * soft_point_count], largest = 0;
     const double *hand = r + 3 * soft_POINT_hand, *end = goal + 3 * soft_POINT_hand;
     soft_r(&soft, &none, 0, q[cycles], qd[cycles], goal);
