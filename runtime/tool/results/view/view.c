@@ -1,8 +1,8 @@
 /*
  * `refdyn view`: writes motions as one HTML page, which shows them from all sides.
  *
- * The page needs no other file and no network. It contains three.js from the system with its licence, the
- * style and the scripts of page/, and the data.
+ * The page needs no other file and no network. It contains three.js with its licence, the style and the
+ * scripts of page/, and the data.
  */
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
