@@ -27,6 +27,7 @@ SEEN = {
     "fivebar": "t=1.2&nearer=1.3&height=55",
     "fourbar": "t=0.4&nearer=1.3&azimuth=-70&up=-0.05",
     "gantry": "t=1.2&nearer=1.3",
+    "jib": "t=3&nearer=1.25&right=-0.03&up=-0.03",
     "manipulator": "t=6&nearer=1.05&up=-0.02&right=0.22",
     "midspan": "t=0.5&nearer=1.25",
     "pendulum": "t=1&nearer=1.3&azimuth=-75",

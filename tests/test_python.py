@@ -24,6 +24,8 @@ from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, VERSION, check, eval
 
 PAGE = (SOURCE / "docs" / "python.md").read_text()
 THREADS = 20
+MAKE_WHEEL = SOURCE / "runtime" / "bindings" / "python" / "make_wheel"
+C_LIBRARY = {"linux-vdso.so.1", "libc.so.6", "libm.so.6", "libpthread.so.0", "libdl.so.2", "ld-linux-x86-64.so.2", "ld-linux-aarch64.so.1"}
 COPY_WITHOUT = shutil.ignore_patterns("build", ".git", "__pycache__")
 
 
@@ -34,13 +36,13 @@ def run(*words, cwd=None, timeout=300, **env):
     return done.stdout
 
 
-def make_wheel(python, folder):
-    """By pip, whose build backend comes from PyPI. Optimising takes a minute, and only tests/long does it."""
+def make_wheel(folder):
+    """The wheel that stands alone; its tools come from PyPI. Optimising takes a minute, and only tests/long does it."""
     quickly = [] if LONG else ["--config-settings=cmake.define.CMAKE_C_FLAGS_RELEASE=-O0 -DNDEBUG"]
-    done = subprocess.run([python, "-m", "pip", "wheel", "--no-deps", *quickly, "-w", folder, SOURCE], capture_output=True, text=True, env={**os.environ, "PIP_DISABLE_PIP_VERSION_CHECK": "1"})
+    done = subprocess.run([sys.executable, MAKE_WHEEL, folder, *quickly], capture_output=True, text=True)
     said = done.stdout + done.stderr
     if done.returncode and re.search("Temporary failure in name resolution|Failed to establish a new connection|No matching distribution found", said):
-        pytest.fail(f"PyPI is out of reach, from where pip takes the build backend:\n{said[-1500:]}", pytrace=False)
+        pytest.fail(f"PyPI is out of reach, from where the tools of the build come:\n{said[-1500:]}", pytrace=False)
     assert done.returncode == 0, said[-6000:]
     return next(folder.glob("*.whl"))
 
@@ -51,7 +53,7 @@ def wheel(tmp_path_factory):
     folder = tmp_path_factory.mktemp("python")
     run(sys.executable, "-m", "venv", "--system-site-packages", folder / "v")
     python = folder / "v" / "bin" / "python"
-    file = make_wheel(python, folder)
+    file = make_wheel(folder)
     run(python, "-m", "pip", "install", "--no-deps", "--no-index", file)
     return file, python
 
@@ -137,20 +139,78 @@ print(other.M._compiled.optimised, other.M._compiled.library is other.M._library
 def test_wheel_has_all(wheel):
     file, python = wheel
     names = zipfile.ZipFile(file).namelist()
-    for name in ("bin/refdyn", "include/refdyn/refdyn.h", "lib/librefdyn_runtime.a", "py.typed", "core.pyi", "model.py"):
+    for name in ("bin/refdyn", "include/refdyn/refdyn.h", "lib/librefdyn_runtime.a", "py.typed", "core.pyi", "model.py", "share/refdyn/three.min.js"):
         assert f"refdyn/{name}" in names
     assert all(name.split("/")[0] in ("refdyn", f"refdyn-{VERSION}.dist-info") for name in names), names
-    assert zipfile.ZipFile(file).read(f"refdyn-{VERSION}.dist-info/METADATA").decode().count("License-Expression: MIT") == 1
     program = python.parent / "refdyn"
     assert run(program, "--version").split()[-1] == VERSION
 
 
-def test_wheel_is_without_gsl(package):
-    for file in (package.prefix / "bin" / "refdyn", *package.prefix.glob("core.*.so")):
-        libraries = run("ldd", file)
-        assert "libm" in libraries or "libc" in libraries
-        assert "gsl" not in libraries
+def test_wheel_has_the_licences_of_what_it_contains(wheel):
+    with zipfile.ZipFile(wheel[0]) as file:
+        info = f"refdyn-{VERSION}.dist-info"
+        metadata = file.read(f"{info}/METADATA").decode()
+        assert metadata.count("\nLicense-Expression: MIT AND BSD-2-Clause AND BSD-3-Clause AND Zlib\n") == 1
+        listed = re.findall(r"^License-File: (.*)", metadata, re.M)
+        assert sorted(f"{info}/licenses/{name}" for name in listed) == sorted(name for name in file.namelist() if "/licenses/" in name and not name.endswith("/"))
+        assert listed[0] == "LICENSE" and {path.rpartition("/")[2] for path in listed} >= {"lua", "jansson", "libmd", "lapack", "hdf5", "zlib", "expat", "minizip", "three.js"}
+        assert all(re.search("copyright|public domain", file.read(f"{info}/licenses/{name}").decode(), re.I) for name in listed)
+
+
+def libraries_of(file):
+    return set(re.findall(r"[\w.+-]+\.so[.\d]*(?= )", run("ldd", file)))
+
+
+def test_wheel_needs_the_c_library_alone(wheel, package):
+    """auditwheel has repaired it, and its name says for which C libraries and versions of Python it is."""
+    assert re.fullmatch(rf"refdyn-{VERSION}-cp311-abi3-manylinux_2_\d+_\w+\.whl", wheel[0].name), wheel[0].name
+    for file in (package.prefix / "bin" / "refdyn", package.prefix / "core.abi3.so"):
+        assert "libc.so.6" in libraries_of(file) and libraries_of(file) <= C_LIBRARY, libraries_of(file)
     assert not list(package.prefix.rglob("*gsl*"))
+
+
+def test_wheel_computes_with_what_it_contains(package, tmp_path):
+    """Eigenvalues and singular values of LAPACK, HDF5, three.js, expat and minizip: as the program that links shared libraries."""
+    alone = package.prefix / "bin" / "refdyn"
+    modes = [json.loads(run(program, "modes", MODELS / "midspan.lua", "--modes", "4"))["modes"] for program in (BUILD / "bin" / "refdyn", alone)]
+    assert np.allclose([mode["omega"] for mode in modes[1]], [mode["omega"] for mode in modes[0]], rtol=1e-10)
+    said = [subprocess.run([program, "sim", TESTS / "models" / "reach.lua", "--until", "2", "-o", tmp_path / "reach.csv"], capture_output=True, text=True).stderr
+            for program in (BUILD / "bin" / "refdyn", alone)]
+    found = [re.findall("condition of the constraint rows there is (.*?):", text) for text in said]
+    assert len(found[0]) == 1 and abs(np.log10(float(found[1][0]) / float(found[0][0]))) < 0.5, said
+    three = package.prefix / "share" / "refdyn" / "three.min.js"
+    assert three.stat().st_size > 500_000
+    three.write_text("/* of the wheel */\n" + three.read_text())
+    run(alone, "sim", MODELS / "pendulum.lua", "--until", 0.1, "-o", tmp_path / "run.h5")
+    run(alone, "view", tmp_path / "run.h5", "-o", tmp_path / "page.html", REFDYN_THREE="")
+    assert "/* of the wheel */" in (tmp_path / "page.html").read_text()
+    run(alone, "import", next((TESTS / "robots").glob("*.urdf")), "-o", tmp_path / "robot.lua")
+    run(alone, "export", MODELS / "pendulum.lua", "--fmu", "3.0", "-o", tmp_path / "pendulum.fmu")
+    assert zipfile.ZipFile(tmp_path / "pendulum.fmu").testzip() is None
+
+
+def test_make_wheel_says_how_it_is_called():
+    done = subprocess.run([sys.executable, MAKE_WHEEL], capture_output=True, text=True)
+    assert done.returncode == 1 and "runtime/bindings/python/make_wheel FOLDER" in done.stderr and "runtime/bindings/python/make_wheel dist\n" in PAGE
+
+
+@pytest.mark.skipif(not LONG or os.getuid() != 0 or not shutil.which("debootstrap"), reason="tests/long, as root and with debootstrap: installs a bare Debian")
+def test_wheel_on_a_bare_debian(wheel, tmp_path):
+    """Debian with Python and a C compiler alone; NumPy, xarray and h5py come from PyPI."""
+    root, given = tmp_path / "root", tmp_path / "root" / "given"
+    run("debootstrap", "--variant=minbase", "--include=python3,python3-venv,gcc,libc6-dev", "bookworm", root, timeout=1500)
+    given.mkdir()
+    run(wheel[1], "-m", "pip", "download", "-q", "--ignore-installed", "-d", given, f"{wheel[0]}[batch]", timeout=600)
+    shutil.copytree(MODELS, given / "models")
+    texts = [text for _, text in blocks("python") if "inputs=None" not in text]
+    (given / "page.py").write_text("\n".join(texts))
+    (given / "commands").write_text("""cd /given && python3 -m venv v && v/bin/pip install -q --no-index --find-links . 'refdyn[batch]' && v/bin/python page.py
+v/bin/refdyn sim models/midspan.lua --until 0.1 -o run.h5 && v/bin/refdyn view run.h5 -o page.html && ls page.html""")
+    said = run("chroot", root, "sh", "-e", "/given/commands", timeout=600).split()
+    assert said[:2] == ["(13,", "13)"] and said[-1] == "page.html", said
+
+
+def test_methods_of_gsl_are_not_in_the_wheel(package):
     for method in ("msbdf", "bsimp"):
         done = subprocess.run([package.prefix / "bin" / "refdyn", "sim", REFERENCE, "--until", "1", "--method", method], capture_output=True, text=True)
         assert done.returncode == 2 and f"--method: '{method}' needs GSL; build refdyn with it\n" in done.stderr

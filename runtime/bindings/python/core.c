@@ -4,13 +4,15 @@
  * Opens a library that `refdyn compile` has built. Arguments are buffers (PEP 3118) of doubles in C order,
  * such as NumPy arrays, and are not copied. One state is evaluated by the functions of refdyn_model.h, many
  * states by the functions of refdyn_lanes.h, both without the interpreter's lock. An object never changes
- * after its creation, so any number of threads may call it.
+ * after its creation, so any number of threads may call it. The stable interface of Python (Py_LIMITED_API)
+ * is enough, so that one wheel suits Python 3.11 and later versions.
  */
 #include "runtime/bindings/python/extension.h"
 
 #include <dlfcn.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -78,7 +80,7 @@ static void library_dealloc(PyObject *self) {
     PyTypeObject *type = Py_TYPE(self);
     if (library->handle)
         dlclose(library->handle);
-    type->tp_free(self);
+    PyObject_Free(self);
     Py_DECREF(type);
 }
 
@@ -87,7 +89,7 @@ const void *refdyn_find_symbol(const struct library *library, const char *name) 
 }
 
 static const void *find_table(const struct library *library, PyObject *symbol) {
-    const char *name = symbol ? PyUnicode_AsUTF8(symbol) : NULL;
+    const char *name = symbol ? PyUnicode_AsUTF8AndSize(symbol, NULL) : NULL;
     const void *table = name ? dlsym(library->handle, name) : NULL;
     if (name && !table)
         PyErr_Format(PyExc_ImportError, "the compiled library has no table %s", name);
@@ -97,7 +99,7 @@ static const void *find_table(const struct library *library, PyObject *symbol) {
 
 static const struct refdyn_spatial *find_spatial(const struct library *library, const char *name) {
     PyObject *symbol = PyUnicode_FromFormat("%s_spatial", name);
-    const char *text = symbol ? PyUnicode_AsUTF8(symbol) : NULL;
+    const char *text = symbol ? PyUnicode_AsUTF8AndSize(symbol, NULL) : NULL;
     const struct refdyn_spatial *spatial = text ? dlsym(library->handle, text) : NULL;
     Py_XDECREF(symbol);
     return spatial;
@@ -129,7 +131,7 @@ static PyObject *library_new(PyTypeObject *type, PyObject *arguments, PyObject *
     (void)keywords;
     if (!PyArg_ParseTuple(arguments, "ssi", &path, &name, &width))
         return NULL;
-    struct library *library = (struct library *)type->tp_alloc(type, 0);
+    struct library *library = (struct library *)PyType_GenericAlloc(type, 0);
     if (!library)
         return NULL;
     library->handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
@@ -306,8 +308,8 @@ static void function_dealloc(PyObject *self) {
     struct function *function = (struct function *)self;
     PyTypeObject *type = Py_TYPE(self);
     free(function->p);
-    Py_XDECREF(function->library);
-    type->tp_free(self);
+    Py_XDECREF((PyObject *)function->library);
+    PyObject_Free(self);
     Py_DECREF(type);
 }
 
@@ -368,7 +370,7 @@ static PyObject *library_function(PyObject *self, PyObject *arguments) {
     if (!PyArg_ParseTuple(arguments, "siiOO", &name, &rates, &size, &p, &x))
         return NULL;
     PyTypeObject *type = ((const struct types *)PyType_GetModuleState(Py_TYPE(self)))->function;
-    struct function *function = (struct function *)type->tp_alloc(type, 0);
+    struct function *function = (struct function *)PyType_GenericAlloc(type, 0);
     if (!function)
         return NULL;
     Py_INCREF(self);

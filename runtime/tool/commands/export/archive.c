@@ -1,81 +1,85 @@
 /*
- * Writes an FMU as a ZIP archive with libzip. Times and owners are the same in every archive, so that equal
- * files make equal bytes. A program that was built without libzip reports that instead.
+ * Writes an FMU as a ZIP archive with minizip. Times and owners are the same in every archive, so that equal
+ * files make equal bytes. A program that was built without minizip reports that instead.
  */
 #include "runtime/tool/commands/export/export.h"
 
-#ifdef REFDYN_HAS_LIBZIP
-#include <string.h>
+#ifdef REFDYN_HAS_MINIZIP
+#include "runtime/tool/support/format/format.h"
+
+#include <stdlib.h>
 #include <zip.h>
 
-enum { FIRST_DATE = 0x0021, NO_TIME = 0 }; /* 1 January 1980 in the format of DOS, the first day of ZIP */
-static const unsigned plain_file = 0100644u << 16;
+static const zip_fileinfo plain_file = {
+    .dosDate = 0x0021u << 16, /* 1 January 1980 in the format of DOS, the first day of ZIP */
+    .external_fa = 0100644u << 16,
+};
+
+/* Fields of an archive's entries. */
+enum { MADE_BY_UNIX = 3 << 8 | 20, NAMES_ARE_UTF8 = 1 << 11, LEVEL = 6 };
 
 bool export_archive_is_there(void) {
     return true;
 }
 
-static bool complain(const char *path, const char *reason) {
-    fprintf(stderr, "refdyn: %s: cannot be put into the archive: %s\n", path, reason);
+static bool complain(const char *path) {
+    fprintf(stderr, "refdyn: %s: cannot be put into the archive: minizip reports an error\n", path);
     return false;
 }
 
-static bool add_file(zip_t *archive, const struct fmu_file *file) {
-    zip_source_t *source = zip_source_buffer(archive, file->text, file->size, 0);
-    if (!source)
-        return complain(file->path, zip_strerror(archive));
-    const zip_int64_t place = zip_file_add(archive, file->path, source, ZIP_FL_ENC_UTF_8);
-    if (place < 0) {
-        zip_source_free(source);
-        return complain(file->path, zip_strerror(archive));
-    }
-    const zip_uint64_t index = (zip_uint64_t)place;
-    if (zip_set_file_compression(archive, index, ZIP_CM_DEFLATE, 6) ||
-        zip_file_set_dostime(archive, index, NO_TIME, FIRST_DATE, 0) ||
-        zip_file_set_external_attributes(archive, index, 0, ZIP_OPSYS_UNIX, plain_file))
-        return complain(file->path, zip_strerror(archive));
-    return true;
+/* An archive in memory: minizip returns to the head of a file, which a pipe would not allow. */
+static voidpf open_memory(voidpf memory, const void *name, int mode) {
+    (void)name;
+    (void)mode;
+    return memory;
 }
 
-static bool copy_archive(zip_source_t *source, FILE *out) {
-    char block[1 << 14];
-    zip_int64_t count = 0;
-    if (zip_source_open(source) != 0)
-        return false;
-    while ((count = zip_source_read(source, block, sizeof block)) > 0)
-        if (fwrite(block, 1, (size_t)count, out) != (size_t)count)
-            break; /* the disk is full, which system_target_finish reports */
-    zip_source_close(source);
-    return count >= 0;
+static int leave_open(voidpf memory, voidpf stream) {
+    (void)memory;
+    (void)stream;
+    return 0;
+}
+
+static bool add_file(zipFile archive, const struct fmu_file *file) {
+    const int opened = zipOpenNewFileInZip4_64(archive, file->path, &plain_file, NULL, 0, NULL, 0, NULL,
+                                               Z_DEFLATED, LEVEL, 0, -MAX_WBITS, DEF_MEM_LEVEL,
+                                               Z_DEFAULT_STRATEGY, NULL, 0, MADE_BY_UNIX, NAMES_ARE_UTF8, 0);
+    return (opened == ZIP_OK && zipWriteInFileInZip(archive, file->text, (unsigned)file->size) == ZIP_OK &&
+            zipCloseFileInZip(archive) == ZIP_OK) ||
+           complain(file->path);
+}
+
+static bool put_files(FILE *memory, const struct fmu_files *files) {
+    zlib_filefunc64_def functions;
+    fill_fopen64_filefunc(&functions);
+    functions.zopen64_file = open_memory;
+    functions.zclose_file = leave_open;
+    functions.opaque = memory;
+    const zipFile archive = zipOpen2_64("FMU", APPEND_STATUS_CREATE, NULL, &functions);
+    bool is_good = archive || complain("FMU");
+    for (int i = 0; i < files->count && is_good; i++)
+        is_good = add_file(archive, &files->list[i]);
+    if (archive && zipClose(archive, NULL) != ZIP_OK)
+        is_good = is_good && complain("FMU");
+    return is_good;
 }
 
 bool export_archive_put(FILE *out, const struct fmu_files *files) {
-    zip_error_t error;
-    zip_error_init(&error);
-    zip_source_t *source = zip_source_buffer_create(NULL, 0, 0, &error);
-    zip_t *archive = source ? zip_open_from_source(source, ZIP_CREATE | ZIP_TRUNCATE, &error) : NULL;
-    if (!archive)
-        return complain("FMU", zip_error_strerror(&error));
-    zip_source_keep(source);
-    bool is_good = true;
-    for (int i = 0; i < files->count && is_good; i++)
-        is_good = add_file(archive, &files->list[i]);
-    if (!is_good)
-        zip_discard(archive);
-    else if (zip_close(archive) != 0) {
-        is_good = complain("FMU", zip_strerror(archive));
-        zip_discard(archive);
-    }
-    is_good = is_good && (copy_archive(source, out) || complain("FMU", "it cannot be read again"));
-    zip_source_free(source);
-    zip_error_fini(&error);
+    char *bytes = NULL;
+    size_t size = 0;
+    FILE *memory = format_stream(&bytes, &size);
+    const bool is_good = put_files(memory, files);
+    fclose(memory);
+    if (is_good)
+        fwrite(bytes, 1, size, out); /* system_target_finish reports a full disk */
+    free(bytes);
     return is_good;
 }
 
 #else
 
 bool export_archive_is_there(void) {
-    fputs("refdyn: this refdyn is built without libzip, which FMUs need\n", stderr);
+    fputs("refdyn: this refdyn is built without minizip, which FMUs need\n", stderr);
     return false;
 }
 

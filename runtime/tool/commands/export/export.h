@@ -72,7 +72,7 @@ bool export_is_of_other_version(const char *path, enum fmi_version version);
 
 /* A ZIP archive of files; equal files give equal bytes. */
 
-/* Returns whether this refdyn is built with libzip; otherwise reports it on stderr. */
+/* Returns whether this refdyn is built with minizip; otherwise reports it on stderr. */
 bool export_archive_is_there(void);
 /* Returns false and reports on stderr if it fails. */
 bool export_archive_put(FILE *out, const struct fmu_files *files);

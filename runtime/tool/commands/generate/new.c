@@ -4,10 +4,9 @@
 #include "runtime/tool/support/options/options.h"
 #include "gen/read/read.h"
 #include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/system/system.h"
 
 #include <errno.h>
-#include <libgen.h>
-#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -64,20 +63,9 @@ static bool write_model(const char *path, const char *name) {
     return finish(file, path);
 }
 
-/* The folder of refdyn.lua next to the program, in an installation or a build; NULL if there is none. */
-static const char *editor_folder(void) {
-    char *program = realpath("/proc/self/exe", NULL);
-    char *folder =
-        program
-            ? realpath(format_text("%s/" REFDYN_DATA_FROM_PROGRAM "/models/editor", dirname(program)), NULL)
-            : NULL;
-    free(program);
-    return folder;
-}
-
 /* The settings file of other models in this folder stays. */
 static bool write_editor_settings(void) {
-    const char *folder = editor_folder();
+    const char *folder = system_shared_path("models/editor"); /* has refdyn.lua */
     struct document document;
     if (!folder) {
         fputs("refdyn new: warning: refdyn.lua, which describes the model language to editors, is not where "

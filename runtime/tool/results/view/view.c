@@ -1,8 +1,8 @@
 /*
  * `refdyn view`: writes motions as one HTML page, which shows them from all sides.
  *
- * The page needs no other file and no network. It contains three.js from the system with its licence, the
- * style and the scripts of page/, and the data.
+ * The page needs no other file and no network. It contains three.js with its licence, the style and the
+ * scripts of page/, and the data.
  */
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
@@ -25,9 +25,15 @@ extern const char view_body[], view_style[], view_three_licence[], view_motion[]
 static const char policy[] = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
                              "script-src 'unsafe-inline'; style-src 'unsafe-inline'\">\n";
 
-static char *page_read_three(void) {
+/* The file that the user names, the one in the installation, or Debian's. */
+static const char *page_three_path(void) {
     const char *own = getenv("REFDYN_THREE");
-    const char *path = own && *own ? own : "/usr/share/javascript/three/three.min.js";
+    const char *shared = own && *own ? own : system_shared_path("three.min.js");
+    return shared ? shared : "/usr/share/javascript/three/three.min.js";
+}
+
+static char *page_read_three(void) {
+    const char *path = page_three_path();
     if (access(path, R_OK) == 0)
         return format_read_file(path, "three.js");
     fprintf(stderr,

@@ -92,6 +92,10 @@ bool system_make_folder(const char *path, mode_t mode, char ***made);
 /* Removes the empty folders of the list. A signal handler may call it. */
 void system_unmake_folder(char **made);
 
+/* The real path of a file or folder in share/refdyn of the build or installation that this program belongs
+ * to; NULL if it is not there. */
+char *system_shared_path(const char *name);
+
 /* A temporary folder, in which other programs work. A signal that ends this program kills the programs and
  * removes the folder. After SIGKILL the folder stays until the next start removes it. */
 struct scratch {

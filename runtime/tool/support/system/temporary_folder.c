@@ -12,6 +12,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <ftw.h>
+#include <libgen.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
@@ -48,6 +49,17 @@ void system_unmake_folder(char **made) {
         count++;
     while (count > 0)
         rmdir(made[--count]); /* fails for a folder that is not empty, as it should */
+}
+
+char *system_shared_path(const char *name) {
+    char *program = realpath("/proc/self/exe", NULL);
+    char *real =
+        program ? realpath(format_text("%s/" REFDYN_DATA_FROM_PROGRAM "/%s", dirname(program), name), NULL)
+                : NULL;
+    char *path = real ? format_text("%s", real) : NULL;
+    free(program);
+    free(real);
+    return path;
 }
 
 /* ---- Temporary folders ---- */
