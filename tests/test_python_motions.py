@@ -296,6 +296,31 @@ def test_warnings_of_the_start(package):
     assert told[0].filename == __file__ and 'solve for a consistent start with start="project"' in str(told[0].message)
 
 
+def test_motions_change_over(package, monkeypatch, tmp_path):
+    """To the optimised library as soon as it is there, between calls and within one, with the same bits."""
+    monkeypatch.setenv("REFDYN_CACHE", str(tmp_path))
+    swing = package.Model.from_text(SMOOTH)
+    running, compiled, end = swing.motion([0.4, 0.1], tol=1e-7), swing._purpose("motion"), 0.0
+    first, before, until = compiled.library, swing.step([0.4, 0.1], [0, 0], 0, 0.01), time.monotonic() + 120
+    while compiled.optimised and time.monotonic() < until:
+        end += 0.001
+        running.advance(end)
+        time.sleep(0.02)
+    assert compiled.library is not first or end == 0, "no optimised library"
+    again, t = swing.motion([0.4, 0.1], tol=1e-7), 0.0
+    while t < end:
+        t += 0.001
+        again.advance(t)
+    running.advance(end + 0.1), again.advance(end + 0.1)
+    assert same(running.state, again.state) and same(swing.step([0.4, 0.1], [0, 0], 0, 0.01), before)
+    asked = []
+    other = type(first)(compiled.description["library"], compiled.description["name"], 0)
+    values, anchored = package.motion.values_of(compiled, {})
+    core = compiled.library.motion(package.motion.options_of("rk8", 1e-12, None, None, None, None, None, False), values, anchored, compiled.x, (), lambda: asked.append(1) or other)
+    core.start(0.0, None, None, np.inf, 0.0, (), None, None, None, 0, 0, False)
+    assert core.advance(200.0) is None and asked == [1] and core.t == 200
+
+
 # ---- Steps ----
 
 METHODS = {"rk4": 4, "rk54": 5, "rk8": 8, "gauss": 12, "radau": 9, "rodas5p": 5, "ros34pw2": 3}

@@ -594,7 +594,7 @@ static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_
 static PyMethodDef library_methods[] = {
     {"prepare", library_prepare, METH_VARARGS, "prepare(rows, p, is_anchored, x)"},
     {"function", library_function, METH_VARARGS, "function(quantity, rates, size, p, x)"},
-    {"motion", refdyn_library_motion, METH_VARARGS, "motion(options, p, is_anchored, x, places)"},
+    {"motion", refdyn_library_motion, METH_VARARGS, "motion(options, p, is_anchored, x, places, follow)"},
     {"statics", refdyn_library_statics, METH_VARARGS,
      "statics(p, is_anchored, x, places, t, q, held, rows, way, starts)"},
     {"modes", refdyn_library_modes, METH_VARARGS,

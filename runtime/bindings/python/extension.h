@@ -94,8 +94,11 @@ struct motion_piece {
 
 struct motion {
     PyObject_HEAD struct library *library; /* held */
-    PyObject *places;                      /* held: "FILE:LINE" of each requirement of the model */
-    struct motion_block *block;            /* with the memory of workspace and integrator, and the start */
+    PyObject
+        *follow; /* held: called now and then; returns the optimised library once it is there, else None */
+    PyObject *newer;            /* held: that library, whose functions are in use; NULL if there is none */
+    PyObject *places;           /* held: "FILE:LINE" of each requirement of the model */
+    struct motion_block *block; /* with the memory of workspace and integrator, and the start */
     size_t size, work_at, integrator_at, start_at; /* of the block, and places in it [bytes] */
     int *given; /* (anchored_count) non-zero: the parameter keeps its value */
     struct motion_piece *pieces;
@@ -118,10 +121,12 @@ struct motion {
 struct unlocked {
     PyThreadState *thread;
     double asked; /* for signals [s] */
+    struct motion *motion;
 };
 
 /* A new motion, not started. Returns NULL with a Python error without memory. */
-struct motion *refdyn_motion_new(PyTypeObject *type, struct library *library, PyObject *places);
+struct motion *refdyn_motion_new(PyTypeObject *type, struct library *library, PyObject *places,
+                                 PyObject *follow);
 /* Zeroed memory that lasts as long as the motion (the context). Jumps to no_memory if there is none. */
 void *refdyn_motion_memory(void *context, size_t size);
 void refdyn_motion_release(struct motion *motion);
@@ -132,7 +137,8 @@ void *refdyn_motion_at(const struct motion *motion, size_t place);
 int refdyn_motion_enter(struct motion *motion);
 PyObject *refdyn_motion_leave(struct motion *motion, PyObject *result);
 double refdyn_seconds(clockid_t clock);
-/* The question of a record_watch: about every 10 ms asks for signals. context: struct unlocked. */
+/* The question of a record_watch: about every 10 ms asks for signals and for the optimised library. context:
+ * struct unlocked. */
 int refdyn_motion_ask(void *context, const struct record_motion *record);
 /* Prints what `sim` prints on stderr after a failure. */
 void refdyn_motion_print_failure(const struct motion *motion, FILE *out);

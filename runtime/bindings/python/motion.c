@@ -64,6 +64,8 @@ static void motion_dealloc(PyObject *self) {
     free(motion->given);
     Py_XDECREF(motion->held);
     Py_XDECREF(motion->places);
+    Py_XDECREF(motion->follow);
+    Py_XDECREF(motion->newer);
     Py_XDECREF(motion->library);
     type->tp_free(self);
     Py_DECREF(type);
@@ -95,6 +97,29 @@ double refdyn_seconds(clockid_t clock) {
 
 static const double between_signals = 0.01; /* [s] */
 
+/* Continues with the functions of another compilation of the same model. Errors of the runtime. */
+static int exchange(struct motion *motion, PyObject *library) {
+    const int status =
+        refdyn_integrator_exchange_model(&motion->block->integrator, ((struct library *)library)->model);
+    if (status == REFDYN_OK) {
+        Py_XDECREF(motion->newer);
+        motion->newer = Py_NewRef(library);
+    }
+    return status;
+}
+
+/* The optimised library computes the same bits; a motion that cannot follow to it continues as it is. */
+static void follow(struct motion *motion) {
+    PyObject *library = PyObject_CallNoArgs(motion->follow);
+    if (!library)
+        PyErr_WriteUnraisable(motion->follow);
+    else if (library != Py_None) {
+        exchange(motion, library);
+        Py_CLEAR(motion->follow);
+    }
+    Py_XDECREF(library);
+}
+
 int refdyn_motion_ask(void *context, const struct record_motion *record) {
     struct unlocked *unlocked = context;
     const double now = refdyn_seconds(CLOCK_MONOTONIC);
@@ -104,6 +129,8 @@ int refdyn_motion_ask(void *context, const struct record_motion *record) {
     unlocked->asked = now;
     PyEval_RestoreThread(unlocked->thread);
     const int is_interrupted = PyErr_CheckSignals() != 0;
+    if (!is_interrupted && unlocked->motion->follow)
+        follow(unlocked->motion);
     unlocked->thread = PyEval_SaveThread();
     return is_interrupted ? RECORD_INTERRUPTED : REFDYN_OK;
 }
@@ -197,24 +224,26 @@ static int begin_block(struct motion *motion) {
     return status == REFDYN_OK;
 }
 
-struct motion *refdyn_motion_new(PyTypeObject *type, struct library *library, PyObject *places) {
+struct motion *refdyn_motion_new(PyTypeObject *type, struct library *library, PyObject *places,
+                                 PyObject *follow) {
     struct motion *motion = (struct motion *)type->tp_alloc(type, 0);
     if (!motion)
         return NULL;
     motion->library = (struct library *)Py_NewRef((PyObject *)library);
     motion->places = Py_NewRef(places);
+    motion->follow = follow == Py_None ? NULL : Py_XNewRef(follow);
     return motion;
 }
 
 PyObject *refdyn_library_motion(PyObject *self, PyObject *arguments) {
     const struct types *types = PyType_GetModuleState(Py_TYPE(self));
     struct library *library = (struct library *)self;
-    PyObject *options, *places;
+    PyObject *options, *places, *follow;
     struct given_values values;
-    if (!PyArg_ParseTuple(arguments, "O!Oy#OO!", &PyTuple_Type, &options, &values.p, &values.is_anchored,
-                          &values.flags, &values.x, &PyTuple_Type, &places))
+    if (!PyArg_ParseTuple(arguments, "O!Oy#OO!O", &PyTuple_Type, &options, &values.p, &values.is_anchored,
+                          &values.flags, &values.x, &PyTuple_Type, &places, &follow))
         return NULL;
-    struct motion *motion = refdyn_motion_new(types->motion, library, places);
+    struct motion *motion = refdyn_motion_new(types->motion, library, places, follow);
     if (motion && read_options(&motion->options, options) && allocate_block(motion) && begin_block(motion) &&
         refdyn_read_values(library, &values, &motion->block->work, motion->given))
         return (PyObject *)motion;
@@ -343,9 +372,22 @@ static int copy_block(struct motion *copy, const struct motion *motion) {
     copy->block->record.values = NULL;
     copy->block->record.stops = NULL;
     copy->block->record.samples = NULL;
+    copy->newer = Py_XNewRef(motion->newer);
     copy->is_started = motion->is_started;
     copy->cpu_s = motion->cpu_s;
     return 1;
+}
+
+/* exchange(library): continues with the functions of another compilation. */
+static PyObject *motion_exchange(PyObject *self, PyObject *library) {
+    struct motion *motion = (struct motion *)self;
+    if (Py_TYPE(library) != Py_TYPE((PyObject *)motion->library))
+        return PyErr_Format(PyExc_TypeError, "exchange: %s; must be a library", Py_TYPE(library)->tp_name);
+    if (!refdyn_motion_enter(motion))
+        return NULL;
+    exchange(motion, library);
+    Py_CLEAR(motion->follow);
+    return refdyn_motion_leave(motion, Py_NewRef(Py_None));
 }
 
 static PyObject *motion_copy(PyObject *self, PyObject *nothing) {
@@ -353,7 +395,7 @@ static PyObject *motion_copy(PyObject *self, PyObject *nothing) {
     (void)nothing;
     if (!refdyn_motion_enter(motion))
         return NULL;
-    struct motion *copy = refdyn_motion_new(Py_TYPE(self), motion->library, motion->places);
+    struct motion *copy = refdyn_motion_new(Py_TYPE(self), motion->library, motion->places, motion->follow);
     if (copy && !copy_block(copy, motion))
         Py_CLEAR(copy);
     return refdyn_motion_leave(motion, (PyObject *)copy);
@@ -375,6 +417,7 @@ static PyMethodDef motion_methods[] = {
     {"force", motion_force, METH_O, "force(out)"},
     {"parameters", motion_parameters, METH_O, "parameters(out)"},
     {"inputs", motion_inputs, METH_O, "inputs(out)"},
+    {"exchange", motion_exchange, METH_O, "exchange(library)"},
     {"copy", motion_copy, METH_NOARGS, "copy()"},
     {NULL, NULL, 0, NULL},
 };

@@ -178,6 +178,7 @@ class Model:
             if key not in self._purposes:
                 printed = self._run("compile", {"for": purpose}, {name: self.parameters[name] for name in given})
                 self._purposes[key] = Compiled(json.loads(printed), self._kinds)
+            self._purposes[key].change_over()
             return self._purposes[key]
 
     def units_of(self, name: str) -> str:

@@ -13,6 +13,7 @@ from .names import by_name, finite, one_real
 from .wording import shown
 
 if TYPE_CHECKING:
+    from .core import Library
     from .core import Motion as Core
     from .model import Model
     from .quantity import Compiled
@@ -80,7 +81,14 @@ def values_of(compiled: Compiled, parameters: Mapping[str, float]) -> tuple[np.n
 def new_core(compiled: Compiled, options: tuple[Any, ...], x: np.ndarray, parameters: Mapping[str, float]) -> Core:
     """A motion that has not started."""
     values, anchored = values_of(compiled, parameters)
-    return compiled.library.motion(options, values, anchored, np.ascontiguousarray(x), tuple(compiled.description["requirements"]))
+    follow = None if compiled.optimised is None else lambda library=compiled.library: followed(compiled, library)
+    return compiled.library.motion(options, values, anchored, np.ascontiguousarray(x), tuple(compiled.description["requirements"]), follow)
+
+
+def followed(compiled: Compiled, library: Library) -> Library | None:
+    """The optimised library as soon as it has replaced this one."""
+    compiled.change_over()
+    return None if compiled.library is library else compiled.library
 
 
 def input_rows(compiled: Compiled, inputs: Any) -> np.ndarray:
@@ -146,13 +154,18 @@ class Motion:
 
     def __init__(self, model: Model, compiled: Compiled, core: Core) -> None:
         self._model, self._compiled, self._core = model, compiled, core
-        self._n = len(model.coordinates)
+        self._n, self._library = len(model.coordinates), compiled.library
 
     def advance(self, t: float) -> bool:
         """Computes the motion up to t [s], through all events. Returns False if an event of the model has ended it before."""
         goal = float(t)
         if not self._core.t <= goal < np.inf:
             raise ValueError(f"t: {goal:g} is before the motion's time {self._core.t:g}; must not be earlier" if goal < self._core.t else f"t: {goal}; must be finite")
+        if self._compiled.optimised is not None:
+            self._compiled.change_over()
+        if self._compiled.library is not self._library:
+            self._library = self._compiled.library
+            self._core.exchange(self._library)
         said = self._core.advance(goal)
         if said is not None:
             raise failure_of(self._model, program.NUMBERS, said, True)

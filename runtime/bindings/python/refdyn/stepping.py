@@ -37,6 +37,7 @@ class Stepper:
         self._n = len(model.coordinates)
         self._is_direct = name in EXPLICIT and compiled.library.event_count == 0 and (stabilise in (None, "baumgarte") or not model.rows)
         self._compiled = compiled if self._is_direct else model._purpose("motion")
+        self._library = compiled.library
         self._one = self._direct(compiled) if self._is_direct else None
         self._many: Any = None
 
@@ -51,6 +52,11 @@ class Stepper:
         if steps < 1:
             raise ValueError(f"steps: {steps}; must be at least 1")
         compiled = self._compiled
+        if compiled.optimised is not None:
+            compiled.change_over()
+        if compiled.library is not self._library:
+            self._library, self._local = compiled.library, threading.local()
+            self._one = self._direct(compiled) if self._is_direct else None
         x = motion.input_rows(compiled, inputs)
         p = compiled.parameter_rows(parameters, x)
         if q.ndim == qd.ndim == x.ndim == p.ndim == 1 and t.ndim == 0:
