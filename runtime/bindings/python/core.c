@@ -280,7 +280,7 @@ static PyObject *library_levels(PyObject *self, void *closure) {
     PyObject *levels = PyTuple_New(model->m);
     (void)closure;
     for (int i = 0; levels && i < model->m; i++)
-        PyTuple_SET_ITEM(levels, i, PyLong_FromLong((long)model->rows[i].level));
+        PyTuple_SetItem(levels, i, PyLong_FromLong((long)model->rows[i].level));
     return levels;
 }
 
@@ -645,7 +645,7 @@ static PyType_Spec function_spec = {"refdyn.core.Function", sizeof(struct functi
 static PyObject *list_methods(void) {
     PyObject *names = PyTuple_New(REFDYN_METHOD_COUNT);
     for (int i = 0; names && i < REFDYN_METHOD_COUNT; i++)
-        PyTuple_SET_ITEM(names, i, PyUnicode_FromString(refdyn_method_name(i)));
+        PyTuple_SetItem(names, i, PyUnicode_FromString(refdyn_method_name(i)));
     return names;
 }
 

@@ -66,8 +66,8 @@ static void motion_dealloc(PyObject *self) {
     Py_XDECREF(motion->places);
     Py_XDECREF(motion->follow);
     Py_XDECREF(motion->newer);
-    Py_XDECREF(motion->library);
-    type->tp_free(self);
+    Py_XDECREF((PyObject *)motion->library);
+    PyObject_Free(self);
     Py_DECREF(type);
 }
 
@@ -140,7 +140,7 @@ int refdyn_motion_ask(void *context, const struct record_motion *record) {
 void refdyn_write_refused(const struct refdyn_workspace *work, PyObject *places, char *text, size_t size) {
     const struct refdyn_requirement *rule = &work->model->requirements[work->refused];
     PyObject *place = PyTuple_GetItem(places, work->refused);
-    const char *where = place ? PyUnicode_AsUTF8(place) : NULL;
+    const char *where = place ? PyUnicode_AsUTF8AndSize(place, NULL) : NULL;
     double x[REFDYN_REQUIREMENT_NUMBERS];
     refdyn_refused_numbers(work, x);
     const int length = snprintf(text, size, "%s: %s: ", where ? where : "model", rule->subject);
@@ -226,7 +226,7 @@ static int begin_block(struct motion *motion) {
 
 struct motion *refdyn_motion_new(PyTypeObject *type, struct library *library, PyObject *places,
                                  PyObject *follow) {
-    struct motion *motion = (struct motion *)type->tp_alloc(type, 0);
+    struct motion *motion = (struct motion *)PyType_GenericAlloc(type, 0);
     if (!motion)
         return NULL;
     motion->library = (struct library *)Py_NewRef((PyObject *)library);
@@ -382,7 +382,7 @@ static int copy_block(struct motion *copy, const struct motion *motion) {
 static PyObject *motion_exchange(PyObject *self, PyObject *library) {
     struct motion *motion = (struct motion *)self;
     if (Py_TYPE(library) != Py_TYPE((PyObject *)motion->library))
-        return PyErr_Format(PyExc_TypeError, "exchange: %s; must be a library", Py_TYPE(library)->tp_name);
+        return PyErr_Format(PyExc_TypeError, "exchange: %R; must be a library", library);
     if (!refdyn_motion_enter(motion))
         return NULL;
     exchange(motion, library);

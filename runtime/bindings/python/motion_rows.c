@@ -60,13 +60,13 @@ static int open_samples(struct motion *motion, const struct start *start) {
 
 /* Returns 0 with a ValueError if a condition is none; the caller has its message from the program. */
 static int open_stops(struct motion *motion, PyObject *stops) {
-    const int count = (int)PyTuple_GET_SIZE(stops);
+    const int count = (int)PyTuple_Size(stops);
     if (count == 0)
         return 1;
     record_stops_start(&motion->stops, (struct record_memory){refdyn_motion_memory, motion}, count,
                        &motion->block->integrator, motion->library->spatial);
     for (int i = 0; i < count; i++) {
-        const char *text = PyUnicode_AsUTF8(PyTuple_GET_ITEM(stops, i));
+        const char *text = PyUnicode_AsUTF8AndSize(PyTuple_GetItem(stops, i), NULL);
         if (!text)
             return 0;
         if (record_stops_add(&motion->stops, text) != RECORD_STOP_READ) {
@@ -301,7 +301,7 @@ static PyObject *list_of(const char *const *texts, int count) {
         if (!text)
             Py_CLEAR(list);
         else
-            PyList_SET_ITEM(list, i, text);
+            PyList_SetItem(list, i, text);
     }
     return list;
 }

@@ -55,8 +55,7 @@ static int allocate(struct equilibrium *e) {
 
 static int read_lists(struct equilibrium *e) {
     const struct refdyn_model *model = e->model;
-    if (e->held_flags != model->n || e->row_flags != model->m ||
-        PyTuple_GET_SIZE(e->starts_object) != model->m) {
+    if (e->held_flags != model->n || e->row_flags != model->m || PyTuple_Size(e->starts_object) != model->m) {
         PyErr_SetString(PyExc_ValueError, "statics: held, rows or starts: wrong length");
         return 0;
     }
@@ -67,8 +66,8 @@ static int read_lists(struct equilibrium *e) {
     for (int i = 0; i < model->n; i++)
         e->held[i] = e->is_held[i] != 0;
     for (int i = 0; i < model->m; i++) {
-        PyObject *start = PyTuple_GET_ITEM(e->starts_object, i);
-        e->starts[i] = start == Py_None ? NULL : PyUnicode_AsUTF8(start);
+        PyObject *start = PyTuple_GetItem(e->starts_object, i);
+        e->starts[i] = start == Py_None ? NULL : PyUnicode_AsUTF8AndSize(start, NULL);
         if (e->is_row[i])
             e->rows[e->options.row_count++] = i;
     }

@@ -229,8 +229,8 @@ static void stepper_dealloc(PyObject *self) {
     struct stepper *stepper = (struct stepper *)self;
     PyTypeObject *type = Py_TYPE(self);
     free(stepper->p);
-    Py_XDECREF(stepper->library);
-    type->tp_free(self);
+    Py_XDECREF((PyObject *)stepper->library);
+    PyObject_Free(self);
     Py_DECREF(type);
 }
 
@@ -281,7 +281,7 @@ PyObject *refdyn_library_stepper(PyObject *self, PyObject *arguments) {
     if (!PyArg_ParseTuple(arguments, "sOO", &method, &p, &x))
         return NULL;
     PyTypeObject *type = ((const struct types *)PyType_GetModuleState(Py_TYPE(self)))->stepper;
-    struct stepper *stepper = (struct stepper *)type->tp_alloc(type, 0);
+    struct stepper *stepper = (struct stepper *)PyType_GenericAlloc(type, 0);
     if (!stepper)
         return NULL;
     stepper->library = (struct library *)Py_NewRef(self);
