@@ -2923,7 +2923,7 @@ static void manipulator_flexible_required_doubles(const double *p, const double 
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 5,
     SET(name) "manipulator_flexible",
-    SET(hash) "a81b3dae76048a5d",
+    SET(hash) "9064a3f37cccb7aa",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

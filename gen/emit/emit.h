@@ -119,8 +119,8 @@ int emit_real_bytes(const struct plan *plan);
  * represent. */
 struct text emit_as_single(struct memory *memory, const char *text, const char **outside);
 
-/* Numbers on the stack for each value that is alive. */
-double emit_places_of_values(const struct plan *plan);
+/* Numbers on the stack where that many values are alive. */
+long emit_places_of_values(const struct plan *plan, long alive);
 
 /* emit_stack.c: upper bounds of the bytes of stack, of a function by its text without the functions that it
  * calls, and of a function with them. */

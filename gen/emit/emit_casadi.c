@@ -478,14 +478,14 @@ static void put_end_of_renaming(struct writer *w, const char *what) {
 /* Applies `put` to all global names in the model's own files. */
 static void for_all_names(struct writer *w, void (*put)(struct writer *w, const char *what)) {
     static const char *const others[] = {"defaults", "prepare", "model", "limits", "spatial"};
+    static const char *const of_step[] = {"", "_state", "_work"};
     for (size_t i = 0; i < sizeof others / sizeof *others; i++)
         put(w, others[i]);
     for (int f = 0; f < w->plan->function_count; f++)
         put(w, w->plan->functions[f].quantity);
-    for (int i = 0; w->plan->has_step && emit_step_method(i); i++) {
-        put(w, memory_format(w->plan->memory, "step_%s", emit_step_method(i)));
-        put(w, memory_format(w->plan->memory, "step_%s_state", emit_step_method(i)));
-    }
+    for (int i = 0; w->plan->has_step && emit_step_method(i); i++)
+        for (size_t k = 0; k < sizeof of_step / sizeof *of_step; k++)
+            put(w, memory_format(w->plan->memory, "step_%s%s", emit_step_method(i), of_step[k]));
 }
 
 static void put_includes(struct writer *w) {

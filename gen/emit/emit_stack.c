@@ -168,7 +168,7 @@ long emit_own_stack(const struct emission *x, const char *text) {
             r.begins[r.depth++] = r.line;
     }
     memory_back(memory, mark);
-    return (long)((double)arrays + emit_places_of_values(x->plan) * (double)most) * emit_real_bytes(x->plan) +
+    return (arrays + emit_places_of_values(x->plan, most)) * emit_real_bytes(x->plan) +
            (x->function->angle_count ? SINCOS_BYTES : 0);
 }
 
