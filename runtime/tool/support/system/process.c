@@ -226,7 +226,7 @@ void system_process_start_background(void (*work)(void *what), void *what) {
     if (system_process_fork() != 0)
         return;
     setsid();
-    setpriority(PRIO_PROCESS, 0, NICENESS);
+    setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + NICENESS);
     leave_descriptors();
     work(what);
     _exit(0);
