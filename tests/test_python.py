@@ -20,7 +20,7 @@ import pytest
 import xarray
 
 import python_package
-from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, VERSION, check, evaluate, motion, refdyn
+from program import BUILD, LONG, MODELS, REFERENCE, SOURCE, TESTS, VERSION, check, evaluate, motion, refdyn
 
 PAGE = (SOURCE / "docs" / "python.md").read_text()
 THREADS = 20

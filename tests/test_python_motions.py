@@ -457,6 +457,7 @@ def interrupt_after(seconds):
 
 def test_interrupts(package, arm):
     """Ctrl-C keeps the rows that were computed, and a motion at its last state."""
+    arm.simulate(0.01)  # compiles
     interrupt_after(0.3)
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt) as told:
