@@ -4,7 +4,6 @@ import importlib
 import json
 import multiprocessing
 import os
-import pathlib
 import pickle
 import re
 import shutil
@@ -20,7 +19,7 @@ import pytest
 import xarray
 
 import python_package
-from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, VERSION, check, evaluate, motion, refdyn
+from program import BUILD, LONG, MODELS, REFERENCE, SOURCE, TESTS, VERSION, check, evaluate, motion, refdyn
 
 PAGE = (SOURCE / "docs" / "python.md").read_text()
 THREADS = 20
