@@ -93,6 +93,9 @@ def test_another_library_reads_arrays_in_the_same_order(swing):
     for quantity in (swing.d_qdd, swing.d_rows):
         found, expected = quantity(q, qd, 0, [1.3, 0.2], row(swing.parameters, L=0.6)), quantity(q, qd, 0, {"f": 1.3, "g": 0.2}, {"L": 0.6, "at": 0.1})
         assert all(same(found[name], expected[name]) for name in expected)
+    qdd, x, p = swing.qdd(q, qd, 0, [1.3, 0.2]), np.array([[1.3, 0.2], [0.1, 7]]), row(swing.parameters)
+    assert same(swing.inverse_dynamics(q, qd, qdd, 0, x[0], p), swing.inverse_dynamics(q, qd, qdd, 0, {"f": 1.3, "g": 0.2}, {"at": 0.1}))
+    assert swing.inverse_dynamics(q, qd, qdd, 0, x, p).shape == (2, 2)
     free = row(swing.parameters, at=np.nan, level=np.nan)
     for many in (free, np.tile(free, (2, 1))):
         assert np.allclose(swing.d_qdd(q, qd, 0, [3, 0], many)["q"], swing.d_qdd(q, qd, 0, [3, 0])["q"], rtol=1e-12)

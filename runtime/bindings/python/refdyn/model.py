@@ -15,6 +15,7 @@ import numpy.typing as npt
 
 from . import casadi_functions, cases as cases_, datasets, equilibria, inline, motion, program, recorded, stepping, urdf
 from .names import by_name, finite_row, nearest, one_real, unknown
+from .passing import Given
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
 from .sources import TEXT, Sources
@@ -179,7 +180,7 @@ class Model:
         return Quantity(name, self, compiled, lambda: self._library(emit, True))
 
     def inverse_dynamics(self, q: npt.ArrayLike, qd: npt.ArrayLike, qdd: npt.ArrayLike, t: npt.ArrayLike = 0.0,
-                         inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, npt.ArrayLike] | None = None) -> np.ndarray:
+                         inputs: Given = None, parameters: Given = None) -> np.ndarray:
         """Computes the forces on the coordinates that cause the accelerations qdd, M qdd - h - Q: (..., n), as `arm.inverse` does.
 
         They act in addition to the model's own forces, those of the inputs included. With rows, they are the forces of drives and
