@@ -281,12 +281,23 @@ static int count_given(const struct plan *plan, const struct function *function)
                                                     : n + 1 + plan->model->row_count;
 }
 
+/* A composed function has no values of its own. */
+static bool reads_inputs(const struct generation *gen, const struct function *function) {
+    for (expression e = 0; e < gen->graph.count && function->is_needed; e++) {
+        const struct symbol *symbol = function->is_needed[e] ? expr_as_symbol(&gen->graph, e) : NULL;
+        if (symbol && symbol->kind == SYMBOL_INPUT)
+            return true;
+    }
+    return false;
+}
+
 bool gen_function(const struct generation *gen, int number, struct emitted_function *function) {
     if (number >= gen->plan->function_count)
         return false;
     const struct function *from = &gen->plan->functions[number];
-    *function = (struct emitted_function){from->quantity, from->about, count_given(gen->plan, from),
-                                          plan_is_struct_result(from), from->array_count};
+    *function = (struct emitted_function){
+        from->quantity,          from->about,      count_given(gen->plan, from), plan_is_struct_result(from),
+        reads_inputs(gen, from), from->array_count};
     return true;
 }
 

@@ -81,8 +81,9 @@ const struct operation_count *gen_count(const struct generation *generation, con
  * text. */
 struct emitted_function {
     const char *quantity, *about;
-    int given_count; /* numbers that it reads after qd: qdd (n), or qdd (n), power (1), lambda (m) */
-    bool is_struct;  /* its result is a struct of its parts, not an array */
+    int given_count;   /* numbers that it reads after qd: qdd (n), or qdd (n), power (1), lambda (m) */
+    bool is_struct;    /* its result is a struct of its parts, not an array */
+    bool reads_inputs; /* itself, not by functions that it calls */
     int part_count;
 };
 struct result_part {

@@ -11,6 +11,7 @@ import tempfile
 import numpy
 import pytest
 
+from python_package import package  # noqa: F401 (a fixture)
 from program import BUILD, LONG, MODELS, REFERENCE, SOURCE, TESTS, check, close, evaluate, refdyn
 
 EXAMPLE = SOURCE / "docs" / "casadi"
@@ -322,6 +323,49 @@ def test_steps_for_acados(tmp_path):
         expected = (moved[0] - 8 * moved[1] + 8 * moved[2] - moved[3]) / (12 * size)
         lines.append(close(f"by {j}", [column[j] for column in found[1:]], expected, 1e-8))
     check(lines)
+
+
+# ---- From Python ----
+
+def test_page_of_python(package, casadi, capsys, monkeypatch):
+    monkeypatch.chdir(SOURCE)
+    monkeypatch.setenv("CC", "cc -O0")
+    for text in re.findall(r"^```python\n(import refdyn.*?)^```", (SOURCE / "docs" / "casadi.md").read_text(), re.M | re.S):
+        exec(text, {})
+    assert "('qdd', 'qdd_free')" in capsys.readouterr().out
+
+
+def test_one_call_of_python(package, casadi, monkeypatch):
+    """arm.casadi(): the numbers of the package's quantities, derivatives, names, and each wrong call."""
+    monkeypatch.setenv("CC", "cc -O0")
+    arm = package.Model(REFERENCE, n_rfe=1, drive="input")
+    f = arm.casadi()
+    assert {"M", "h", "energy", "qdd", "phi", "psi", "r", "step_rk4", "step_gauss"} <= set(f.names) and f.coordinates == arm.coordinates and f.inputs == ("tau",)
+    random = numpy.random.default_rng(11)
+    q, qd = arm.q0 + 0.05 * random.standard_normal(4), 0.2 * random.standard_normal(4)
+    p = numpy.array([arm.parameters[name] for name in f.parameters])
+    numbers = dict(zip(f.parameters, p))
+    assert (flat(f.defaults["parameters"]) == p).all() and (flat(f.defaults["q"]) == arm.q0).all()
+    check([close(name, flat(getattr(f, name)(q, qd, 0.3, [1.7], p)), getattr(arm, name)(q, qd, 0.3, [1.7], numbers).ravel(order="F"), 1e-13) for name in ("M", "h", "qdd", "phi", "energy")])
+    u = casadi.MX.sym("u")
+    by_u = casadi.Function("by_u", [u], [casadi.jacobian(f.qdd(q, qd, 0.3, u, p), u)])
+    check([close("by inputs", flat(by_u(1.7)), arm.d_qdd(q, qd, 0.3, [1.7], numbers)["x"].ravel(), 1e-12)])
+    w = casadi.MX.sym("w", 4)
+    assert numpy.isfinite(flat(casadi.Function("by_q", [w], [casadi.jacobian(f.M(w, qd, 0.3, 0, p), w)])(q))).all()
+    assert f.step_gauss(q, qd, 0, 1e-3, [1.7], p)[0].shape == (4, 1) and repr(f).startswith("<refdyn functions of CasADi: M, h")
+    folded = arm.casadi(["qdd"], fold=True)
+    assert folded.parameters == ("xc",) and "step_gauss" not in folded.names
+    check([close("folded", flat(folded.qdd(q, qd, 0.3, [1.7], [numbers["xc"]])), arm.qdd(q, qd, 0.3, [1.7]), 1e-12)])
+    for kind, message, call in ((AttributeError, "the functions have no 'qd'; did you mean 'qdd'\\?", lambda: f.qd), (ValueError, "quantities: 'qdb' is not a quantity; did you mean 'qdd'\\?", lambda: arm.casadi("qdb"))):
+        with pytest.raises(kind, match=message):
+            call()
+    monkeypatch.setenv("CC", "no-such-compiler")
+    with pytest.raises(RuntimeError, match="casadi: the compiler no-such-compiler cannot be run: No such file or directory; set CC or install a C compiler"):
+        arm.casadi("qdd", fold=True)
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    with pytest.raises(ImportError, match="casadi: CasADi is missing; install it with pip install casadi"):
+        arm.casadi()
+
 
 
 @pytest.mark.skipif(not LONG, reason="takes long: tests/long")

@@ -25,6 +25,22 @@ def rotation(axis, angle):
     return R
 
 
+# ---- names of coordinates ----
+
+def test_coordinates_with_names_of_their_own(tmp_path):
+    """The same equations as with LINK_JOINT; functions, lists and outputs use the name, fields by joint the joint."""
+    first, second, third = model("double_pendulum").read_text().split('joint = { "theta" }')
+    lock = 'hold = { "knee" }, forces = function(s) return { knee = 0 * s.q.hip } end, points ='
+    (tmp_path / "named.lua").write_text(f'{first}joint = "theta", coordinate = "hip"{second}joint = "theta", coordinate = "knee"{third}'.replace("points =", lock))
+    state = {"q": [0.3, -0.7], "qd": [1.1, 0.4]}
+    found, expected = evaluate(tmp_path / "named.lua", state), evaluate(model("double_pendulum"), state)
+    assert found["coordinates"] == ["hip", "knee"] and found["M"] == expected["M"] and found["h"] == expected["h"]
+    assert list(json.loads(refdyn("statics", tmp_path / "named.lua").stdout)["coordinates"]) == ["hip", "knee"]
+    columns, _, _ = motion(tmp_path / "named.lua", "--until", "0.1", "--tol", "1e-8")
+    plain, _, _ = motion(model("double_pendulum"), "--until", "0.1", "--tol", "1e-8")
+    assert (columns["knee_d"] == plain["lower_theta_d"]).all() and "hip" in columns and "upper_theta" not in columns
+
+
 # ---- bodies ----
 
 def cylinder(mass, outer, inner, length, axis):

@@ -490,3 +490,37 @@ def test_robots_of_others(robot, tmp_path):
     model, reference = undamped(model_of(tmp_path, text)), Reference(text)
     for state in reference.states(10, robot):
         check(compare(model, reference.coordinates, state))
+
+
+# ---- Names of joints ----
+
+def test_coordinates_with_the_names_of_joints(tmp_path):
+    """The same equations under other names; limits, inputs and rows of joints that follow use the names, too."""
+    for robot in ("seven", "gripper", "free"):
+        text = (ROBOTS / f"{robot}.urdf").read_text()
+        plain = refdyn("eval", model_of(tmp_path, text, "--drives")).stdout
+        named, _ = imported(tmp_path, text, "--drives", "--joint-names", "--joints", "joints.json")
+        found, expected, joints = json.loads(refdyn("eval", tmp_path / "r.lua").stdout), json.loads(plain), json.loads((tmp_path / "joints.json").read_text())
+        assert found["M"] == expected["M"] and found["h"] == expected["h"] and sorted(name for names in joints.values() for name in names) == sorted(found["coordinates"])
+        assert all(names == [joint_] for joint_, names in joints.items() if len(names) == 1), joints
+        for joint_, names in joints.items():
+            assert (f'coordinate = "{joint_}"' in named) == (len(names) == 1)
+    imported(tmp_path, (ROBOTS / "free.urdf").read_text(), "--joints", "joints.json")
+    assert json.loads((tmp_path / "joints.json").read_text())["arm_joint"] == ["arm_psi"]
+
+
+@pytest.mark.parametrize("name", ["the-joint", "end", "b_psi", "b_xd", "turn_d", "t", "int", "2nd"])
+def test_names_of_joints_that_a_model_cannot_have(name, tmp_path):
+    """No identifiers, names of columns and rates: the coordinate is called after the link."""
+    text = HEAD + PAIR + joint(name=name) + "</robot>"
+    named, _ = imported(tmp_path, text, "--joint-names", "--joints", "joints.json")
+    assert "coordinate" not in named and json.loads((tmp_path / "joints.json").read_text()) == {name: ["b_phi"]}
+    assert named == imported(tmp_path, text)[0]
+
+
+def test_the_file_of_joints_is_no_other_file(tmp_path):
+    text = HEAD + PAIR + joint() + "</robot>"
+    for name in ("r.lua", "r.urdf"):
+        _, said = imported(tmp_path, text, "--joints", name, status=1)
+        assert "give another name" in said
+    assert (tmp_path / "r.urdf").read_text() == text

@@ -314,7 +314,7 @@ def test_motions_change_over(package, monkeypatch, tmp_path):
     running.advance(end + 0.1), again.advance(end + 0.1)
     assert same(running.state, again.state) and same(swing.step([0.4, 0.1], [0, 0], 0, 0.01), before)
     asked = []
-    other = type(first)(compiled.description["library"], compiled.description["name"], 0)
+    other = compiled._opened(compiled.description["library"])
     values, anchored = package.motion.values_of(compiled, {})
     core = compiled.library.motion(package.motion.options_of("rk8", 1e-12, None, None, None, None, None, False), values, anchored, compiled.x, (), lambda: asked.append(1) or other)
     core.start(0.0, None, None, np.inf, 0.0, (), None, None, None, 0, 0, False)

@@ -417,6 +417,37 @@ def test_wrong_tables(folder, text, message):
     assert refusals(folder, text, name="cases.csv") == [f"cases.csv:{message}"]
 
 
+def test_tables_of_sweeps(folder):
+    """`table` has the cases, from which `derive` computes further values; the text of the batch has both files."""
+    (folder / "t").mkdir()
+    (folder / "t" / "calm.csv").write_text("t,F\n0,1\n")
+    rows = "mass, n_rfe, arm_theta_d, inputs\n1, 2, 0.5, t/calm.csv\n2.5, 4, -1e-3, t/calm.csv\n"
+    (folder / "t" / "cases.csv").write_text(rows)
+    fields = 'table = "t/cases.csv", derive = function(c) return { cart_x = 2 * c.mass } end, keep = { history = { "tip_x" }, at = { 0.5 } }'
+    result = read(folder, fields)
+    assert result["count"] == 2 and list(result["columns"]) == ["mass", "n_rfe", "arm_theta_d", "inputs", "cart_x"]
+    assert values(result, "mass") == [1, 2.5] and values(result, "n_rfe") == ["2", "4"] and values(result, "cart_x") == [2, 5]
+    assert result["keep"]["final"] is False and result["keep"]["history"] == ["tip_x"] and result["keep"]["at"] == [0.5]
+    assert result["text"] == sweep_text(fields) + rows
+
+
+@pytest.mark.parametrize("fields, rows, messages", [
+    ('table = "cases.csv", vary = { mass = 1 }', "mass\n1\n", ["sweep.lua:3: table: its rows are the cases, but vary is given as well; remove one of them"]),
+    ('table = "cases.csv", seed = 3', "mass\n1\n", ["sweep.lua:3: seed: has no effect, since nothing random varies; remove it"]),
+    ('table = ""', "", ["sweep.lua:3: table: an empty text; must be a name"]),
+    ('table = "none.csv"', "", ["none.csv: cases: No such file or directory; must be a readable file"]),
+    ('table = "cases.csv"', "mas\n1\n", ['cases.csv:1: mas: unknown name; the nearest known one is "mass"']),
+    ('table = "cases.csv"', "mass\nx\n", ["cases.csv:2: cases: mass: 'x' is not a finite number"]),
+    ('table = "cases.csv", derive = function(c) return { mas = 2 } end', "E\n1\n", ['sweep.lua:3: derive: mas: unknown name; the nearest known one is "mass"']),
+    ('table = "cases.csv", derive = function(c) return { mass = 2 } end', "mass\n1\n", ["sweep.lua:3: derive: "]),
+    ('table = "cases.csv", keep = { at = { 2 } }', "mass\n1\n", ["sweep.lua:3: keep.at[1]: time 2; must not be after the end of the motions at 1"]),
+])
+def test_wrong_tables_of_sweeps(folder, fields, rows, messages):
+    (folder / "cases.csv").write_text(rows)
+    found = refusals(folder, sweep_text(fields))
+    assert len(found) == len(messages) and all(line.startswith(message) for line, message in zip(found, messages)), found
+
+
 # ---- Size ----
 
 def brief(folder, fields):

@@ -34,6 +34,7 @@ struct joint {
     bool is_revolute;
     int axis;
     const char *name; /* as the author calls it: "x" "y" "z" slide, "phi" "theta" "psi" turn about x, y, z */
+    const char *coordinate;       /* name of the coordinate; NULL: LINK_NAME */
     bool has_direction;           /* the axis is `direction` instead (tree.h) */
     expression direction[3];      /* in the link's axes, of any length */
     expression start, start_rate; /* at the start of a motion [m, rad; m/s, rad/s] */

@@ -48,6 +48,23 @@ static void check_point_names(const struct check *check) {
     names_check(check->messages, "point", list, model->point_count);
 }
 
+/* The names of coordinates that links choose. */
+static void check_chosen_names(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->link_count);
+    int count = 0;
+    for (int i = 0; i < model->link_count; i++) {
+        const struct joint *joint = model->links[i].joint_count == 1 ? model->links[i].joints : NULL;
+        if (joint && joint->coordinate)
+            list[count++] = (struct named){joint->coordinate, joint->place};
+    }
+    names_check(check->messages, "coordinate", list, count);
+    for (int i = 0; i < count; i++)
+        if (strcmp(list[i].name, "t") == 0)
+            message_error(check->messages, list[i].place,
+                          "coordinate t: the name of the time; choose another name");
+}
+
 static void check_options(const struct check *check) {
     const struct model *model = check->model;
     struct named *list = new_list(check, model->option_count);
@@ -342,6 +359,30 @@ void check_scene(const struct model *model, struct messages *messages) {
     check_inputs(&check);
     check_link_names(&check);
     check_point_names(&check);
+    check_chosen_names(&check);
+}
+
+static bool is_rate_of(const char *name, const char *coordinate) {
+    const size_t length = strlen(coordinate);
+    return strncmp(name, coordinate, length) == 0 && strcmp(name + length, "_d") == 0;
+}
+
+/* Compares the names that links choose with the other names of coordinates and of their rates. */
+static void check_coordinate_names(const struct check *check) {
+    for (int i = 0; i < check->tree->count; i++) {
+        const struct joint *joint = &check->tree->frames[i].joint;
+        for (int k = 0; joint->coordinate && k < check->tree->count; k++) {
+            const char *other = check->tree->frames[k].name;
+            if (!check->tree->frames[k].joint.coordinate && strcmp(joint->coordinate, other) == 0)
+                message_error(check->messages, joint->place,
+                              "coordinate %s: another coordinate has this name; choose another name", other);
+            else if (is_rate_of(joint->coordinate, other) || is_rate_of(other, joint->coordinate))
+                message_error(
+                    check->messages, joint->place,
+                    "coordinate %s: with coordinate %s a rate has a name twice; choose another name",
+                    joint->coordinate, other);
+        }
+    }
 }
 
 /* The columns POINT_x ... of a motion and those of slides, LINK_x ..., must differ. */
@@ -367,6 +408,7 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
                       "links: no link has a joint; a model needs at least one coordinate");
         return;
     }
+    check_coordinate_names(&check);
     check_parameters(&check); /* the author's functions may have declared more */
     check_inputs(&check);
     for (int i = 0; i < model->force_count; i++)

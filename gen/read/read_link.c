@@ -460,6 +460,19 @@ static void require_length(const struct reader *reader, const struct value *axis
     read_require(reader, requirement_length(reader->check.graph, joint->direction), path, axis->place);
 }
 
+/* The name of the only coordinate of a link. */
+static void read_joint_coordinate(const struct reader *reader, const struct value *table, const char *path,
+                                  struct link *link) {
+    const struct value *name = fields_get(table, FIELD_LINK_coordinate);
+    if (!name || name->kind != VALUE_TEXT)
+        return;
+    if (link->joint_count == 1)
+        link->joints->coordinate = memory_text(reader->check.memory, name->text);
+    else
+        message_error(reader->check.messages, name->place,
+                      "%s: the link has %d coordinates; must have exactly one", path, link->joint_count);
+}
+
 /* The direction of the only coordinate of a link. */
 static void read_joint_axis(const struct reader *reader, const struct value *table, const char *path,
                             struct link *link) {
@@ -591,6 +604,7 @@ void read_joints(const struct reader *reader, const struct value *table, const c
     if (fields_is_misspelled(table, OWNER_LINK, "joint") ||
         !read_joint_names(reader, table, fields_path_name(check, path, "joint"), link))
         return;
+    read_joint_coordinate(reader, table, fields_path_name(check, path, "coordinate"), link);
     read_joint_axis(reader, table, fields_path_name(check, path, "axis"), link);
     for (size_t i = 0; i < sizeof joint_fields / sizeof *joint_fields; i++)
         read_by_joint(reader, table, joint_fields[i].field, joint_fields[i].member, path, link);

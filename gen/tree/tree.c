@@ -134,7 +134,9 @@ static void add_link(struct expansion *x, struct carrier *carriers, int index) {
     for (int i = 0; i < link->joint_count; i++) {
         struct frame *frame = joint_axis_add(x, &at, &link->joints[i]);
         frame->link = index;
-        frame->name = memory_format(x->memory, "%s_%s", link->name, link->joints[i].name);
+        frame->name = link->joints[i].coordinate
+                          ? link->joints[i].coordinate
+                          : memory_format(x->memory, "%s_%s", link->name, link->joints[i].name);
         graph_name_shared(x->g, frame->joint.rotor, frame->name, "rotor");
     }
     for (int i = 0; i < link->solid_count; i++)

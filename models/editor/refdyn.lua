@@ -26,6 +26,7 @@
 ---@field turn? table[] constant rotations `{ "x", angle }` in order, each about an axis of the frame turned so far [rad]
 ---@field joint? string|string[] coordinates from the carrier outward: slides `x y z`, turns `phi theta psi` about x, y, z; `"free"`: `x y z psi theta phi`; default: welded
 ---@field axis? string|number[] direction, in the link's frame, of the only coordinate of a link: three numbers of any length
+---@field coordinate? string name of the only coordinate of a link, an identifier of C; default: `LINK_JOINT`
 ---@field start? table<string, refdyn.expression|number> coordinates at the start of a motion [m or rad]
 ---@field start_rate? table<string, refdyn.expression|number> rates at the start of a motion [m/s or rad/s]
 ---@field spring? table<string, refdyn.expression|number> stiffness of linear springs [N/m or N m]

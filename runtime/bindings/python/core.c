@@ -10,6 +10,7 @@
 #include "runtime/bindings/python/extension.h"
 
 #include <dlfcn.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -75,9 +76,17 @@ int refdyn_need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py
 
 /* ---- A library ---- */
 
+static void passing_clear(struct passing *passing) {
+    Py_XDECREF(passing->places);
+    free(passing->order);
+}
+
 static void library_dealloc(PyObject *self) {
     struct library *library = (struct library *)self;
     PyTypeObject *type = Py_TYPE(self);
+    passing_clear(&library->parameters);
+    passing_clear(&library->inputs);
+    free(library->p);
     if (library->handle)
         dlclose(library->handle);
     PyObject_Free(self);
@@ -124,56 +133,10 @@ static int find_tables(struct library *library, const char *name, int width) {
     return 0;
 }
 
-/* Library(path, name, lanes): the model's name, and the lane width of its functions for lanes; 0: none. */
-static PyObject *library_new(PyTypeObject *type, PyObject *arguments, PyObject *keywords) {
-    const char *path, *name;
-    int width;
-    (void)keywords;
-    if (!PyArg_ParseTuple(arguments, "ssi", &path, &name, &width))
-        return NULL;
-    struct library *library = (struct library *)PyType_GenericAlloc(type, 0);
-    if (!library)
-        return NULL;
-    library->handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (!library->handle)
-        PyErr_SetString(PyExc_ImportError, dlerror());
-    if (library->handle && find_tables(library, name, width))
-        return (PyObject *)library;
-    Py_DECREF(library);
-    return NULL;
-}
+/* ---- Preparation of parameters ---- */
 
-/* Arguments and scratch for the preparation of one set of parameters. */
-struct preparation {
-    const struct refdyn_model *model;
-    const char *is_anchored;  /* (parameter_count) non-zero: the start of a motion sets the value */
-    double *state, *anchored; /* scratch: (2 n) and (anchored_count + 2 n) */
-    double *required;         /* scratch for the results of the model's `required` */
-};
-
-/* Computes the same as refdyn_prepare, refdyn_initial_state and refdyn_anchor. */
-static void prepare(const struct preparation *with, double *p, const double *x) {
-    const struct refdyn_model *model = with->model;
-    double *q = with->state, *qd = with->state + model->n;
-    if (model->prepare)
-        model->prepare(p);
-    if (!model->anchor)
-        return;
-    for (int j = 0; j < model->n; j++) {
-        q[j] = model->coordinates[j].value;
-        qd[j] = 0;
-    }
-    double *start = with->anchored + model->anchored_count; /* (2 n) */
-    if (model->start) {
-        model->start(p, x, 0, q, qd, start);
-        memcpy(q, start, 2 * (size_t)model->n * sizeof *q);
-    }
-    model->anchor(p, x, 0, q, qd, with->anchored);
-    for (int i = 0; i < model->anchored_count; i++)
-        if (with->is_anchored[model->anchored[i]])
-            p[model->anchored[i]] = with->anchored[i];
-    if (model->prepare)
-        model->prepare(p);
+static int width_of(const struct refdyn_model *model) {
+    return model->parameter_count + model->derived_count;
 }
 
 /* Number of doubles in the result of `required`. */
@@ -184,14 +147,59 @@ static size_t required_count(const struct refdyn_model *model) {
     return count;
 }
 
+/* Number of doubles in the scratch of `prepare` and `find_refused`. */
+static size_t scratch_count(const struct refdyn_model *model) {
+    return 4 * (size_t)model->n + 2 * (size_t)model->anchored_count + required_count(model) + 1;
+}
+
+/* Marks the parameters of p that are NaN in `is_free`: the start sets them. They have the model's values
+ * until then. Returns whether there are any. */
+static int mark_free(const struct library *library, double *p, double *is_free) {
+    const struct refdyn_model *model = library->model;
+    int count = 0;
+    for (int i = 0; i < model->anchored_count; i++) {
+        double *value = &p[model->anchored[i]];
+        is_free[i] = isnan(*value);
+        if (is_free[i] > 0)
+            *value = library->p[model->anchored[i]];
+        count += is_free[i] > 0;
+    }
+    return count > 0;
+}
+
+/* Computes the same as refdyn_prepare, refdyn_initial_state and refdyn_anchor. */
+static void prepare(const struct library *library, double *p, const double *x, double *scratch) {
+    const struct refdyn_model *model = library->model;
+    double *q = scratch, *qd = q + model->n, *start = qd + model->n; /* start: (2 n) */
+    double *anchored = start + 2 * model->n, *is_free = anchored + model->anchored_count;
+    const int has_free = mark_free(library, p, is_free);
+    if (model->prepare)
+        model->prepare(p);
+    if (!has_free || !model->anchor)
+        return;
+    for (int j = 0; j < model->n; j++) {
+        q[j] = model->coordinates[j].value;
+        qd[j] = 0;
+    }
+    if (model->start) {
+        model->start(p, x, 0, q, qd, start);
+        memcpy(q, start, 2 * (size_t)model->n * sizeof *q);
+    }
+    model->anchor(p, x, 0, q, qd, anchored);
+    for (int i = 0; i < model->anchored_count; i++)
+        if (is_free[i] > 0)
+            p[model->anchored[i]] = anchored[i];
+    if (model->prepare)
+        model->prepare(p);
+}
+
 /* Returns the index of the first requirement that the parameters p violate, and its numbers; -1 if p meets
  * all. */
-static int find_refused(const struct preparation *with, const double *p, const double *x,
+static int find_refused(const struct refdyn_model *model, const double *p, const double *x, double *scratch,
                         const double **numbers) {
-    const struct refdyn_model *model = with->model;
-    const double *required = with->required;
+    double *required = scratch + 4 * model->n + 2 * model->anchored_count;
     if (model->requirement_count > 0)
-        model->required(p, x, 0, with->state, with->state, with->required);
+        model->required(p, x, 0, scratch, scratch, required);
     for (int i = 0; i < model->requirement_count; i++) {
         *numbers = required + 1;
         if (!(*required > 0))
@@ -212,35 +220,32 @@ static PyObject *refuse(const struct refdyn_requirement *requirement, const doub
 
 /* Prepares rows up to the first one that the model refuses. Returns the index of the violated requirement;
  * -1 if the model accepts all rows. */
-static int prepare_rows(const struct preparation *with, Py_ssize_t rows, double *p, const double *x,
-                        int has_x_by_row, const double **numbers) {
-    const Py_ssize_t width = with->model->parameter_count + with->model->derived_count;
+static int prepare_rows(const struct library *library, Py_ssize_t rows, double *p, const double *x,
+                        int has_x_by_row, double *scratch, const double **numbers) {
+    const struct refdyn_model *model = library->model;
     int refused = -1;
     Py_BEGIN_ALLOW_THREADS;
-    for (Py_ssize_t i = 0; i < rows && refused < 0; i++) {
-        const double *own_x = x + (has_x_by_row ? i * with->model->input_count : 0);
-        prepare(with, p + i * width, own_x);
-        refused = find_refused(with, p + i * width, own_x, numbers);
+    for (Py_ssize_t i = 0; i < rows && refused < 0; i++, p += width_of(model)) {
+        prepare(library, p, x, scratch);
+        refused = find_refused(model, p, x, scratch, numbers);
+        x += has_x_by_row ? model->input_count : 0;
     }
     Py_END_ALLOW_THREADS;
     return refused;
 }
 
-/* prepare(rows, p, is_anchored, x): each row of p (rows x (parameters + derived)) begins with the
- * parameters; the function sets the derived ones and those that the start of a motion sets. x has one row of
+/* prepare(rows, p, x): each row of p (rows x (parameters + derived)) begins with the parameters, NaN for
+ * those that the start of a motion sets; the function sets these and the derived ones. x has one row of
  * inputs, or one for each row of p. */
 static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
-    const struct refdyn_model *model = ((struct library *)self)->model;
-    const Py_ssize_t width = model->parameter_count + model->derived_count;
+    const struct library *library = (struct library *)self;
+    const struct refdyn_model *model = library->model;
+    const Py_ssize_t width = width_of(model);
     PyObject *p_object, *x_object;
     Py_buffer p, x;
-    Py_ssize_t rows, flags;
-    struct preparation with = {.model = model};
-    if (!PyArg_ParseTuple(arguments, "nOy#O", &rows, &p_object, &with.is_anchored, &flags, &x_object))
+    Py_ssize_t rows;
+    if (!PyArg_ParseTuple(arguments, "nOO", &rows, &p_object, &x_object))
         return NULL;
-    if (flags != model->parameter_count)
-        return PyErr_Format(PyExc_ValueError, "is_anchored: has %zd flags; must have %d", flags,
-                            model->parameter_count);
     if (!refdyn_need_doubles(p_object, "p", width, rows, PyBUF_WRITABLE, &p))
         return NULL;
     if (!refdyn_need_doubles(x_object, "x", model->input_count, rows, 0, &x)) {
@@ -249,21 +254,18 @@ static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
     }
     const double *numbers = NULL;
     int refused = -1;
-    with.state = malloc((4 * (size_t)model->n + (size_t)model->anchored_count + required_count(model) + 1) *
-                        sizeof *with.state);
-    with.required = with.state + 4 * model->n + model->anchored_count;
-    with.anchored = with.state + 2 * model->n;
+    double *scratch = malloc(scratch_count(model) * sizeof *scratch);
     const Py_ssize_t given_rows = width ? p.len / (width * (Py_ssize_t)sizeof(double)) : 0;
-    const int has_x_by_row = x.len > model->input_count * (Py_ssize_t)sizeof(double);
-    if (with.state)
-        refused = prepare_rows(&with, given_rows, p.buf, x.buf, has_x_by_row && given_rows == rows, &numbers);
+    const int has_x_by_row = x.len > model->input_count * (Py_ssize_t)sizeof(double) && given_rows == rows;
+    if (scratch)
+        refused = prepare_rows(library, given_rows, p.buf, x.buf, has_x_by_row, scratch, &numbers);
     PyBuffer_Release(&p);
     PyBuffer_Release(&x);
-    if (!with.state)
+    if (!scratch)
         return PyErr_NoMemory();
     if (refused >= 0)
         refuse(&model->requirements[refused], numbers);
-    free(with.state);
+    free(scratch);
     if (refused >= 0)
         return NULL;
     Py_RETURN_NONE;
@@ -294,6 +296,106 @@ static PyObject *library_derived(PyObject *self, void *closure) {
     return PyLong_FromLong(((struct library *)self)->model->derived_count);
 }
 
+/* ---- The creation of a library ---- */
+
+/* Keeps the dictionary, and copies the list. Returns 0 with a Python error. */
+static int read_passing(struct passing *passing, PyObject *places, PyObject *order) {
+    passing->given = (int)PyList_Size(order);
+    passing->order = malloc(((size_t)passing->given + 1) * sizeof *passing->order);
+    Py_INCREF(places);
+    passing->places = places;
+    if (!passing->order) {
+        PyErr_NoMemory();
+        return 0;
+    }
+    for (int i = 0; i < passing->given; i++) {
+        const long place = PyLong_AsLong(PyList_GetItem(order, i));
+        if (PyErr_Occurred())
+            return 0;
+        passing->order[i] = (int)place;
+    }
+    return 1;
+}
+
+/* Copies the model's values; `is_anchored` marks the parameters that the start of a motion sets. Returns 0
+ * with a Python error. */
+static int keep_values(struct library *library, PyObject *p_object, const char *is_anchored,
+                       PyObject *x_object) {
+    const size_t p_count = (size_t)library->model->parameter_count,
+                 p_width = (size_t)width_of(library->model), x_count = (size_t)library->model->input_count;
+    Py_buffer p, x;
+    if (!refdyn_need_doubles(p_object, "p", (Py_ssize_t)p_count, 1, 0, &p))
+        return 0;
+    if (!refdyn_need_doubles(x_object, "x", (Py_ssize_t)x_count, 1, 0, &x)) {
+        PyBuffer_Release(&p);
+        return 0;
+    }
+    library->p = calloc(2 * p_count + x_count + p_width + 1, sizeof *library->p);
+    if (library->p) {
+        library->free_p = library->p + p_count;
+        library->x = library->free_p + p_count;
+        library->prepared = library->x + x_count;
+        memcpy(library->p, p.buf, (size_t)p.len);
+        memcpy(library->x, x.buf, (size_t)x.len);
+        for (size_t i = 0; i < p_count; i++)
+            library->free_p[i] = is_anchored[i] ? NAN : library->p[i];
+    } else
+        PyErr_NoMemory();
+    PyBuffer_Release(&p);
+    PyBuffer_Release(&x);
+    return library->p != NULL;
+}
+
+static int prepare_own(struct library *library) {
+    const struct refdyn_model *model = library->model;
+    const double *numbers = NULL;
+    double *scratch = malloc(scratch_count(model) * sizeof *scratch);
+    if (!scratch) {
+        PyErr_NoMemory();
+        return 0;
+    }
+    memcpy(library->prepared, library->free_p, (size_t)model->parameter_count * sizeof *library->p);
+    const int refused = prepare_rows(library, 1, library->prepared, library->x, 0, scratch, &numbers);
+    if (refused >= 0)
+        refuse(&model->requirements[refused], numbers);
+    free(scratch);
+    return refused < 0;
+}
+
+/* Library(path, name, lanes, p, is_anchored, x, parameter_places, parameter_order, input_places, input_order,
+ * inputs_move_parameters): the model's name; the lane width of its functions for lanes, 0: none; the model's
+ * values; how calls pass other values. */
+static PyObject *library_new(PyTypeObject *type, PyObject *arguments, PyObject *keywords) {
+    const char *path, *name, *is_anchored;
+    int width, inputs_move;
+    Py_ssize_t flags;
+    PyObject *p, *x, *p_places, *p_order, *x_places, *x_order;
+    (void)keywords;
+    if (!PyArg_ParseTuple(arguments, "ssiOy#OO!O!O!O!p", &path, &name, &width, &p, &is_anchored, &flags, &x,
+                          &PyDict_Type, &p_places, &PyList_Type, &p_order, &PyDict_Type, &x_places,
+                          &PyList_Type, &x_order, &inputs_move))
+        return NULL;
+    struct library *library = (struct library *)PyType_GenericAlloc(type, 0);
+    if (!library)
+        return NULL;
+    library->inputs_move_parameters = inputs_move;
+    library->handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!library->handle)
+        PyErr_SetString(PyExc_ImportError, dlerror());
+    if (library->handle && find_tables(library, name, width)) {
+        const struct refdyn_model *model = library->model;
+        if (flags != model->parameter_count)
+            PyErr_Format(PyExc_ValueError, "is_anchored: has %zd flags; must have %d", flags,
+                         model->parameter_count);
+        else if (read_passing(&library->parameters, p_places, p_order) &&
+                 read_passing(&library->inputs, x_places, x_order) &&
+                 keep_values(library, p, is_anchored, x) && prepare_own(library))
+            return (PyObject *)library;
+    }
+    Py_DECREF(library);
+    return NULL;
+}
+
 /* ---- A function ---- */
 
 struct function {
@@ -301,20 +403,16 @@ struct function {
     refdyn_function *of_one;
     refdyn_lane_function *of_lanes; /* NULL: the quantity is not emitted for lanes */
     int rates, size;                /* numbers in qd and in a result */
-    double *p, *x, *rest;           /* the model's prepared parameters and inputs; (rates) zeros */
+    double *rest;                   /* (rates) zeros */
 };
 
 static void function_dealloc(PyObject *self) {
     struct function *function = (struct function *)self;
     PyTypeObject *type = Py_TYPE(self);
-    free(function->p);
+    free(function->rest);
     Py_XDECREF((PyObject *)function->library);
     PyObject_Free(self);
     Py_DECREF(type);
-}
-
-static int parameter_count(const struct function *function) {
-    return function->library->model->parameter_count + function->library->model->derived_count;
 }
 
 /* Returns a function of struct refdyn_spatial, which is not emitted for lanes; NULL for another name. */
@@ -339,35 +437,11 @@ static int find_function(struct function *function, const char *name) {
     return function->of_one != NULL;
 }
 
-static int keep_values(struct function *function, PyObject *p_object, PyObject *x_object) {
-    const struct refdyn_model *model = function->library->model;
-    const size_t p_count = (size_t)parameter_count(function), x_count = (size_t)model->input_count;
-    Py_buffer p, x;
-    if (!refdyn_need_doubles(p_object, "p", (Py_ssize_t)p_count, 1, 0, &p))
-        return 0;
-    if (!refdyn_need_doubles(x_object, "x", (Py_ssize_t)x_count, 1, 0, &x)) {
-        PyBuffer_Release(&p);
-        return 0;
-    }
-    function->p = calloc(p_count + x_count + (size_t)function->rates + 1, sizeof *function->p);
-    if (function->p) {
-        function->x = function->p + p_count;
-        function->rest = function->x + x_count;
-        memcpy(function->p, p.buf, (size_t)p.len);
-        memcpy(function->x, x.buf, (size_t)x.len);
-    } else
-        PyErr_NoMemory();
-    PyBuffer_Release(&p);
-    PyBuffer_Release(&x);
-    return function->p != NULL;
-}
-
-/* function(quantity, rates, size, p, x): p (prepared) and x are the default values of its calls. */
+/* function(quantity, rates, size): numbers in qd and in a result. */
 static PyObject *library_function(PyObject *self, PyObject *arguments) {
     const char *name;
     int rates, size;
-    PyObject *p, *x;
-    if (!PyArg_ParseTuple(arguments, "siiOO", &name, &rates, &size, &p, &x))
+    if (!PyArg_ParseTuple(arguments, "sii", &name, &rates, &size))
         return NULL;
     PyTypeObject *type = ((const struct types *)PyType_GetModuleState(Py_TYPE(self)))->function;
     struct function *function = (struct function *)PyType_GenericAlloc(type, 0);
@@ -377,13 +451,18 @@ static PyObject *library_function(PyObject *self, PyObject *arguments) {
     function->library = (struct library *)self;
     function->rates = rates;
     function->size = size;
-    if (find_function(function, name) && keep_values(function, p, x))
+    function->rest = calloc((size_t)rates + 1, sizeof *function->rest);
+    if (!function->rest)
+        PyErr_NoMemory();
+    if (function->rest && find_function(function, name))
         return (PyObject *)function;
     Py_DECREF(function);
     return NULL;
 }
 
-/* The arguments of one call: the doubles of a view, or the function's default values. */
+/* ---- One state ---- */
+
+/* The arguments of one call: the doubles of a view, scratch, or the model's values. */
 enum { VIEW_Q, VIEW_QD, VIEW_OUT, VIEW_P, VIEW_X, VIEWS };
 
 struct call {
@@ -391,8 +470,12 @@ struct call {
     int is_open[VIEWS];
     const double *p, *x, *q, *qd;
     double t, *out;
+    double *own_p, *own_x, *scratch;
+    int prepares;              /* own_p must be prepared */
     const PyTypeObject *array; /* the only type that a row may have */
 };
+
+enum { LOCAL_DOUBLES = 512 }; /* scratch on the stack, enough for small models */
 
 static void close_views(struct call *call) {
     for (int i = 0; i < VIEWS; i++)
@@ -412,34 +495,138 @@ static double *open_row(struct call *call, int which, PyObject *object, int coun
     return view->buf;
 }
 
-static int open_call(struct call *call, const struct function *function, PyObject *const *given,
-                     Py_ssize_t count) {
-    const struct refdyn_model *model = function->library->model;
+/* Reads a finite Python number. Returns 0, without a Python error, for anything else. */
+static int read_number(PyObject *object, double *number) {
+    if (!PyFloat_Check(object) && !PyLong_CheckExact(object))
+        return 0;
+    *number = PyFloat_AsDouble(object);
+    if (*number == -1 && PyErr_Occurred()) { /* an integer beyond the doubles */
+        PyErr_Clear();
+        return 0;
+    }
+    return isfinite(*number);
+}
+
+/* Writes the numbers of a dictionary to their places in `to`. Returns 0, without a Python error, if it has an
+ * unknown name or anything but finite numbers. */
+static int read_by_name(const struct passing *passing, PyObject *given, double *to) {
+    PyObject *name, *value;
+    Py_ssize_t position = 0;
+    double number;
+    while (PyDict_Next(given, &position, &name, &value)) {
+        PyObject *place = PyUnicode_CheckExact(name) ? PyDict_GetItem(passing->places, name) : NULL;
+        if (!place || !read_number(value, &number))
+            return 0;
+        const long index = PyLong_AsLong(place);
+        if (index > UNREAD)
+            to[index] = number;
+    }
+    return 1;
+}
+
+/* Writes the numbers of an array to their places in `to`. `free`, unless NULL, is NaN where NaN is allowed.
+ * Returns 0, without a Python error, for anything but a row of such numbers. */
+static int read_row(struct call *call, int which, const struct passing *passing, PyObject *given,
+                    const double *free, double *to) {
+    const double *row = open_row(call, which, given, passing->given);
+    int is_good = row != NULL;
+    for (int i = 0; is_good && i < passing->given; i++) {
+        const int place = passing->order[i];
+        const int may_be_nan = place == FREE_UNREAD || (place >= 0 && free && isnan(free[place]));
+        is_good = isfinite(row[i]) || (isnan(row[i]) && may_be_nan);
+        if (place > UNREAD)
+            to[place] = row[i];
+    }
+    return is_good;
+}
+
+/* Returns the inputs of the call; NULL, without a Python error, if they need a closer look. */
+static const double *open_inputs(struct call *call, const struct library *library, PyObject *given) {
+    if (given == Py_None)
+        return library->x;
+    memcpy(call->own_x, library->x, (size_t)library->model->input_count * sizeof *call->own_x);
+    const int is_good = PyDict_CheckExact(given)
+                            ? read_by_name(&library->inputs, given, call->own_x)
+                            : read_row(call, VIEW_X, &library->inputs, given, NULL, call->own_x);
+    return is_good ? call->own_x : NULL;
+}
+
+/* Returns the parameters of the call, prepared unless call->prepares; NULL as above. */
+static const double *open_parameters(struct call *call, const struct library *library, PyObject *given) {
+    const struct refdyn_model *model = library->model;
+    call->prepares = given != Py_None || (call->x != library->x && library->inputs_move_parameters);
+    if (!call->prepares)
+        return library->prepared;
+    memcpy(call->own_p, library->free_p, (size_t)model->parameter_count * sizeof *call->own_p);
+    if (given == Py_None)
+        return call->own_p;
+    const int is_good = PyDict_CheckExact(given) ? read_by_name(&library->parameters, given, call->own_p)
+                                                 : read_row(call, VIEW_P, &library->parameters, given,
+                                                            library->free_p, call->own_p);
+    return is_good ? call->own_p : NULL;
+}
+
+static int open_call(struct call *call, const struct function *function, PyObject *const *given) {
+    const struct library *library = function->library;
     const int is_number = PyFloat_Check(given[2]) || PyLong_Check(given[2]);
-    call->q = open_row(call, VIEW_Q, given[0], model->n);
+    call->q = open_row(call, VIEW_Q, given[0], library->model->n);
     call->qd = given[1] == Py_None ? function->rest : open_row(call, VIEW_QD, given[1], function->rates);
     call->t = is_number ? PyFloat_AsDouble(given[2]) : 0;
     call->out = open_row(call, VIEW_OUT, given[3], function->size);
-    call->p = count > 4 ? open_row(call, VIEW_P, given[4], parameter_count(function)) : function->p;
-    call->x = count > 5 ? open_row(call, VIEW_X, given[5], model->input_count) : function->x;
-    return is_number && call->q && call->qd && call->out && call->p && call->x;
+    call->x = open_inputs(call, library, given[4]);
+    call->p = call->x ? open_parameters(call, library, given[5]) : NULL;
+    return is_number && call->q && call->qd && call->out && call->p;
 }
 
-/* one(q, qd, t, out[, p, x]): writes the result at one state to out; qd None means zero rates. Returns False
- * and computes nothing if t is not a number or another argument is not a row of doubles of the right size. */
+/* Returns the index of a violated requirement, whose numbers are in the scratch; -1: the result is in out. */
+static int compute_one(const struct call *call, const struct function *function, const double **numbers) {
+    const struct library *library = function->library;
+    int refused = -1;
+    Py_BEGIN_ALLOW_THREADS;
+    if (call->prepares) {
+        prepare(library, call->own_p, call->x, call->scratch);
+        refused = find_refused(library->model, call->p, call->x, call->scratch, numbers);
+    }
+    if (refused < 0)
+        function->of_one(call->p, call->x, call->t, call->q, call->qd, call->out);
+    Py_END_ALLOW_THREADS;
+    return refused;
+}
+
+/* Opens the arguments and computes, with `room` as scratch. Returns whether out has the result. */
+static int call_one(struct call *call, const struct function *function, PyObject *const *given,
+                    double *room) {
+    const struct refdyn_model *model = function->library->model;
+    const double *numbers = NULL;
+    call->own_x = room;
+    call->own_p = call->own_x + model->input_count;
+    call->scratch = call->own_p + width_of(model);
+    const int is_good = open_call(call, function, given);
+    const int refused = is_good && !PyErr_Occurred() ? compute_one(call, function, &numbers) : -1;
+    if (refused >= 0)
+        refuse(&model->requirements[refused], numbers);
+    close_views(call);
+    return is_good;
+}
+
+/* one(q, qd, t, out, inputs, parameters): writes the result at one state to out. qd None means zero rates;
+ * inputs and parameters are None, a dictionary of numbers or a row in the model's order. Returns False and
+ * computes nothing if t is not a number or another argument is not of this form. */
 static PyObject *function_one(PyObject *self, PyObject *const *given, Py_ssize_t count) {
     const struct function *function = (const struct function *)self;
     const struct types *types = PyType_GetModuleState(Py_TYPE(self));
+    const struct refdyn_model *model = function->library->model;
     struct call call = {.t = 0, .array = types->array};
-    if (count != 4 && count != 6)
-        return PyErr_Format(PyExc_TypeError, "one: has %zd arguments; must have 4 or 6", count);
-    const int is_good = open_call(&call, function, given, count);
-    if (is_good) {
-        Py_BEGIN_ALLOW_THREADS;
-        function->of_one(call.p, call.x, call.t, call.q, call.qd, call.out);
-        Py_END_ALLOW_THREADS;
-    }
-    close_views(&call);
+    double local[LOCAL_DOUBLES];
+    if (count != 6)
+        return PyErr_Format(PyExc_TypeError, "one: has %zd arguments; must have 6", count);
+    const size_t size = (size_t)(model->input_count + width_of(model)) + scratch_count(model);
+    double *room = size <= LOCAL_DOUBLES ? local : malloc(size * sizeof *room);
+    if (!room)
+        return PyErr_NoMemory();
+    const int is_good = call_one(&call, function, given, room);
+    if (room != local)
+        free(room);
     if (PyErr_Occurred())
         return NULL;
     return PyBool_FromLong(is_good);
@@ -561,7 +748,7 @@ static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_
     static const int places[] = {5, 6, 3, 1, 2};
     const struct function *function = (const struct function *)self;
     const struct refdyn_model *model = function->library->model;
-    const Py_ssize_t sizes[] = {parameter_count(function), model->input_count, 1, model->n, function->rates};
+    const Py_ssize_t sizes[] = {width_of(model), model->input_count, 1, model->n, function->rates};
     struct many many = {.size = function->size, .of_one = function->of_one, .of_lanes = function->of_lanes};
     Py_buffer views[ROWS_COUNT + 1];
     int open = 0;
@@ -592,8 +779,8 @@ static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_
 #define FAST(function) (PyCFunction)(void (*)(void))(function)
 
 static PyMethodDef library_methods[] = {
-    {"prepare", library_prepare, METH_VARARGS, "prepare(rows, p, is_anchored, x)"},
-    {"function", library_function, METH_VARARGS, "function(quantity, rates, size, p, x)"},
+    {"prepare", library_prepare, METH_VARARGS, "prepare(rows, p, x)"},
+    {"function", library_function, METH_VARARGS, "function(quantity, rates, size)"},
     {"motion", refdyn_library_motion, METH_VARARGS, "motion(options, p, is_anchored, x, places, follow)"},
     {"statics", refdyn_library_statics, METH_VARARGS,
      "statics(p, is_anchored, x, places, t, q, held, rows, way, starts)"},
@@ -615,7 +802,7 @@ static PyGetSetDef library_values[] = {
 };
 
 static PyType_Slot library_slots[] = {
-    {Py_tp_doc, "Library(path, name, lanes): functions of a compiled model"},
+    {Py_tp_doc, "Library(path, name, lanes, ...): functions and values of a compiled model"},
     {Py_tp_new, library_new},
     {Py_tp_dealloc, library_dealloc},
     {Py_tp_methods, library_methods},
@@ -624,13 +811,13 @@ static PyType_Slot library_slots[] = {
 };
 
 static PyMethodDef function_methods[] = {
-    {"one", FAST(function_one), METH_FASTCALL, "one(q, qd, t, out[, p, x])"},
+    {"one", FAST(function_one), METH_FASTCALL, "one(q, qd, t, out, inputs, parameters)"},
     {"many", FAST(function_many), METH_FASTCALL, "many(count, q, qd, t, out, p, x)"},
     {NULL, NULL, 0, NULL},
 };
 
 static PyType_Slot function_slots[] = {
-    {Py_tp_doc, "An emitted function and the model's values; created by Library.function"},
+    {Py_tp_doc, "An emitted function; created by Library.function"},
     {Py_tp_dealloc, function_dealloc},
     {Py_tp_methods, function_methods},
     {0, NULL},

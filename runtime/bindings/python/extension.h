@@ -12,12 +12,27 @@
 #include "refdyn_lanes.h"
 #include "runtime/record/record.h"
 
+/* Instead of a place, for a value that the library does not read. FREE_UNREAD: NaN is allowed as well. */
+enum { UNREAD = -1, FREE_UNREAD = -2 };
+
+/* How calls pass the inputs or the parameters of a library: by name, or as an array in the model's order. */
+struct passing {
+    PyObject *places; /* dictionary: place of each name in the library's values, or UNREAD */
+    int *order;       /* (given) place of each number of an array, UNREAD or FREE_UNREAD */
+    int given;        /* numbers in an array */
+};
+
 /* A compiled model. */
 struct library {
     PyObject_HEAD void *handle;
     const struct refdyn_model *model;
     const struct refdyn_lane_model *lanes; /* NULL: the library has no functions for lanes */
     const struct refdyn_spatial *spatial;  /* NULL: no point has a spatial Jacobian */
+    double *p, *x;                         /* the model's parameters and inputs */
+    double *free_p;                        /* the parameters, NaN for those that the start of a motion sets */
+    double *prepared;                      /* p as the functions read it: see `prepare` in core.c */
+    struct passing parameters, inputs;
+    int inputs_move_parameters; /* inputs change the prepared parameters or the rules for them */
 };
 
 /* The state of the module. */

@@ -6,17 +6,25 @@
 """
 TYPE_CHECKING = False  # type checkers know the name; `typing` takes longer to import than this package
 if TYPE_CHECKING:
+    from .casadi_functions import CasadiFunctions
+    from .cases import Grid, grid
+    from .inline import Page
     from .model import Model
     from .motion import Motion
     from .program import ModelError, ModelWarning, NumericalError, prefix
     from .quantity import Quantity
+    from .sampling import log_uniform, normal, sample, uniform
+    from .urdf import Limits
 
     __version__: str
 
-__all__ = ["Model", "ModelError", "ModelWarning", "Motion", "NumericalError", "Quantity", "prefix"]
+__all__ = ["CasadiFunctions", "Grid", "Limits", "Model", "ModelError", "ModelWarning", "Motion", "NumericalError", "Page", "Quantity", "grid", "log_uniform", "normal",
+           "prefix", "sample", "uniform"]
 
 # Modules are imported when their names are first used, since the command `refdyn` needs none of them.
-_MODULES = {"Model": "model", "ModelError": "program", "ModelWarning": "program", "Motion": "motion", "NumericalError": "program", "Quantity": "quantity", "prefix": "program"}
+_MODULES = {"Model": "model", "ModelError": "program", "ModelWarning": "program", "Motion": "motion", "NumericalError": "program", "Quantity": "quantity",
+            "prefix": "program", "CasadiFunctions": "casadi_functions", "Grid": "cases", "Limits": "urdf", "Page": "inline", "grid": "cases", "log_uniform": "sampling",
+            "normal": "sampling", "sample": "sampling", "uniform": "sampling"}
 
 if not TYPE_CHECKING:
     def __getattr__(name):

@@ -36,11 +36,12 @@ def dataset(variables: Mapping[str, xarray.Variable], coords: Mapping[str, Any] 
     return xarray.Dataset(variables, coords, attrs)
 
 
-def put(variables: dict[str, xarray.Variable], name: str, kind: str, value: xarray.Variable) -> None:
-    """Adds a variable. If its name is taken, its kind precedes the name."""
+def put(variables: dict[str, xarray.Variable], name: str, kind: str, value: xarray.Variable) -> str:
+    """Adds a variable and returns its name. If the name is taken, its kind precedes it."""
     while name in variables:
         name = f"{kind}_{name}"
     variables[name] = value
+    return name
 
 
 def moment(unit: str) -> str:
@@ -199,7 +200,9 @@ def of_options(model: Model, name: str, values: np.ndarray) -> np.ndarray:
     return np.array([read(text) for text in texts(values)]) if read else values
 
 
-def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> xarray.Dataset:
+def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> tuple[xarray.Dataset, dict[str, str]]:
+    """Returns the dataset, and the name of the variable of each varied value."""
+    names = {}
     with need_h5py().File(path) as file, open(summary) as summary_file:
         variables = {"case": variable(("case",), file["case"][()])}
         for group, axis in TIME_AXES.items():
@@ -213,10 +216,10 @@ def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> 
             varied = of_item(item, ("case",))
             if varied.dtype.kind == "O":
                 varied.values = of_options(model, name, varied.values)
-            put(variables, name + ("_start" if is_start else ""), "case", varied)
+            names[name] = put(variables, name + ("_start" if is_start else ""), "case", varied)
         for group in ("final", "at", "extremes", "norms", "history"):
             put_group(variables, group, file.get(group, {}))
-        return dataset(variables, attrs={**attrs, **plain(json.load(summary_file))})
+        return dataset(variables, attrs={**attrs, **plain(json.load(summary_file))}), names
 
 
 def text_of_attribute(item: Any, name: str) -> str:

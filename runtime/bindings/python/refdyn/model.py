@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from . import datasets, equilibria, motion, program, recorded, stepping
+from . import casadi_functions, cases as cases_, datasets, equilibria, inline, motion, program, recorded, stepping, urdf
 from .names import by_name, finite_row, nearest, one_real, unknown
+from .passing import Given
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
 from .sources import TEXT, Sources
@@ -43,6 +44,8 @@ class Model:
     points: tuple[str, ...]
     courses: tuple[str, ...]
     held: tuple[str, ...]                        # coordinates that statics and modes hold
+    joints: Mapping[str, str | tuple[str, ...]]  # of a URDF file: the coordinate of each joint; several if it is planar or floating
+    limits: urdf.Limits                          # of positions, velocities and efforts, by coordinate
     q0: np.ndarray                               # initial state
     qd0: np.ndarray
     if TYPE_CHECKING:
@@ -83,12 +86,29 @@ class Model:
         return cls._of_sources(Sources(TEXT, {TEXT: text.encode()}), settings)
 
     @classmethod
-    def _of_sources(cls, sources: Sources, settings: Mapping[str, Any]) -> Model:
+    def from_urdf(cls, file: str | os.PathLike[str], /, flexible: Mapping[str, Mapping[str, Any]] | None = None, *, drives: bool = False, floating: bool = False,
+                  friction_width: float | None = None, right_angles: float | None = None, **settings: Any) -> Model:
+        """Imports a robot: `refdyn.Model.from_urdf("ur5.urdf", {"forearm": {"section": "tube:0.08:0.076", "E": 7e10}})`.
+
+        flexible   options of links that become beams: section, E, tip, nu, eta, rho, rfe, as in `refdyn import`. Several links
+                   have the same options
+        drives     each joint has an input, limited to its effort
+        floating, friction_width, right_angles   as in `refdyn import`
+        settings   options and parameters of the model
+
+        Coordinates have the names of their joints where the model's language allows them; `joints` maps all of them.
+        """
+        given = {**urdf.beam_options(flexible), "drives": drives, "floating": floating, "friction_width": friction_width, "right_angles": right_angles}
+        text, joints = urdf.imported(file, given)
+        return cls._of_sources(Sources(TEXT, {TEXT: text.encode()}), settings, joints)
+
+    @classmethod
+    def _of_sources(cls, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = types.MappingProxyType({})) -> Model:
         model = cls.__new__(cls)
-        model._read(sources, settings)
+        model._read(sources, settings, joints)
         return model
 
-    def _read(self, sources: Sources, settings: Mapping[str, Any]) -> None:
+    def _read(self, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = types.MappingProxyType({})) -> None:
         self._lock, self._settings, self._sources = threading.RLock(), dict(settings), sources
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
         self._steppers: dict[tuple[str, str | None], stepping.Stepper] = {}
@@ -104,13 +124,18 @@ class Model:
         lists = {key: tuple(description[key]) for key in ("rows", "points", "courses", "held")}
         vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value"),
                           inputs=named(description["inputs"], "value"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
-                          q0=constant(description["q"]), qd0=constant(description["qd"]), **lists)
+                          q0=constant(description["q"]), qd0=constant(description["qd"]), joints=joints,
+                          limits=urdf.Limits(tuple(self._units["coordinates"]), self._units["coordinates"], description["limits"]), **lists)
         self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
         self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
-        self._libraries[None, False] = Compiled(description, self._kinds)
+        self._order = named(description["parameters"], "anchored")
+        self._libraries[None, False] = Compiled(description, self._kinds, self._order)
 
     def __repr__(self) -> str:
         return f"<refdyn.Model {self._name}: {len(self.coordinates)} coordinates, {len(self.rows)} rows, {len(self.parameters)} parameters>"
+
+    def _repr_html_(self) -> str:
+        return inline.of_model(self)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
@@ -121,7 +146,7 @@ class Model:
         raise AttributeError(f"{name}: a model cannot be changed; create another with refdyn.Model")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return restored, (type(self), self._sources.main, self._sources.texts, self._settings)
+        return restored, (type(self), self._sources.main, self._sources.texts, self._settings, dict(self.joints))
 
     def __copy__(self) -> Model:
         return self
@@ -148,14 +173,14 @@ class Model:
         emit = None if name in self._default else name
         try:
             compiled = self._library(emit, False)
-        except program.ModelError as error:
+        except (program.ModelError, ValueError) as error:
             raise AttributeError(str(error)) from error
         if name not in {entry["quantity"] for entry in compiled.description["functions"]}:
             raise AttributeError(f"{shown_file(self._sources.main)}: the model has no {name}")
         return Quantity(name, self, compiled, lambda: self._library(emit, True))
 
     def inverse_dynamics(self, q: npt.ArrayLike, qd: npt.ArrayLike, qdd: npt.ArrayLike, t: npt.ArrayLike = 0.0,
-                         inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, npt.ArrayLike] | None = None) -> np.ndarray:
+                         inputs: Given = None, parameters: Given = None) -> np.ndarray:
         """Computes the forces on the coordinates that cause the accelerations qdd, M qdd - h - Q: (..., n), as `arm.inverse` does.
 
         They act in addition to the model's own forces, those of the inputs included. With rows, they are the forces of drives and
@@ -168,7 +193,7 @@ class Model:
         with self._lock:
             if (emit, has_lanes) not in self._libraries:
                 printed = self._run("compile", {"emit": emit, "for_lanes": has_lanes})
-                self._libraries[emit, has_lanes] = Compiled(json.loads(printed), self._kinds)
+                self._libraries[emit, has_lanes] = Compiled(json.loads(printed), self._kinds, self._order)
             return self._libraries[emit, has_lanes]
 
     def _purpose(self, purpose: str, given: Collection[str] = ()) -> Compiled:
@@ -177,7 +202,7 @@ class Model:
         with self._lock:
             if key not in self._purposes:
                 printed = self._run("compile", {"for": purpose}, {name: self.parameters[name] for name in given})
-                self._purposes[key] = Compiled(json.loads(printed), self._kinds)
+                self._purposes[key] = Compiled(json.loads(printed), self._kinds, self._order)
             self._purposes[key].change_over()
             return self._purposes[key]
 
@@ -290,7 +315,7 @@ class Model:
         with program.private_folder() as folder, self._state_file(*start, {}) as state:
             run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
             given = {"until": t_end, "tol": tol, "method": method, "step": step, "every": every, "from": state or from_,
-                     "inputs": datasets.write_samples(columns, folder), "output": run, "summary": summary, **program.further(options)}
+                     "inputs": datasets.write_samples(columns, folder), "output": run, "summary": summary, **program.further(options, self.simulate, program.OF_SIM)}
             try:
                 self._run("sim", given, {**values, **constants}, *(word for condition in conditions for word in ("--stop", condition)))
             except program.NumericalError as error:
@@ -298,38 +323,49 @@ class Model:
                 raise
             return datasets.of_motion(self, run, summary, attrs, dataset)
 
-    def batch(self, cases: Mapping[str, npt.ArrayLike] | None = None, t_end: float | None = None, *, sweep: str | os.PathLike[str] | None = None,
-              tol: float | None = None, method: str | None = None, from_: str | None = None, threads: int | None = None, lanes: int | None = None,
-              **options: Any) -> xarray.Dataset:
+    def batch(self, cases: Any = None, t_end: float | None = None, *, sweep: str | os.PathLike[str] | None = None, keep: Mapping[str, Any] | None = None,
+              progress: bool = False, tol: float | None = None, method: str | None = None, from_: str | None = None, threads: int | None = None,
+              lanes: int | None = None, **options: Any) -> xarray.Dataset:
         """Computes many motions, along `case`.
 
-        cases      a column of values for each parameter, option, input or start value (NAME, NAME_d) that varies. Each row is
-                   a motion until t_end; its final state is kept
-        sweep      a sweep file, which defines what varies and what is kept; it replaces `cases`
+        cases      a column of values for each parameter, option, input or start value (NAME, NAME_d) that varies: a dictionary of
+                   arrays, a data frame, refdyn.sample(...), or refdyn.grid(...), whose names become dimensions instead of `case`
+        t_end      end of the motions [s]
+        keep       what is kept of each motion, as in a sweep file: {"final": True, "at": times, "extremes": names, "norms": names,
+                   "history": names}, with names of columns of `simulate`. Default: the final state
+        sweep      a sweep file, which defines what varies and what is kept; it replaces `cases` and `keep`
+        progress   True shows a bar on sys.stderr if the batch takes more than a second
         options    further options of `refdyn batch`: step, step_max, every, stabilise, singular, start, hold, release, way
 
         Variables have the names of the columns of RUNS.csv: the varied values, `status`, `reason`, final values, NAME_min ...
-        Histories are NAME_history, along t. Values that a case lacks are NaN. Needs h5py.
+        Histories are NAME_history, along t; values at times NAME_at, along t_at. Values that a case lacks are NaN. One warning
+        reports all failed cases. Needs h5py.
         """
         datasets.need_h5py()
         if (cases is None) == (sweep is None):
             raise ValueError("batch: has no cases and no sweep, or both; give one of them")
-        if cases is not None and not hasattr(cases, "items"):
-            raise TypeError(f"cases: {type(cases).__name__}; must be columns by name, {{'NAME': values}}")
-        varied = dict(cases.items()) if cases is not None else {}
+        if sweep is not None and keep is not None:
+            raise ValueError("keep: the sweep file defines what is kept; write it there")
+        if cases is not None and t_end is None:
+            raise TypeError("batch: t_end is missing; add the end of the motions [s]")
         check_place("from_", from_ or "initial", [])
+        varied = cases_.columns(cases) if cases is not None else {}
         with program.private_folder() as folder:
             runs, summary = os.path.join(folder, "runs.h5"), os.path.join(folder, "summary.json")
-            given = {"table": datasets.write_cases(varied, folder) if cases is not None else None, "until": t_end, "tol": tol, "method": method,
-                     "from": from_, "threads": threads, "lanes": lanes, "output": runs, "summary": summary, **program.further(options)}
-            self._run("batch", given, dict.fromkeys(varied), *([os.fspath(sweep)] if sweep is not None else []))
-            return datasets.of_runs(self, runs, summary, datasets.attributes(self, {}))
+            file = os.fspath(sweep) if sweep is not None else cases_.write_sweep(datasets.write_cases(varied, folder), keep, folder)
+            given = {"until": t_end, "tol": tol, "method": method, "from": from_, "threads": threads, "lanes": lanes, "output": runs, "summary": summary,
+                     **program.further(options, self.batch, program.OF_BATCH)}
+            self._run("batch", given, dict.fromkeys(varied), file, shows_progress=progress)
+            found, names = datasets.of_runs(self, runs, summary, datasets.attributes(self, {}))
+        cases_.warn_of_failures(found)
+        return cases_.along_axes(found, cases, names) if isinstance(cases, cases_.Grid) else found
 
-    def view(self, runs: xarray.Dataset | Mapping[str, xarray.Dataset] | Sequence[xarray.Dataset], file: str | os.PathLike[str]) -> None:
-        """Writes an HTML page that shows motions of this model from all sides: `arm.view(run, "arm.html")`.
+    def view(self, runs: xarray.Dataset | Mapping[str, xarray.Dataset] | Sequence[xarray.Dataset], file: str | os.PathLike[str] | None = None, *,
+             height: int = 600) -> inline.Page | None:
+        """Shows motions of this model from all sides: in a notebook by `arm.view(run)`, or as a page of HTML, `arm.view(run, "arm.html")`.
 
         Several runs, by name or in a list, share one scene. Their options and parameters, which are in their attributes, must
-        be the same.
+        be the same. `height` [pixels] is that of the page in a notebook.
         """
         named_runs = runs_by_name(self._name, runs)
         settings = self._settings_of(named_runs)
@@ -337,7 +373,20 @@ class Model:
             paths = [os.path.join(folder, name + ".csv") for name in named_runs]
             for run, path in zip(named_runs.values(), paths):
                 datasets.write_motion(run, path)
-            self._program("view", (*paths, *program.arguments({"output": os.path.abspath(file)})), settings, model="--model")
+            page = os.path.join(folder, "page.html") if file is None else os.path.abspath(file)
+            self._program("view", (*paths, *program.arguments({"output": page})), settings, model="--model")
+            return inline.Page(pathlib.Path(page).read_text(encoding="utf-8"), height) if file is None else None
+
+    def casadi(self, quantities: str | Sequence[str] | None = None, *, fold: bool = False) -> casadi_functions.CasadiFunctions:
+        """Generates, compiles and loads functions for CasADi: `f = arm.casadi()`, then `f.qdd(q, qd, t, inputs, parameters)`.
+
+        quantities   names as in `dir(arm)`, and "step" or "step.p" for steps with derivatives; default: M, h, energy, qdd, the
+                     rows' phi and psi, r, and steps
+        fold         turns parameters into numbers; derivatives are then quicker
+
+        Needs the package casadi.
+        """
+        return casadi_functions.load(self, quantities, fold)
 
     def _settings_of(self, runs: Mapping[str, xarray.Dataset]) -> dict[str, Any]:
         """Returns the options and parameters of motions that differ from the model's."""
@@ -363,15 +412,15 @@ class Model:
         """Returns one number for each name."""
         return {name: one_real(f"{kind} {name}", value) for name, value in by_name(kind, given, self._kinds).items()}
 
-    def _run(self, command: str, options: Mapping[str, Any], values: Mapping[str, float | None] = {}, *words: str) -> str:
+    def _run(self, command: str, options: Mapping[str, Any], values: Mapping[str, float | None] = {}, *words: str, shows_progress: bool = False) -> str:
         """Runs a command with these values instead of the model's. Names with None are left out: another option sets them."""
         settings = {name: value for name, value in {**self._settings, **values}.items() if value is not None}
-        return self._program(command, (*words, *program.arguments(options)), settings)
+        return self._program(command, (*words, *program.arguments(options)), settings, shows_progress=shows_progress)
 
-    def _program(self, command: str, words: Sequence[str], settings: Mapping[str, Any], model: str | None = None) -> str:
+    def _program(self, command: str, words: Sequence[str], settings: Mapping[str, Any], model: str | None = None, shows_progress: bool = False) -> str:
         """Runs a command on the model as it was read. `model` is the option for its file; None: the file is an operand."""
         file = [model, self._sources.path()] if model else [self._sources.path()]
-        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places, warned=self._warned)[0]
+        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places, warned=self._warned, shows_progress=shows_progress)[0]
 
     @contextlib.contextmanager
     def _state_file(self, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:
@@ -388,23 +437,25 @@ class Model:
             yield path
 
 
-def restored(kind: type[Model], main: str, texts: Mapping[str, bytes], settings: Mapping[str, Any]) -> Model:
+def restored(kind: type[Model], main: str, texts: Mapping[str, bytes], settings: Mapping[str, Any], joints: urdf.Joints) -> Model:
     """Restores a pickled model from its texts, even if the files have changed."""
-    return kind._of_sources(Sources(main, texts), settings)
+    return kind._of_sources(Sources(main, texts), settings, types.MappingProxyType(joints))
 
 
 def runs_by_name(model: str, runs: Any) -> dict[str, xarray.Dataset]:
     """Returns the runs by name. Each name must be usable as a file name."""
     if isinstance(runs, Sequence):
         runs = {f"{model} {number}": run for number, run in enumerate(runs, 1)}
-    elif not isinstance(runs, dict):
+    elif hasattr(runs, "data_vars"):
         runs = {model: runs}
+    if not isinstance(runs, Mapping):
+        raise TypeError(f"view: {type(runs).__name__}; must be a dataset of arm.simulate, or several by name or in a list")
     if not runs:
         raise ValueError("view: no run; give at least one")
     for name in runs:
         if not name or "/" in name or name.startswith("-"):
             raise ValueError(f"view: the run's name {name!r} is not a file name; must be without / and must not begin with -")
-    return runs
+    return dict(runs)
 
 
 def check_place(argument: str, place: str, others: Sequence[str]) -> None:

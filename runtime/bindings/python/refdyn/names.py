@@ -28,6 +28,12 @@ def unknown(kind: str, name: str, known: Collection[str], kinds: Mapping[str, Co
     return f"{name}: unknown {kind}; {hint}"
 
 
+def not_one_of(name: Any, known: Collection[str]) -> str:
+    """The message about a value that is none of the known names."""
+    near = nearest(name, known)
+    return f"{name!r} is not one of {', '.join(known)}" + (f"; did you mean {near!r}?" if near else "")
+
+
 def article(kind: str) -> str:
     return "an" if kind[0] in "aeiou" else "a"
 
@@ -64,6 +70,8 @@ def reals(name: str, value: npt.ArrayLike) -> np.ndarray:
         raise TypeError(f"{name}: contains None; must be real numbers")
     try:
         return np.require(array.astype(float, copy=False), requirements="A")
+    except OverflowError as error:
+        raise ValueError(f"{name}: contains an integer that is too large; all numbers must be finite") from error
     except TypeError as error:
         raise TypeError(f"{name}: {error}; must be real numbers") from error
 

@@ -1,6 +1,7 @@
 """Runs the program `refdyn` of the package and turns its messages into exceptions and warnings."""
 from __future__ import annotations
 
+import inspect
 import os
 import pathlib
 import re
@@ -9,14 +10,14 @@ import sys
 import tempfile
 import threading
 import warnings
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import IO, Any
 
 import numpy as np
 
 from . import wording
 from .launcher import PROGRAM
-from .names import one_real
+from .names import nearest, one_real
 
 prefix = pathlib.Path(__file__).absolute().parent  # has the folders bin, lib and include that `cmake --install` writes
 
@@ -24,7 +25,8 @@ FAULT, USAGE, NUMBERS = 1, 2, 3  # exit statuses
 PRIVATE = wording.PRIVATE
 PLACE = re.compile(r"(?P<file>[^\n]+?):(?P<line>\d+): (?!warning: )")
 WARNING = re.compile(r"^.*warning: .*\n?(?:  .*\n?)*", re.M)  # with the indented lines after it
-NOTICE = re.compile(r"refdyn: .* \.\.\.\n")
+NOTICE = re.compile(rb"^refdyn: .* \.\.\.\n", re.M)
+BAR = re.compile(rb"\r[^\r\n]*\033\[K")
 FAILURE = re.compile(r"refdyn: .*?: t = (?P<t>\S+) s: (?P<reason>.*)")
 
 
@@ -63,11 +65,19 @@ OWN_OPTIONS = ("until", "from", "output", "summary", "inputs", "stop", "table", 
                "chunks", "slurm_options", "help")
 
 
-def further(options: Mapping[str, Any]) -> Mapping[str, Any]:
+# Further options of commands, which calls pass on.
+OF_MOTIONS = ("step_max", "stabilise", "singular", "start", "hold", "release", "way")
+OF_SIM, OF_BATCH = (*OF_MOTIONS, "accuracy", "verify", "fold"), (*OF_MOTIONS, "step", "every")
+
+
+def further(options: Mapping[str, Any], call: Callable[..., Any], known: Collection[str]) -> Mapping[str, Any]:
     """Returns the additional options of a call after a check of their names."""
     for name in options:
         if name.rstrip("_").replace("-", "_") in OWN_OPTIONS:
             raise TypeError(f"{name}: not an option of this call; use its arguments and its result instead")
+        if name not in known:
+            near = nearest(name, [*known, *(other for other in inspect.signature(call).parameters if other not in ("self", "options"))])
+            raise TypeError(f"{call.__name__}() got an unexpected keyword argument {name!r}" + (f"; did you mean {near!r}?" if near else ""))
     return options
 
 
@@ -106,6 +116,8 @@ def failure(status: int, said: str) -> Exception:
     if status == FAULT:
         place = PLACE.search(said)
         text = wording.of_python(said)
+        if wording.is_about_arguments(said):
+            return ValueError(wording.of_arguments(said))
         return ModelError(text, place["file"], int(place["line"])) if place else ModelError(text)
     if status == USAGE:
         return ValueError(wording.of_python(re.sub(r"^refdyn \w+: ", "", said.splitlines()[0])))
@@ -138,41 +150,46 @@ def private_folder() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(prefix=PRIVATE)
 
 
-def listen(stream: IO[str], lines: list[str]) -> None:
-    """Shows notices, such as that of a long compilation, when they come; collects the other lines."""
-    for line in stream:
-        if NOTICE.fullmatch(line):
-            print(line, end="", file=sys.stderr, flush=True)
-        else:
-            lines.append(line)
-
-
-def finished(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
-    """Runs a command to its end, as subprocess.run does, but shows its notices meanwhile."""
-    lines: list[str] = []
-    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, encoding="utf-8", errors="replace",
-                          env={**os.environ, "REFDYN_NOTICES": "1"}) as process:
-        listener = threading.Thread(target=listen, args=(process.stderr, lines))
+def call(command: Sequence[str], shows_progress: bool) -> tuple[int, str, str]:
+    """Runs a program to its end; returns its status and both outputs. Notices, such as that of a long compilation, and progress
+    bars go to sys.stderr as they come."""
+    wanted = {"REFDYN_NOTICES": "1", **({"REFDYN_PROGRESS": "1"} if shows_progress else {})}
+    said: list[bytes] = []
+    with subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**os.environ, **wanted}) as process:
+        listener = threading.Thread(target=listen, args=(process.stderr, said))
         listener.start()
         try:
-            printed = process.stdout.read() if process.stdout else ""
+            printed = process.stdout.read() if process.stdout else b""
         except BaseException:
             process.kill()
             raise
         finally:
             listener.join()
-    return subprocess.CompletedProcess(command, process.returncode, printed, "".join(lines))
+    return process.returncode, printed.decode("utf-8", "replace"), said[0].decode("utf-8", "replace")
 
 
-def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: Collection[str] = ()) -> tuple[str, list[str]]:
+def listen(stream: IO[bytes], said: list[bytes]) -> None:
+    """Copies notices and progress bars to sys.stderr; adds the other text to `said`."""
+    text = b""
+    while part := stream.read1():  # type: ignore[attr-defined]
+        text += part
+        for pattern in (BAR, NOTICE):
+            for shown in pattern.findall(text):
+                sys.stderr.write(shown.decode("utf-8", "replace"))
+                sys.stderr.flush()
+            text = pattern.sub(b"", text)
+    said.append(text)
+
+
+def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: Collection[str] = (), shows_progress: bool = False) -> tuple[str, list[str]]:
     """Runs the program; returns its output and the facts of its warnings. Facts that are not in `warned` become warnings.
     `places` maps folders to their names in messages."""
-    done = finished([PROGRAM, *map(str, words)])
-    said = wording.shown(done.stderr, places)
+    status, printed, complained = call([PROGRAM, *map(str, words)], shows_progress)
+    said = wording.shown(complained, places)
     found = warnings_of(said)
     for text in found:
         if fact_of(text) not in warned:
             warn(text)
-    if done.returncode:
-        raise failure(done.returncode, WARNING.sub("", said))
-    return done.stdout, [fact_of(text) for text in found]
+    if status:
+        raise failure(status, WARNING.sub("", said))
+    return printed, [fact_of(text) for text in found]

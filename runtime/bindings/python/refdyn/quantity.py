@@ -17,13 +17,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from . import inline
 from .core import Library
-from .names import by_name, finite, reals
+from .names import reals
+from .passing import Given, Values, spread
 
 if TYPE_CHECKING:
     from .core import Function
     from .model import Model
 
+PREPARING = ("start", "anchor", "required")  # functions that the preparation of parameters calls
 POINT_ROWS = {"C": 3, "J": 6}  # rows of each point; the first axis counts the points
 
 
@@ -40,11 +43,13 @@ def is_whole(path: str) -> bool:
 
 
 class Compiled:
-    """A compiled library from the cache, and the model's parameters and inputs in the order of its functions."""
+    """A compiled library from the cache, and the model's parameters and inputs in the order of its functions.
 
-    def __init__(self, description: Mapping[str, Any], kinds: Mapping[str, Collection[str]]) -> None:
+    `order` has the names of the parameters in the order of arrays, and whether the start of a motion sets them.
+    """
+
+    def __init__(self, description: Mapping[str, Any], kinds: Mapping[str, Collection[str]], order: Mapping[str, bool]) -> None:
         self.description, self.kinds = description, kinds
-        self.library = Library(description["library"], description["name"], description["lanes"])
         self.optimised: str | None = description.get("optimised")  # where the library that replaces this one will appear
         self._next_look = 0.0
         self.places = {entry["name"]: place for place, entry in enumerate(description["parameters"])}
@@ -52,7 +57,15 @@ class Compiled:
         self.anchored = [entry["anchored"] for entry in description["parameters"]]
         self.values = np.array([entry["value"] for entry in description["parameters"]], dtype=float)
         self.x = np.array([entry["value"] for entry in description["inputs"]], dtype=float)
-        self.p = self.prepared({}, self.x)
+        self.of_parameters = Values("parameter", self.places, np.where(np.array(self.anchored, dtype=bool), np.nan, self.values), order, kinds)
+        self.of_inputs = Values("input", self.inputs, self.x, dict.fromkeys(kinds["input"], False), kinds)
+        self.inputs_move_parameters = any(entry["reads_inputs"] for entry in description["functions"] if entry["quantity"] in PREPARING)
+        self.library = self._opened(description["library"])
+        self.p = self._prepared(self.of_parameters.free, self.x)
+
+    def _opened(self, path: str) -> Library:
+        return Library(path, self.description["name"], self.description["lanes"], self.values, bytes(self.anchored), self.x,
+                       *self.of_parameters.passing, *self.of_inputs.passing, self.inputs_move_parameters)
 
     def change_over(self) -> None:
         """Replaces the library by the optimised one as soon as it is there. Both compute the same bits."""
@@ -63,7 +76,7 @@ class Compiled:
         if os.path.exists(path):
             self.optimised = None
             if is_whole(path):
-                self.library = Library(path, self.description["name"], self.description["lanes"])
+                self.library = self._opened(path)
 
     @functools.cached_property
     def columns(self) -> tuple[list[str], dict[str, str]]:
@@ -71,44 +84,23 @@ class Compiled:
         names, units = self.library.columns()
         return names, {name: unit for name, unit in zip(names, units) if unit is not None}
 
-    def input_rows(self, inputs: Mapping[str, npt.ArrayLike] | None) -> np.ndarray:
+    def input_rows(self, inputs: Given) -> np.ndarray:
         """A row of inputs, or one for each state of a batch."""
-        given = by_name("input", inputs, self.kinds)
-        return filled(self.x, self.inputs, given, "input") if given else self.x
+        given = self.of_inputs.checked(inputs)
+        return self.of_inputs.filled(given) if given else self.x
 
-    def parameter_rows(self, parameters: Mapping[str, npt.ArrayLike] | None, x: np.ndarray) -> np.ndarray:
+    def parameter_rows(self, parameters: Given, x: np.ndarray) -> np.ndarray:
         """A row of prepared parameters, or one for each state of a batch. Parameters that this library does not read are skipped."""
-        given = by_name("parameter", parameters, self.kinds)
-        read = {name: value for name, value in given.items() if name in self.places}
-        depends_on_inputs = x is not self.x and any(self.anchored)
-        return self.prepared(read, x) if read or depends_on_inputs else self.p
+        given = self.of_parameters.checked(parameters)
+        moves = x is not self.x and self.inputs_move_parameters
+        return self._prepared(self.of_parameters.filled(given), x) if given or moves else self.p
 
-    def prepared(self, parameters: Mapping[str, npt.ArrayLike], x: np.ndarray) -> np.ndarray:
-        values = filled(self.values, self.places, parameters, "parameter")
-        anchored = [is_anchored and name not in parameters for name, is_anchored in zip(self.places, self.anchored)]
-        lead = np.broadcast_shapes(values.shape[:-1], x.shape[:-1] if any(anchored) else ())
+    def _prepared(self, values: np.ndarray, x: np.ndarray) -> np.ndarray:
+        lead = np.broadcast_shapes(values.shape[:-1], x.shape[:-1] if self.inputs_move_parameters else ())
         p = np.empty(lead + (values.shape[-1] + self.library.derived_count,))
         p[..., :values.shape[-1]] = values
-        x = spread(x, lead) if any(anchored) else self.x
-        self.library.prepare(math.prod(lead), p, bytes(anchored), x)
+        self.library.prepare(math.prod(lead), p, spread(x, lead) if self.inputs_move_parameters else self.x)
         return p
-
-
-def filled(default: np.ndarray, places: Mapping[str, int], given: Mapping[str, npt.ArrayLike], kind: str) -> np.ndarray:
-    """Rows of default values in which the given values replace theirs."""
-    arrays = {name: finite(f"{kind} {name}", value) for name, value in given.items()}
-    rows = np.empty(np.broadcast_shapes(*(array.shape for array in arrays.values())) + default.shape)
-    rows[...] = default
-    for name, array in arrays.items():
-        rows[..., places[name]] = array
-    return rows
-
-
-def spread(array: np.ndarray, lead: tuple[int, ...]) -> np.ndarray:
-    """Returns one row for all states, or one row for each state of the batch, in C order."""
-    if array.ndim > 1 and array.shape[:-1] != lead:
-        array = np.broadcast_to(array, lead + array.shape[-1:])
-    return np.ascontiguousarray(array)
 
 
 def states_of(name: str, value: npt.ArrayLike, size: int) -> np.ndarray:
@@ -125,11 +117,12 @@ class Quantity:
     qd      their rates (..., n); default: zero. For a tangent: qd, then the result of `constrained` (qdd, power, lambda);
             for `inverse` and `d_inverse`: qd, then qdd
     t       time [s] (...)
-    inputs, parameters   values by name (...); default: the model's. Values that the model refuses, such as a negative mass,
-                         raise ValueError
+    inputs, parameters   values by name (...), or an array in the order of `arm.inputs` and `arm.parameters` (..., number of
+                         them); default: the model's. Values that the model refuses, such as a negative mass, raise ValueError
 
-    Axes before the last one (for t, inputs and parameters: all axes) are a batch. They are broadcast and precede the axes of
-    the result. Returns an array, or a dictionary of arrays for a quantity with several parts. Undefined values are NaN.
+    Axes before the last one (for t and values by name: all axes) are a batch. They are broadcast and precede the axes of
+    the result. Returns an array, or a dictionary of arrays for a quantity with several parts. Undefined values are NaN. NaN in
+    an array of parameters leaves a value to the start of the motion, if the model anchors it there.
     """
 
     __module__ = "refdyn"
@@ -139,7 +132,7 @@ class Quantity:
         self._model, self._compiled, self._open_lanes = model, compiled, lanes
         self._lock = threading.Lock()
         self._lanes: tuple[Compiled, Function] | None = None
-        description = next(entry for entry in compiled.description["functions"] if entry["quantity"] == name)
+        self._description = description = next(entry for entry in compiled.description["functions"] if entry["quantity"] == name)
         n = len(compiled.description["coordinates"])
         self._n, self._rates = n, n + description["given"]
         self._parts = {part["name"]: self._shape_of(part) for part in description["parts"]}
@@ -152,6 +145,9 @@ class Quantity:
     def __repr__(self) -> str:
         shape = self._shape or self._parts
         return f"<refdyn quantity {self.__name__} of {self._compiled.description['name']}: {shape}>"
+
+    def _repr_html_(self) -> str:
+        return inline.of_quantity(self)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return getattr, (self._model, self.__name__)
@@ -174,42 +170,36 @@ class Quantity:
         self._one = self._function(self._compiled).one
 
     def _function(self, compiled: Compiled) -> Function:
-        return compiled.library.function(self.__name__, self._rates, self._size, compiled.p, compiled.x)
+        return compiled.library.function(self.__name__, self._rates, self._size)
 
-    def __call__(self, q: npt.ArrayLike, qd: npt.ArrayLike | None = None, t: npt.ArrayLike = 0.0,
-                 inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, npt.ArrayLike] | None = None) -> Any:
+    def __call__(self, q: npt.ArrayLike, qd: npt.ArrayLike | None = None, t: npt.ArrayLike = 0.0, inputs: Given = None, parameters: Given = None) -> Any:
         if self._compiled.optimised is not None:
             self._compiled.change_over()
         if self._library is not self._compiled.library:
             self._bind()
-        if inputs is None and parameters is None:
-            out = np.empty(self._shape or self._size)
-            if self._one(q, qd, t, out):
-                return out if self._shape else self._shaped(out)
+        out = np.empty(self._shape or self._size)
+        if self._one(q, qd, t, out, inputs, parameters):
+            return out if self._shape else self._shaped(out)
         return self._general(q, qd, t, inputs, parameters)
 
-    def _general(self, q: npt.ArrayLike, qd: npt.ArrayLike | None, t: npt.ArrayLike, inputs: Mapping[str, npt.ArrayLike] | None,
-                 parameters: Mapping[str, npt.ArrayLike] | None) -> Any:
+    def _general(self, q: npt.ArrayLike, qd: npt.ArrayLike | None, t: npt.ArrayLike, inputs: Given, parameters: Given) -> Any:
         """Evaluates arguments of any type, for one state or a batch."""
         q = states_of("q", q, self._n)
         qd = np.zeros(self._rates) if qd is None else states_of("qd", qd, self._rates)
         t = reals("t", t)
-        by_name("input", inputs, self._compiled.kinds)
-        by_name("parameter", parameters, self._compiled.kinds)
-        shapes = {q.shape[:-1], qd.shape[:-1], t.shape, (), *(np.shape(value) for given in (inputs, parameters) for value in (given or {}).values())}
+        x, p = self._compiled.of_inputs.checked(inputs), self._compiled.of_parameters.checked(parameters)
+        shapes = {q.shape[:-1], qd.shape[:-1], t.shape, (), *x.leads, *p.leads}
         lead = max(shapes) if len(shapes) <= 2 else np.broadcast_shapes(*shapes)
         out = np.empty(lead + (self._size,))
         if not lead:
-            x = self._compiled.input_rows(inputs)
-            p = self._compiled.parameter_rows(parameters, x)
-            if not self._one(np.ascontiguousarray(q), np.ascontiguousarray(qd), float(t), out, p, x):
+            if not self._one(np.ascontiguousarray(q), np.ascontiguousarray(qd), float(t), out, x.of_one(), p.of_one()):
                 raise AssertionError("the arguments of one state must be rows of doubles")
         elif out.size:
             compiled, function = self._with_lanes()
-            x = compiled.input_rows(inputs)
-            p = compiled.parameter_rows(parameters, x)
-            q, qd, t, p, x = (spread(array, lead) for array in (q, qd, t[..., np.newaxis], p, x))
-            function.many(math.prod(lead), q, qd, t, out, p, x)
+            x_rows = compiled.input_rows(inputs)
+            p_rows = compiled.parameter_rows(parameters, x_rows)
+            q, qd, t, p_rows, x_rows = (spread(array, lead) for array in (q, qd, t[..., np.newaxis], p_rows, x_rows))
+            function.many(math.prod(lead), q, qd, t, out, p_rows, x_rows)
         return self._shaped(out)
 
     def _with_lanes(self) -> tuple[Compiled, Function]:

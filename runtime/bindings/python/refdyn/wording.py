@@ -6,11 +6,15 @@ import tempfile
 from collections.abc import Mapping
 
 PRIVATE = "refdyn-"  # prefix of the names of private folders
-ARGUMENTS = {"until": "t_end", "from": "from_", "table": "cases"}  # arguments whose names differ from their options
-OPTIONS = ("accuracy", "at", "every", "hold", "inputs", "lanes", "method", "modes", "release", "singular", "stabilise", "start", "step", "step-max",
-           "stop", "threads", "tol", "verify", "way", *ARGUMENTS)
+ARGUMENTS = {"until": "t_end", "from": "from_", "emit": "quantities"}  # arguments whose names differ from their options
+OPTIONS = ("accuracy", "at", "drives", "E", "eta", "every", "flexible", "floating", "friction-width", "hold", "inputs", "lanes", "method", "modes", "nu", "release", "rfe",
+           "rho", "right-angles", "section", "singular", "stabilise", "start", "step", "step-max", "stop", "threads", "tip", "tol", "verify", "way", *ARGUMENTS)
 VALUES = ("baumgarte", "baumgarte-auto", "downhill", "load", "none", "pass", "path", "project", "statics", "stop")
 OPTION = re.compile(rf"--({'|'.join(sorted(OPTIONS, key=len, reverse=True))})(?![\w-])(?: ({'|'.join(VALUES)})(?![\w-]))?")
+NEAREST = re.compile(r"; (?:the nearest known one is \"([^\"\n]*)\"|the nearest is '?([\w.]+)'?)(?=\n|$)", re.M)
+OF_OPTION = re.compile(r"^[^\n]*?: (?=--[\w-]+: )")
+OF_FILE = re.compile(r"^<(?:state|cases|inputs|sweep)>(?::\d+)?: ", re.M)
+OF_SETTING = re.compile(r"^[^\n]*?(?:\.lua|<text>): (?:option )?(?=\w+: (?:value |unknown option or parameter|the model has no option))", re.M)
 LONG_NUMBER = re.compile(r"-?\b\d+\.\d{12,}(?:e[+-]?\d+)?\b|(?<![\w.])-0(?![\w.])")
 
 
@@ -18,7 +22,7 @@ def shown(text: str, places: Mapping[str, str] = {}) -> str:
     """Replaces a file cases.csv in a private folder by `<cases>`, and each folder of `places` by its original."""
     for folder, name in places.items():
         text = text.replace(folder, name)
-    return re.sub(re.escape(f"{tempfile.gettempdir()}/{PRIVATE}") + r"\w{8}/(text|state|cases|inputs)\.\w+", r"<\1>", text)
+    return re.sub(re.escape(f"{tempfile.gettempdir()}/{PRIVATE}") + r"\w{8}/(text|state|cases|inputs|sweep)\.\w+", r"<\1>", text)
 
 
 def argument(found: re.Match[str]) -> str:
@@ -28,10 +32,22 @@ def argument(found: re.Match[str]) -> str:
 
 def of_python(text: str) -> str:
     """Writes options as arguments: `start="project"` for `--start project`."""
-    if text.startswith("unknown option"):
-        return text
-    text = text.replace("the CSV has no column", "a motion has no column")
+    text = text.replace("the CSV has no column", "a motion has no column").replace("--set ", "")
+    text = NEAREST.sub(lambda found: f"; did you mean {found[1] or found[2]!r}?", text)
     return re.sub(r"^refdyn: ", "", OPTION.sub(argument, text), flags=re.M)
+
+
+def is_about_arguments(text: str) -> bool:
+    """Returns whether the message is about an option, a private file, which has arguments of the call, or a setting of the model."""
+    return any(pattern.match(text.replace("--set ", "")) for pattern in (OF_OPTION, OF_FILE, OF_SETTING))
+
+
+def of_arguments(text: str) -> str:
+    """Removes private files from a message, and names rows of a table by the number of the case."""
+    text = of_python(OF_OPTION.sub("", text))
+    text = re.sub(r"^<cases>:(\d+): cases: (.*)$", lambda found: f"cases: {found[2]}" + (f" (case {int(found[1]) - 2})" if int(found[1]) > 1 else ""), text, flags=re.M)
+    text = re.sub(r"^<(cases|inputs)>(?::\d+)?: (?:inputs: )?", r"\1: ", text, flags=re.M)
+    return re.sub(r'did you mean "(\w+)"', r"did you mean '\1'", OF_SETTING.sub("", OF_FILE.sub("", text)))
 
 
 def rounded(text: str) -> str:

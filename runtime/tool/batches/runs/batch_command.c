@@ -154,6 +154,8 @@ static void spare_inputs(struct targets *targets, const struct batch_setup *setu
     const char *table = options_text(options, "table");
     scene_spare_sources(&setup->base, targets);
     system_targets_spare(targets, table ? table : options->operands[1]);
+    if (setup->sweep.table)
+        system_targets_spare(targets, setup->sweep.table);
     runs_for_each_file(setup, spare, targets);
 }
 

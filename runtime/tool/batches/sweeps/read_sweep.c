@@ -388,6 +388,7 @@ static void read_keep(const struct reading *reading, const struct value *value, 
 
 static const struct field_reader sweep_fields[] = {
     {"vary", read_vary, 0},
+    {"table", read_text_field, AT(table)},
     {"draws", read_count, AT(draws)},
     {"seed", read_seed, AT(seed)},
     {"sequence", read_sequence, AT(sequence)},
@@ -415,7 +416,11 @@ static void check_needed(const struct reading *reading, const struct value *swee
     static const struct {
         const char *name, *form;
     } needed[] = {{"vary", "{ m = rd.grid(1, 3, 5) }"}, {"t_end", "10, the end of the motions [s]"}};
-    for (int i = 0; i < 2; i++)
+    const struct value *table = value_find_field(sweep, "table");
+    if (table && value_find_field(sweep, "vary"))
+        message_error(reading->check.messages, table->place,
+                      "table: its rows are the cases, but vary is given as well; remove one of them");
+    for (int i = table ? 1 : 0; i < 2; i++)
         if (!value_find_field(sweep, needed[i].name))
             message_error(reading->check.messages, sweep->place, "rd.sweep: %s is missing; add %s = %s",
                           needed[i].name, needed[i].name, needed[i].form);

@@ -17,7 +17,8 @@ struct sweep_reading {
     struct case_names names;
     struct messages messages; /* about names that the model lacks */
     struct sweep *sweep;
-    struct case_table table; /* varied columns, then derived ones */
+    struct case_table table; /* given columns, then derived ones */
+    int given;               /* number of columns that vary or that a table lists */
 };
 
 /* ---- Messages ---- */
@@ -34,6 +35,98 @@ static const char *folder_of(struct memory *memory, const char *path) {
     return slash ? memory_format(memory, "%.*s", (int)(slash + 1 - path), path) : "";
 }
 
+/* ---- A table of cases ---- */
+
+struct table_reading {
+    struct csv csv;
+    struct case_names names;
+    struct case_table table;
+    struct text_set *sets; /* (width) of columns of texts */
+    int room;              /* rows */
+};
+
+/* A column has texts if its name is an option or `inputs`, and numbers otherwise. Where options vary, another
+ * structure may have a name that this one lacks. */
+static bool read_columns(struct table_reading *reading, struct cases *cases) {
+    struct memory *memory = reading->names.memory;
+    const struct place header = {.file = reading->csv.path, .line = 1};
+    const int width = reading->csv.count;
+    bool options_vary = false;
+    reading->table = (struct case_table){.width = width};
+    reading->table.columns = memory_get(memory, (size_t)width * sizeof *reading->table.columns);
+    reading->sets = memory_get(memory, (size_t)width * sizeof *reading->sets);
+    cases->width = width;
+    cases->columns = memory_get(memory, (size_t)width * sizeof *cases->columns);
+    for (int i = 0; i < width; i++)
+        options_vary = options_vary || sweeps_names_is_option(&reading->names, reading->csv.names[i]);
+    for (int i = 0; i < width; i++) {
+        struct case_column *column = &reading->table.columns[i];
+        *column = (struct case_column){.name = memory_text(memory, reading->csv.names[i]), .place = header};
+        const bool is_known =
+            sweeps_names_find(&reading->names, column->name, column, options_vary, &cases->columns[i]);
+        const enum varied_kind kind = cases->columns[i].kind;
+        const bool has_texts = cases->columns[i].target && (kind == VARIED_OPTION || kind == VARIED_SAMPLES);
+        column->kind = is_known && has_texts ? CASES_TEXTS : CASES_NUMBERS;
+        reading->sets[i].memory = memory;
+    }
+    return reading->names.messages->errors == 0;
+}
+
+/* Makes space for one more row. */
+static void grow(struct table_reading *reading) {
+    const long count = reading->table.count;
+    if (count < reading->room)
+        return;
+    const int room = reading->room ? 2 * reading->room : 64;
+    for (int i = 0; i < reading->table.width; i++) {
+        double **values = &reading->table.columns[i].values;
+        *values = memory_grow(reading->names.memory, *values, (size_t)count * sizeof **values,
+                              (size_t)room * sizeof **values);
+    }
+    reading->room = room;
+}
+
+static bool read_row(struct table_reading *reading) {
+    grow(reading);
+    const long row = reading->table.count++;
+    for (int i = 0; i < reading->table.width; i++) {
+        struct case_column *column = &reading->table.columns[i];
+        const char *field = reading->csv.fields[i];
+        if (column->kind == CASES_NUMBERS) {
+            if (!format_csv_number(&reading->csv, i, &column->values[row]))
+                return false;
+        } else if (!*field) {
+            return format_csv_complain(&reading->csv, "%s: the field is empty; write a value", column->name);
+        } else {
+            column->values[row] = sweeps_text_set_add(&reading->sets[i], field);
+        }
+    }
+    return true;
+}
+
+static bool read_rows(struct table_reading *reading) {
+    int answer;
+    while ((answer = format_csv_next(&reading->csv)) > 0)
+        if (reading->table.count >= INT_MAX / 4 || !read_row(reading))
+            return false;
+    if (answer == 0 && reading->table.count == 0)
+        return format_csv_complain(&reading->csv, "no row below the names; write at least one case");
+    for (int i = 0; i < reading->table.width; i++) {
+        reading->table.columns[i].texts = reading->sets[i].texts;
+        reading->table.columns[i].text_count = reading->sets[i].count;
+    }
+    return answer == 0;
+}
+
+/* Reads the columns; `cases` has what each of them is. Errors about the form go to stderr. */
+static bool read_table(struct table_reading *reading, struct cases *cases, const char *path) {
+    const bool is_read =
+        format_csv_open(&reading->csv, path, "cases") && read_columns(reading, cases) && read_rows(reading);
+    cases->count = reading->table.count;
+    format_csv_close(&reading->csv);
+    return is_read;
+}
+
 /* ---- Names ---- */
 
 static bool has_options(const struct sweep_reading *reading) {
@@ -44,9 +137,8 @@ static bool has_options(const struct sweep_reading *reading) {
 }
 
 static const char *path_of(const struct sweep_reading *reading, int column) {
-    const bool is_derived = column >= reading->file.vary_count;
-    return memory_format(reading->names.memory, "%s%s", is_derived ? "derive: " : "vary.",
-                         reading->table.columns[column].name);
+    const char *origin = column >= reading->given ? "derive: " : reading->file.table ? "" : "vary.";
+    return memory_format(reading->names.memory, "%s%s", origin, reading->table.columns[column].name);
 }
 
 /* Checks that need no cases. A name may wait for the cases if `derive` may return options. */
@@ -71,11 +163,29 @@ static void find_varied(struct sweep_reading *reading) {
 
 /* ---- Cases ---- */
 
-/* Joins varied and derived columns into one table. The messages of the file have the errors of `derive`. */
+/* Reads the columns that vary: from the file's table, whose path is relative to the file, or from `vary`. */
+static bool make_given(struct sweep_reading *reading, struct case_table *given) {
+    const char *table = reading->file.table;
+    struct table_reading rows = {.names = reading->names};
+    struct cases cases;
+    if (!table) {
+        sweeps_expand_cases(&reading->file, reading->names.memory, given);
+        return true;
+    }
+    reading->sweep->table =
+        memory_format(reading->names.memory, "%s%s", *table == '/' ? "" : reading->names.folder, table);
+    const bool is_read = read_table(&rows, &cases, reading->sweep->table);
+    *given = rows.table;
+    return is_read;
+}
+
+/* Joins given and derived columns into one table. The messages of the file have the errors of `derive`. */
 static bool make_table(struct sweep_reading *reading) {
     struct memory *memory = reading->names.memory;
     struct case_table given, derived;
-    sweeps_expand_cases(&reading->file, memory, &given);
+    if (!make_given(reading, &given))
+        return false;
+    reading->given = given.width;
     if (!sweeps_file_derive(&reading->file, &given, memory, &derived))
         return false;
     reading->table = (struct case_table){.count = given.count, .width = given.width + derived.width};
@@ -211,8 +321,11 @@ static bool read_sweep(struct sweep_reading *reading, const char *path, struct o
     if (reading->messages.errors)
         return false;
     set_options(reading, options);
-    reading->sweep->text = sweeps_file_text(&reading->file, reading->names.memory);
-    return true;
+    const char *rows = reading->sweep->table ? format_read_file(reading->sweep->table, "cases") : "";
+    reading->sweep->text = rows ? memory_format(reading->names.memory, "%s%s",
+                                                sweeps_file_text(&reading->file, reading->names.memory), rows)
+                                : NULL;
+    return rows != NULL;
 }
 
 enum status sweeps_read(struct sweep *sweep, struct memory *memory, const char *path,
@@ -227,106 +340,22 @@ enum status sweeps_read(struct sweep *sweep, struct memory *memory, const char *
     const bool is_read = read_sweep(&reading, path, options);
     print_messages(&reading.file.messages);
     print_messages(&reading.messages);
-    if (!is_read && reading.file.messages.errors + reading.messages.errors == 0)
+    if (!is_read && !sweep->table && reading.file.messages.errors + reading.messages.errors == 0)
         fprintf(stderr, "refdyn: %s: out of memory\n", path);
     sweeps_file_release(&reading.file);
     return is_read ? STATUS_DONE : STATUS_FAULT;
 }
 
-/* ---- A table of cases ---- */
+/* ---- A table alone ---- */
 
-struct table_reading {
-    struct csv csv;
-    struct case_names names;
-    struct messages messages;
-    struct case_table table;
-    struct text_set *sets; /* (width) of columns of texts */
-    int room;              /* rows */
-};
-
-/* A column has texts if its name is an option or `inputs`, and numbers otherwise. Where options vary, another
- * structure may have a name that this one lacks. */
-static bool read_columns(struct table_reading *reading, struct cases *cases) {
-    struct memory *memory = reading->names.memory;
-    const struct place header = {.file = reading->csv.path, .line = 1};
-    const int width = reading->csv.count;
-    bool options_vary = false;
-    reading->table = (struct case_table){.width = width};
-    reading->table.columns = memory_get(memory, (size_t)width * sizeof *reading->table.columns);
-    reading->sets = memory_get(memory, (size_t)width * sizeof *reading->sets);
-    cases->width = width;
-    cases->columns = memory_get(memory, (size_t)width * sizeof *cases->columns);
-    for (int i = 0; i < width; i++)
-        options_vary = options_vary || sweeps_names_is_option(&reading->names, reading->csv.names[i]);
-    for (int i = 0; i < width; i++) {
-        struct case_column *column = &reading->table.columns[i];
-        *column = (struct case_column){.name = memory_text(memory, reading->csv.names[i]), .place = header};
-        const bool is_known =
-            sweeps_names_find(&reading->names, column->name, column, options_vary, &cases->columns[i]);
-        const enum varied_kind kind = cases->columns[i].kind;
-        const bool has_texts = cases->columns[i].target && (kind == VARIED_OPTION || kind == VARIED_SAMPLES);
-        column->kind = is_known && has_texts ? CASES_TEXTS : CASES_NUMBERS;
-        reading->sets[i].memory = memory;
-    }
-    return reading->messages.errors == 0;
-}
-
-/* Makes space for one more row. */
-static void grow(struct table_reading *reading) {
-    const long count = reading->table.count;
-    if (count < reading->room)
-        return;
-    const int room = reading->room ? 2 * reading->room : 64;
-    for (int i = 0; i < reading->table.width; i++) {
-        double **values = &reading->table.columns[i].values;
-        *values = memory_grow(reading->names.memory, *values, (size_t)count * sizeof **values,
-                              (size_t)room * sizeof **values);
-    }
-    reading->room = room;
-}
-
-static bool read_row(struct table_reading *reading) {
-    grow(reading);
-    const long row = reading->table.count++;
-    for (int i = 0; i < reading->table.width; i++) {
-        struct case_column *column = &reading->table.columns[i];
-        const char *field = reading->csv.fields[i];
-        if (column->kind == CASES_NUMBERS) {
-            if (!format_csv_number(&reading->csv, i, &column->values[row]))
-                return false;
-        } else if (!*field) {
-            return format_csv_complain(&reading->csv, "%s: the field is empty; write a value", column->name);
-        } else {
-            column->values[row] = sweeps_text_set_add(&reading->sets[i], field);
-        }
-    }
-    return true;
-}
-
-static bool read_rows(struct table_reading *reading) {
-    int answer;
-    while ((answer = format_csv_next(&reading->csv)) > 0)
-        if (reading->table.count >= INT_MAX / 4 || !read_row(reading))
-            return false;
-    if (answer == 0 && reading->table.count == 0)
-        return format_csv_complain(&reading->csv, "no row below the names; write at least one case");
-    for (int i = 0; i < reading->table.width; i++) {
-        reading->table.columns[i].texts = reading->sets[i].texts;
-        reading->table.columns[i].text_count = reading->sets[i].count;
-    }
-    return answer == 0;
-}
-
-static bool read_table(struct table_reading *reading, struct sweep *sweep, const char *path) {
+static bool read_alone(struct table_reading *reading, struct sweep *sweep, const char *path) {
     struct cases *cases = &sweep->cases;
-    if (!format_csv_open(&reading->csv, path, "cases") || !read_columns(reading, cases) ||
-        !read_rows(reading))
+    if (!read_table(reading, cases, path))
         return false;
-    cases->count = reading->table.count;
     for (int i = 0; i < cases->width; i++)
         sweeps_names_convert(&reading->names, reading->table.columns[i].name, &reading->table.columns[i],
                              cases->count, &cases->columns[i]);
-    if (reading->messages.errors || !sweeps_names_check(&reading->names, &reading->table, cases))
+    if (reading->names.messages->errors || !sweeps_names_check(&reading->names, &reading->table, cases))
         return false;
     sweep->text = format_read_file(path, "cases");
     return sweep->text;
@@ -334,15 +363,14 @@ static bool read_table(struct table_reading *reading, struct sweep *sweep, const
 
 enum status sweeps_read_table(struct sweep *sweep, struct memory *memory, const char *path,
                               const struct generation *generation, const struct options *options) {
-    struct table_reading reading = {.messages = {.memory = memory}};
+    struct messages messages = {.memory = memory};
+    struct table_reading reading = {.names = {.memory = memory,
+                                              .messages = &messages,
+                                              .generation = generation,
+                                              .options = options,
+                                              .folder = folder_of(memory, path)}};
     *sweep = (struct sweep){.keep = {.final = true}, .text = ""};
-    reading.names = (struct case_names){.memory = memory,
-                                        .messages = &reading.messages,
-                                        .generation = generation,
-                                        .options = options,
-                                        .folder = folder_of(memory, path)};
-    const bool is_read = read_table(&reading, sweep, path);
-    print_messages(&reading.messages);
-    format_csv_close(&reading.csv);
+    const bool is_read = read_alone(&reading, sweep, path);
+    print_messages(&messages);
     return is_read ? STATUS_DONE : STATUS_FAULT;
 }

@@ -63,6 +63,7 @@ struct sweep_file {
     jmp_buf out_of_memory;
     struct script *script;
     struct place place;  /* of the sweep */
+    const char *table;   /* file with the cases, which then do not vary otherwise; NULL: none */
     struct vary *varies; /* (vary_count) in the order of their names */
     int vary_count;
     double draws; /* of each point of the grids; 1 where nothing is random */
@@ -193,7 +194,8 @@ void sweeps_structures_close(struct structures *structures);
 struct sweep {
     struct cases cases;
     struct keep keep;
-    const char *text; /* everything that the cases come from; the batch is identified by its hash */
+    const char *text;  /* everything that the cases come from; the batch is identified by its hash */
+    const char *table; /* file of the cases that the sweep file names, or NULL */
 };
 
 /* The sweep lives in `memory`. Options of the motions that the file sets (t_end tol method from every ...) go

@@ -10,6 +10,7 @@
 #include "gen/read/read.h"
 #include "refdyn_batch.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -48,6 +49,29 @@ static void put_parameters(struct document *document, const struct scene *scene)
         put_name(document, &model->parameters[i]);
         format_put_number(document, "value", scene->work.p[i]);
         format_put_truth(document, "anchored", anchored >= 0 && !scene->given[anchored]);
+        format_put_close(document, '}');
+    }
+    format_put_close(document, ']');
+}
+
+static void put_limit(struct document *document, const char *key, double value) {
+    if (isfinite(value))
+        format_put_number(document, key, value);
+}
+
+/* An object for each coordinate, with its limits. */
+static void put_limits(struct document *document, const struct scene *scene) {
+    const struct tree *tree = &scene->generation.tree;
+    format_put_open(document, "limits", '[');
+    for (int i = 0; i < tree->count; i++) {
+        const struct limits *limits = tree->frames[i].joint.limits;
+        format_put_open(document, NULL, '{');
+        if (limits) {
+            put_limit(document, "from", limits->from);
+            put_limit(document, "to", limits->to);
+            put_limit(document, "rate", limits->rate);
+            put_limit(document, "force", limits->force);
+        }
         format_put_close(document, '}');
     }
     format_put_close(document, ']');
@@ -103,6 +127,7 @@ static void put_names(struct document *document, const struct scene *scene) {
         put_option(document, &read->options[i]);
     format_put_close(document, '}');
     put_start(document, scene);
+    put_limits(document, scene);
     put_parameters(document, scene);
     put_unread(document, scene);
     put_inputs(document, scene);
@@ -162,6 +187,7 @@ static void put_functions(struct document *document, const struct generation *ge
         format_put_text(document, "about", function.about);
         format_put_whole(document, "given", function.given_count);
         format_put_truth(document, "is_struct", function.is_struct);
+        format_put_truth(document, "reads_inputs", function.reads_inputs);
         format_put_open(document, "parts", '[');
         for (int k = 0; k < function.part_count; k++) {
             const struct result_part part = gen_result_part(generation, i, k);

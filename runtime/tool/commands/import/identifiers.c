@@ -27,6 +27,10 @@ static bool is_free(const char *name, bool is_of_model) {
     return messages.errors == 0;
 }
 
+bool import_identifiers_is_free(const char *name) {
+    return is_free(name, false);
+}
+
 /* Replaces each character that an identifier cannot have by _. */
 static char *with_letters(const char *name) {
     char *made = format_allocate(LONGEST + 1, 1);

@@ -312,6 +312,7 @@ static enum status run_import(const struct options *options) {
     const char *path = options->operands[0], *slash = strrchr(path, '/');
     struct model_choice choice = {.source = slash ? slash + 1 : path,
                                   .is_floating = options_has(options, "floating"),
+                                  .has_joint_names = options_has(options, "joint-names"),
                                   .has_drives = options_has(options, "drives"),
                                   .friction_width = options_number(options, "friction-width"),
                                   .beam = &beam};
@@ -323,12 +324,16 @@ static enum status run_import(const struct options *options) {
     if (status != STATUS_DONE)
         return status;
     system_targets_spare(&targets, path);
-    struct target *target = system_target_open(&targets, options_text(options, "output"));
-    bool is_good = target && read_robot(&robot, options, &choice);
+    const char *joints_path = options_text(options, "joints");
+    struct target *target = system_target_open(&targets, options_text(options, "output")), *joints = NULL;
+    if (target && joints_path)
+        joints = system_target_open(&targets, joints_path);
+    bool is_good = target && (joints || !joints_path) && read_robot(&robot, options, &choice);
     if (is_good) {
         print_summary(&robot, &choice);
         import_write_model(&robot, &choice, target->file);
-        is_good = system_target_finish(target);
+        is_good = (!joints || import_write_joints(&robot, &choice, joints->file)) &&
+                  system_target_finish(target) && (!joints || system_target_finish(joints));
     }
     system_targets_release(&targets);
     return is_good ? STATUS_DONE : STATUS_FAULT;
@@ -351,6 +356,12 @@ static const struct option_rule import_rules[] = {
      "include dry friction, smooth over this rate [rad/s, m/s] (default: left out)", NULL, NULL},
     {"right-angles", "TOL", OPTION_POSITIVE,
      "make angles of frames exact that are this close to right angles [rad]", NULL, NULL},
+    {"joint-names", NULL, OPTION_FLAG,
+     "coordinates have the names of their joints where the model allows them (default: LINK_psi and the "
+     "like)",
+     NULL, NULL},
+    {"joints", "FILE.json", OPTION_TEXT, "write the names of the joints and of their coordinates as JSON",
+     NULL, NULL},
     {"drives", NULL, OPTION_FLAG,
      "each joint has an input, limited to the joint's effort (default: nothing drives the joints)", NULL,
      NULL},
@@ -361,7 +372,8 @@ const struct command import_command = {
     .name = "import",
     .run = run_import,
     .operands = "FILE.urdf",
-    .options = "output flexible section tip E nu eta rho rfe friction-width right-angles drives floating",
+    .options = "output flexible section tip E nu eta rho rfe friction-width right-angles joint-names "
+               "joints drives floating",
     .tables = {import_rules},
     .output = "MODEL.lua",
     .purpose = "write a robot's URDF file as a Lua model",

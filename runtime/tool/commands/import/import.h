@@ -127,6 +127,8 @@ void import_flexible_turn_back(const struct flexible *flexible, const double vec
 
 /* Names of a URDF file as identifiers of Lua and C. The same file always gives the same names. */
 
+/* Returns whether the name is an identifier of Lua and C. */
+bool import_identifiers_is_free(const char *name);
 /* For `count` different names; `lead`: "link". */
 const char **import_identifiers_make(const char *const *names, int count, const char *lead);
 /* The name of a model, and of its files. */
@@ -142,6 +144,7 @@ void import_tidy(double *list, int count, double scale);
 struct model_choice {
     const char *source;    /* name of the robot's file */
     bool is_floating;      /* the root moves freely */
+    bool has_joint_names;  /* coordinates have the names of their joints */
     bool has_drives;       /* an input at each joint with one coordinate that follows no other */
     double friction_width; /* rate over which dry friction changes its sign; 0: friction is left out */
     const struct beam_choice *beam;
@@ -150,6 +153,9 @@ struct model_choice {
 };
 
 void import_write_model(const struct robot *robot, const struct model_choice *choice, FILE *out);
+/* Writes as JSON each joint that moves, with the names of its coordinates in the model. Returns whether all
+ * could be written. */
+bool import_write_joints(const struct robot *robot, const struct model_choice *choice, FILE *out);
 
 extern const struct command import_command;
 

@@ -185,9 +185,25 @@ static const char *letter(const struct robot_joint *joint) {
     return (joint->kind == JOINT_PRISMATIC ? slides : turns)[nearest_axis(joint)];
 }
 
+/* Returns whether a link has a coordinate, or a point of its name a column, of this name. */
+static bool is_of_link(const struct writer *w, const char *name) {
+    static const char *const ends[] = {"x",   "y",   "z",   "xd",  "yd",  "zd",
+                                       "xdd", "ydd", "zdd", "phi", "psi", "theta"};
+    const char *end = strrchr(name, '_');
+    if (!end || text_index(end + 1, ends, sizeof ends / sizeof *ends) < 0)
+        return false;
+    return text_index(format_text("%.*s", (int)(end - name), name), w->names, w->robot->link_count) >= 0;
+}
+
+/* Names that end in _d belong to rates, and t is the time. */
+static bool has_own_name(const struct writer *w, const struct robot_joint *joint) {
+    return w->choice->has_joint_names && import_identifiers_is_free(joint->name) &&
+           !text_ends_with(joint->name, "_d") && strcmp(joint->name, "t") != 0 && !is_of_link(w, joint->name);
+}
+
 /* The name of the coordinate of a joint with one coordinate. */
 static const char *coordinate(const struct writer *w, const struct robot_joint *joint) {
-    return format_text("%s_%s", w->names[joint->child], letter(joint));
+    return has_own_name(w, joint) ? joint->name : format_text("%s_%s", w->names[joint->child], letter(joint));
 }
 
 static void put_limits(struct writer *w, const struct robot_joint *joint) {
@@ -209,6 +225,8 @@ static void put_single(struct writer *w, const struct robot_joint *joint) {
     put(w, "joint = \"%s\"", name);
     if (!is_positive_axis(joint))
         put(w, "axis = %s", vector(joint->axis));
+    if (has_own_name(w, joint))
+        put(w, "coordinate = \"%s\"", joint->name);
     if (start != 0)
         put(w, "start = { %s = %s }", name, angle(start));
     if (joint->damping > 0)
@@ -219,10 +237,11 @@ static void put_single(struct writer *w, const struct robot_joint *joint) {
             number(joint->gear));
 }
 
+static const char *const planar_names[] = {"y, z, phi", "z, x, theta", "x, y, psi"};
+
 /* Slides in the plane whose normal is the axis, and a turn about it. */
 static void put_planar(struct writer *w, const struct robot_joint *joint) {
-    static const char *const names[] = {"y, z, phi", "z, x, theta", "x, y, psi"};
-    put(w, "joint = \"%s\"", names[nearest_axis(joint)]);
+    put(w, "joint = \"%s\"", planar_names[nearest_axis(joint)]);
 }
 
 /* If the normal of the plane is no coordinate axis, a frame whose z axis is the normal precedes the link. */
@@ -522,12 +541,57 @@ static void write_hold(struct writer *w) {
     close_entry(w);
 }
 
-void import_write_model(const struct robot *robot, const struct model_choice *choice, FILE *out) {
+static struct writer writer_of(const struct robot *robot, const struct model_choice *choice, FILE *out) {
     const char **names = format_allocate((size_t)robot->link_count, sizeof *names);
     for (int i = 0; i < robot->link_count; i++)
         names[i] = robot->links[i].name;
-    struct writer w = {.robot = robot, .choice = choice, .out = out};
-    w.names = import_identifiers_make(names, robot->link_count, "link");
+    return (struct writer){.robot = robot,
+                           .choice = choice,
+                           .out = out,
+                           .names = import_identifiers_make(names, robot->link_count, "link")};
+}
+
+/* ---- names of joints ---- */
+
+/* The coordinates of a planar or floating joint: "LINK_x" ... from the list of its letters. */
+static void put_coordinates(struct document *document, const char *link, const char *letters) {
+    char *rest = format_text("%s", letters);
+    for (char *name; (name = strsep(&rest, ", "));)
+        if (*name)
+            format_put_text(document, NULL, format_text("%s_%s", link, name));
+}
+
+static void put_joint_names(const struct writer *w, const struct robot_joint *joint,
+                            struct document *document) {
+    const char *link = w->names[joint->child];
+    if (import_joint_is_single(joint))
+        format_put_text(document, NULL, coordinate(w, joint));
+    else if (joint->kind == JOINT_FLOATING)
+        put_coordinates(document, link, "x, y, z, psi, theta, phi");
+    else if (is_positive_axis(joint))
+        put_coordinates(document, link, planar_names[nearest_axis(joint)]);
+    else
+        put_coordinates(document, helper_name(w, link, "plane"), "x, y, psi");
+}
+
+bool import_write_joints(const struct robot *robot, const struct model_choice *choice, FILE *out) {
+    const struct writer w = writer_of(robot, choice, out);
+    struct document document;
+    format_document_open(&document);
+    format_put_open(&document, NULL, '{');
+    for (int i = 0; i < robot->joint_count; i++) {
+        if (robot->joints[i].kind == JOINT_FIXED)
+            continue;
+        format_put_open(&document, robot->joints[i].name, '[');
+        put_joint_names(&w, &robot->joints[i], &document);
+        format_put_close(&document, ']');
+    }
+    format_put_close(&document, '}');
+    return format_document_close(&document, out);
+}
+
+void import_write_model(const struct robot *robot, const struct model_choice *choice, FILE *out) {
+    struct writer w = writer_of(robot, choice, out);
     fprintf(out, "-- Robot %s, from %s.\n", safe(robot->name), safe(choice->source));
     write_names(&w);
     fputs("local rd = require \"refdyn\"\n", out);

@@ -146,6 +146,7 @@ static const char ending[] =
     ".TP\n3\nThe numbers failed: with the reason, the time and the state.\n"
     ".SH ENVIRONMENT\n"
     ".TP\nCC\nThe compiler of emitted code; cc where it is not set.\n"
+    ".TP\nREFDYN_PROGRESS\n1 draws progress bars where stderr is not a terminal, too.\n"
     ".TP\nREFDYN_CACHE\nThe folder of compiled models;\nwhere it is not set, refdyn in the XDG cache "
     "folder.\n"
     ".SH FILES\n"

@@ -38,8 +38,9 @@ void system_notice_start(struct notice *notice, const char *what) {
         .what = what, .started = system_wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
 }
 
-static bool is_read_by_program(void) {
-    const char *text = getenv("REFDYN_NOTICES");
+/* Returns whether the environment has the value 1 for a program that reads stderr. */
+static bool is_wanted(const char *variable) {
+    const char *text = getenv(variable);
     return text && strcmp(text, "1") == 0;
 }
 
@@ -49,7 +50,7 @@ void system_notice_show(struct notice *notice) {
     notice->is_shown = true;
     if (notice->is_terminal)
         fprintf(stderr, "refdyn: %s ...", notice->what);
-    else if (is_read_by_program())
+    else if (is_wanted("REFDYN_NOTICES"))
         fprintf(stderr, "refdyn: %s ...\n", notice->what);
     fflush(stderr);
 }
@@ -63,8 +64,9 @@ void system_notice_end(struct notice *notice) {
 /* ---- Progress ---- */
 
 void system_progress_start(struct progress *progress, const char *what) {
-    *progress = (struct progress){
-        .what = what, .started = system_wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
+    *progress = (struct progress){.what = what,
+                                  .started = system_wall_seconds(),
+                                  .is_drawn = is_wanted("REFDYN_PROGRESS") || isatty(STDERR_FILENO) == 1};
 }
 
 static bool is_due_at(const struct progress *progress, double now) {
@@ -72,11 +74,11 @@ static bool is_due_at(const struct progress *progress, double now) {
 }
 
 bool system_progress_is_due(const struct progress *progress) {
-    return progress->is_terminal && is_due_at(progress, system_wall_seconds());
+    return progress->is_drawn && is_due_at(progress, system_wall_seconds());
 }
 
 void system_progress_show(struct progress *progress, double fraction) {
-    if (!progress->is_terminal)
+    if (!progress->is_drawn)
         return;
     double now = system_wall_seconds(), elapsed = now - progress->started;
     if (!is_due_at(progress, now))

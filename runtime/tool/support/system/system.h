@@ -169,12 +169,13 @@ void system_notice_show(struct notice *notice);
 /* Removes the line from the terminal. */
 void system_notice_end(struct notice *notice);
 
-/* A progress bar on stderr, if stderr is a terminal and the work takes more than a second. */
+/* A progress bar on stderr, if stderr is a terminal or REFDYN_PROGRESS is 1, and the work takes more than a
+ * second. */
 
 struct progress {
     const char *what;
     double started, drawn; /* wall clock [s] */
-    bool is_terminal, is_shown;
+    bool is_drawn, is_shown;
 };
 
 void system_progress_start(struct progress *progress, const char *what);

@@ -1,0 +1,62 @@
+"""What a notebook shows: pages of motions, and short tables of models and quantities."""
+from __future__ import annotations
+
+import html
+import os
+import pathlib
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .model import Model
+    from .quantity import Quantity
+
+ROWS = 12  # rows of a table; the others are counted
+
+
+class Page:
+    """A page of `arm.view(run)`, which a notebook shows in its place. It needs no network."""
+
+    __module__ = "refdyn"
+
+    def __init__(self, text: str, height: int) -> None:
+        self.text, self.height = text, height
+
+    def _repr_html_(self) -> str:
+        return f'<iframe srcdoc="{html.escape(self.text)}" width="100%" height="{self.height}" style="border: 0" allowfullscreen></iframe>'
+
+    def save(self, file: str | os.PathLike[str]) -> None:
+        """Writes the page to a file."""
+        pathlib.Path(file).write_text(self.text, encoding="utf-8")
+
+    def __repr__(self) -> str:
+        return f"<refdyn page of {len(self.text)} characters; a notebook shows it, and save(FILE) writes it>"
+
+
+def table(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table with a title, cut after some rows; nothing without rows."""
+    lines = ["<tr>" + "".join(f"<td>{html.escape(str(cell))}</td>" for cell in row) + "</tr>" for row in rows]
+    if not lines:
+        return ""
+    left = len(lines) - ROWS
+    if left > 1:
+        lines[ROWS:] = [f"<tr><td colspan={len(head)}>and {left} more</td></tr>"]
+    return f"<table><caption>{html.escape(title)}</caption><tr>{''.join(f'<th>{html.escape(name)}</th>' for name in head)}</tr>{''.join(lines)}</table>"
+
+
+def of_model(model: Model) -> str:
+    lists = [f"{name}: {', '.join(getattr(model, name))}" for name in ("rows", "points", "courses", "held") if getattr(model, name)]
+    options = ", ".join(f"{name} = {value}" for name, value in model.options.items())
+    return "".join([
+        f"<b>{html.escape(model._name)}</b>", f"<div>options: {html.escape(options)}</div>" if options else "",
+        table("coordinates", ("name", "unit", "start", "rate at start"), ((name, model.units[name], f"{q:.6g}", f"{qd:.6g}") for name, q, qd in zip(model.coordinates, model.q0, model.qd0))),
+        *(table(f"{kind}s", ("name", "unit", "value"), ((name, model.units_of(name), f"{value:.6g}") for name, value in values.items()))
+          for kind, values in (("input", model.inputs), ("parameter", model.parameters))),
+        *(f"<div>{html.escape(text)}</div>" for text in lists)])
+
+
+def of_quantity(quantity: Quantity) -> str:
+    about = {part["name"]: part["about"] for part in quantity._description["parts"]}
+    rows = ((name, " x ".join(map(str, shape)), about[name]) for name, shape in quantity._parts.items())
+    call = f"{quantity.__name__}(q, qd=None, t=0.0, inputs=None, parameters=None)"
+    return f"<code>{call}</code><div>{html.escape(quantity._description['about'])}</div>" + table("result", ("part", "shape", "meaning"), rows)

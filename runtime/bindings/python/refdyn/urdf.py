@@ -1,0 +1,102 @@
+"""Robots from URDF files, by `refdyn import`; names of joints and limits of coordinates."""
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import types
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import program
+from .names import not_one_of, unknown
+
+OF_BEAMS = ("section", "E", "tip", "nu", "eta", "rho", "rfe")  # options of a flexible link
+Joints = Mapping[str, "str | tuple[str, ...]"]
+
+
+def beam_options(flexible: Mapping[str, Mapping[str, Any]] | None) -> dict[str, Any]:
+    """Returns the options of `refdyn import` for links that become beams. All of them have one section and material."""
+    if not flexible:
+        return {}
+    if not isinstance(flexible, Mapping) or not all(isinstance(options, Mapping) for options in flexible.values()):
+        raise TypeError('flexible: must be options by link, {"forearm": {"section": "tube:0.08:0.076", "E": 7e10}}')
+    first_link, first = next(iter(flexible.items()))
+    for link, options in flexible.items():
+        for name in options:
+            if name not in OF_BEAMS:
+                raise ValueError(f"flexible: {link}: {not_one_of(name, OF_BEAMS)}")
+        if dict(options) != dict(first):
+            raise ValueError(f"flexible: {link} has other options than {first_link}; all flexible links of an import have the same")
+    tip = first.get("tip")
+    return {"flexible": ",".join(flexible), **first, "tip": None if tip is None else ",".join(program.text_of("tip", value) for value in tip)}
+
+
+def imported(file: str | os.PathLike[str], options: Mapping[str, Any]) -> tuple[str, Joints]:
+    """Returns the text of the model, and the coordinate or coordinates of each joint that moves."""
+    with program.private_folder() as folder:
+        model, joints = (pathlib.Path(folder, name) for name in ("text.lua", "joints.json"))
+        name = os.fspath(file)
+        program.run("import", os.path.join(".", name) if name.startswith("-") else name, *program.arguments({**options, "output": str(model), "joints": str(joints)}), "--joint-names")
+        names = {joint: tuple(coordinates) for joint, coordinates in json.loads(joints.read_text(encoding="utf-8")).items()}
+        return model.read_text(encoding="utf-8"), types.MappingProxyType({joint: of[0] if len(of) == 1 else of for joint, of in names.items()})
+
+
+# ---- Limits ----
+
+class Limit(NamedTuple):
+    """Limits of one coordinate; infinite where there is none."""
+
+    lower: float
+    upper: float
+    velocity: float
+    effort: float
+
+
+class Limits(Mapping[str, Limit]):
+    """Limits of the coordinates, from the model's field `limits` or a URDF file: `arm.limits["elbow"].upper`.
+
+    `lower`, `upper`, `velocity` and `effort` are arrays in the order of `coordinates`, infinite where there is no limit.
+    `units` has their units by coordinate. Motions are compared with limits and not changed by them.
+    """
+
+    __module__ = "refdyn"
+
+    def __init__(self, coordinates: Sequence[str], units: Mapping[str, str], entries: Sequence[Mapping[str, float]]) -> None:
+        self.coordinates = tuple(coordinates)
+        self._made_of = self.coordinates, dict(units), list(entries)
+        self.lower, self.upper, self.velocity, self.effort = (
+            fixed([entry.get(key, none) for entry in entries]) for key, none in (("from", -np.inf), ("to", np.inf), ("rate", np.inf), ("force", np.inf)))
+        self.units: Mapping[str, Mapping[str, str]] = types.MappingProxyType({name: types.MappingProxyType(units_of(units[name])) for name in coordinates})
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), self._made_of
+
+    def __getitem__(self, name: str) -> Limit:
+        if name not in self.coordinates:
+            raise KeyError(unknown("coordinate", name, self.coordinates))
+        place = self.coordinates.index(name)
+        return Limit(*(float(values[place]) for values in (self.lower, self.upper, self.velocity, self.effort)))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.coordinates)
+
+    def __len__(self) -> int:
+        return len(self.coordinates)
+
+    def __repr__(self) -> str:
+        limited = [f"{name}: {' '.join(f'{key}={value:g}' for key, value in limit._asdict().items() if np.isfinite(value))}" for name, limit in self.items()
+                   if np.isfinite(limit).any()]
+        return f"<refdyn limits of {len(limited)} of {len(self)} coordinates{''.join(chr(10) + '  ' + line for line in limited)}>"
+
+
+def fixed(values: Sequence[float]) -> np.ndarray:
+    array = np.array(values, dtype=float)
+    array.flags.writeable = False
+    return array
+
+
+def units_of(unit: str) -> dict[str, str]:
+    return {"lower": unit, "upper": unit, "velocity": f"{unit}/s", "effort": "N m" if unit == "rad" else "N"}

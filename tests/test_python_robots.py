@@ -1,0 +1,136 @@
+"""Robots from URDF in Python: names of joints, limits, beams; what a notebook shows of models, quantities and motions."""
+import json
+import pickle
+import re
+import xml.etree.ElementTree
+
+import numpy as np
+import pytest
+
+from program import REFERENCE, TESTS, evaluate, refdyn
+from python_package import package, same  # noqa: F401 (a fixture)
+
+ROBOTS = TESTS / "robots"
+ODD = '''<robot name="odd">
+<link name="a"/>
+<link name="b"><inertial><mass value="2"/><inertia ixx="0.3" ixy="0" ixz="0" iyy="0.4" iyz="0" izz="0.5"/></inertial></link>
+<joint name="joint 1 (left)" type="continuous"><parent link="a"/><child link="b"/><dynamics damping="0.7"/></joint>
+</robot>
+'''
+
+
+@pytest.fixture(scope="module")
+def seven(package):
+    return package.Model.from_urdf(ROBOTS / "seven.urdf", drives=True)
+
+
+def test_names_and_equations(package, seven, tmp_path):
+    """The coordinates have the names of the joints, and the numbers are those of the imported file."""
+    joints = [joint.get("name") for joint in xml.etree.ElementTree.parse(ROBOTS / "seven.urdf").findall("joint") if joint.get("type") != "fixed"]
+    assert sorted(seven.coordinates) == sorted(joints) and dict(seven.joints) == {name: name for name in joints}
+    refdyn("import", ROBOTS / "seven.urdf", "--drives", "-o", "seven.lua", cwd=tmp_path)
+    random = np.random.default_rng(3)
+    q, qd, u = 0.4 * random.standard_normal(7), random.standard_normal(7), random.standard_normal(7)
+    inputs = [entry["name"] for entry in json.loads(refdyn("compile", tmp_path / "seven.lua").stdout)["inputs"]]
+    told = evaluate(tmp_path / "seven.lua", {"q": q.tolist(), "qd": qd.tolist(), "inputs": dict(zip(inputs, u.tolist()))})
+    assert same(seven.M(q), told["M"]) and same(seven.Q(q, qd, inputs=u), told["Q"]) and all(name.split("_", 1)[1] in joints for name in seven.inputs)
+    again = pickle.loads(pickle.dumps(seven))
+    assert again.joints == seven.joints and again.coordinates == seven.coordinates and same(again.limits.upper, seven.limits.upper)
+
+
+def test_joints_with_other_names(package, tmp_path):
+    """Names that a model cannot have, and joints with several coordinates."""
+    (tmp_path / "odd.urdf").write_text(ODD)
+    odd = package.Model.from_urdf(tmp_path / "odd.urdf")
+    assert odd.coordinates == ("b_phi",) and dict(odd.joints) == {"joint 1 (left)": "b_phi"}
+    free = package.Model.from_urdf(ROBOTS / "free.urdf")
+    assert free.joints["slab_joint"] == ("slab_z", "slab_x", "slab_theta") and free.joints["arm_joint"] == "arm_joint"
+    assert package.Model(REFERENCE, n_rfe=1).joints == {}
+
+
+def test_limits(package, seven):
+    """Those of the file, with units; infinite where there is none."""
+    for joint in xml.etree.ElementTree.parse(ROBOTS / "seven.urdf").findall("joint"):
+        if joint.get("type") == "fixed":
+            continue
+        limit, slides = joint.find("limit"), joint.get("type") == "prismatic"
+        found = seven.limits[joint.get("name")]
+        of = {} if limit is None else limit.attrib
+        has_range = joint.get("type") != "continuous" and of
+        assert (found.lower, found.upper) == ((float(of.get("lower", 0)), float(of.get("upper", 0))) if has_range else (-np.inf, np.inf))
+        assert found.velocity == (float(of.get("velocity", 0)) or np.inf) and found.effort == (float(of.get("effort", 0)) or np.inf)
+        assert seven.limits.units[joint.get("name")] == {"lower": "m" if slides else "rad", "upper": "m" if slides else "rad", "velocity": "m/s" if slides else "rad/s", "effort": "N" if slides else "N m"}
+    place = seven.coordinates.index("elbow")
+    assert seven.limits.upper[place] == seven.limits["elbow"].upper and not seven.limits.upper.flags.writeable and list(seven.limits) == list(seven.coordinates)
+    with pytest.raises(KeyError, match="elbw: unknown coordinate; did you mean 'elbow'"):
+        seven.limits["elbw"]
+    free = package.Model(REFERENCE, n_rfe=1)
+    assert np.isinf(free.limits.effort).all() and repr(free.limits) == "<refdyn limits of 0 of 4 coordinates>" and "shoulder: lower=" in repr(seven.limits)
+
+
+def test_links_as_beams(package):
+    arm = package.Model.from_urdf(ROBOTS / "two.urdf", {"fore": {"section": "tube:0.043:0.031", "E": 7.1e10, "rfe": 2, "tip": [0.13, -0.27, 0.19]}}, eta=1e-4)
+    assert arm.coordinates[:2] == ("shoulder", "elbow") and len(arm.coordinates) == 5 and arm.options["n_rfe"] == 2 and arm.parameters["eta"] == 1e-4
+    assert np.allclose(arm.M(arm.q0)[:2, :2], package.Model.from_urdf(ROBOTS / "two.urdf").M([0, 0]), rtol=1e-10)
+    assert len(package.Model.from_urdf(ROBOTS / "two.urdf", {"fore": {"section": "tube:0.043:0.031", "E": 7.1e10, "tip": [0.13, -0.27, 0.19]}}, n_rfe=3).coordinates) == 8
+
+
+def test_warnings_of_the_import(package, tmp_path):
+    (tmp_path / "odd.urdf").write_text(ODD.replace('ixx="0.3"', 'ixx="3"'))
+    with pytest.warns(package.ModelWarning, match="no body has the moments 3 0.4 0.5") as told:
+        package.Model.from_urdf(tmp_path / "odd.urdf")
+    assert told[0].filename == __file__
+
+
+WRONG = {
+    "none.urdf: URDF: No such file or directory; must be a readable file": ("ModelError", ["none.urdf"], {}),
+    "flexible: fore: 'sect' is not one of section, E, tip, nu, eta, rho, rfe; did you mean 'section'?": (ValueError, [ROBOTS / "two.urdf", {"fore": {"sect": 1}}], {}),
+    'flexible: must be options by link, {"forearm": {"section": "tube:0.08:0.076", "E": 7e10}}': (TypeError, [ROBOTS / "two.urdf", ["fore"]], {}),
+    "flexible: there is no link 'for'; did you mean 'fore'?": (ValueError, [ROBOTS / "two.urdf", {"for": {"section": "round:0.1", "E": 7e10}}], {}),
+    "flexible: upper has other options than fore; all flexible links of an import have the same": (
+        ValueError, [ROBOTS / "two.urdf", {"fore": {"section": "round:0.1", "E": 7e10}, "upper": {"section": "round:0.2", "E": 7e10}}], {}),
+    "flexible: add section": (ValueError, [ROBOTS / "two.urdf", {"fore": {"E": 7e10}}], {}),
+    "right_angles: 3 rad is larger than any rounding of an angle; must be at most 0.01": (ValueError, [ROBOTS / "two.urdf"], {"right_angles": 3}),
+    "n_rf: the model has no option or parameter of this name": (ValueError, [ROBOTS / "two.urdf"], {"n_rf": 3}),
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_wrong_robots(package, message):
+    kind, arguments, settings = WRONG[message]
+    with pytest.raises(package.ModelError if kind == "ModelError" else kind) as told:
+        package.Model.from_urdf(*arguments, **settings)
+    assert str(told.value) == message or str(told.value).startswith(message + ";"), str(told.value)
+
+
+# ---- Notebooks ----
+
+def test_pages_in_notebooks(seven, tmp_path):
+    """The page equals that of a file, and needs nothing from elsewhere."""
+    run = seven.simulate(0.1, every=0.05)
+    page = seven.view(run, height=432)
+    seven.view(run, tmp_path / "page.html")
+    assert page.text == (tmp_path / "page.html").read_text() and seven.view(run, tmp_path / "page.html") is None
+    frame = xml.etree.ElementTree.fromstring(re.sub(" allowfullscreen", "", page._repr_html_()))
+    assert frame.tag == "iframe" and frame.get("height") == "432" and "<html" in frame.get("srcdoc") and not re.search(r"(src|href)=.https?:", frame.get("srcdoc"))
+    assert pickle.loads(pickle.dumps(page)).text == page.text and pickle.loads(pickle.dumps(seven.limits)).units == seven.limits.units
+    page.save(tmp_path / "again.html")
+    assert (tmp_path / "again.html").read_text() == page.text and repr(page).startswith("<refdyn page of ")
+
+
+def cells(text):
+    """The rows of the tables, whose markup must be well formed."""
+    tree = xml.etree.ElementTree.fromstring(f"<div>{re.sub('colspan=([0-9]+)', 'colspan=_', text).replace('colspan=_', '')}</div>")
+    return [["".join(cell.itertext()) for cell in row] for row in tree.iter("tr")]
+
+
+def test_tables_in_notebooks(package, seven):
+    rows = cells(seven._repr_html_())
+    assert ["name", "unit", "start", "rate at start"] in rows and ["elbow", "rad", f"{seven.q0[seven.coordinates.index('elbow')]:.6g}", "0"] in rows and ["tau_elbow", "N m", "0"] in rows
+    long = package.Model(REFERENCE, n_rfe=8, m_E=2.25)
+    rows = cells(long._repr_html_())
+    assert ["and 13 more"] in rows and len(long.coordinates) == 25 and ["m_E", "kg", "2.25"] in cells(package.Model(REFERENCE, n_rfe=1, m_E=2.25)._repr_html_()) + rows
+    assert "rows: ellipse, rise" in long._repr_html_() and "options: n_rfe = 8" in long._repr_html_()
+    shown = long.constrained._repr_html_()
+    assert ["qdd", "25"] == [row for row in cells(shown) if row[0] == "qdd"][0][:2] and "constrained(q, qd=None" in shown
+    assert ["M", "7 x 7"] == cells(seven.M._repr_html_())[1][:2]

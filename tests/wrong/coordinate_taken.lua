@@ -1,0 +1,9 @@
+-- expect: 7: coordinate arm_psi: another coordinate has this name; choose another name
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "arm", joint = "psi", mass = 1, center = { 0.5, 0, 0 } },
+    { "fore", on = "arm", joint = "psi", coordinate = "arm_psi", mass = 1, center = { 0.5, 0, 0 } },
+  },
+}
