@@ -105,40 +105,6 @@ def test_files_compile_as_one(language, tmp_path):
     assert done.returncode == 0, done.stderr[:2000]
 
 
-# ---- local arrays ----
-
-def stack_usage(folder, name):
-    """Bytes of the stack frame of each function and of the functions inlined into it, as gcc reports them."""
-    subprocess.run(["gcc", "-std=c11", "-O0", "-fstack-usage", "-c", f"{name}.c"], cwd=folder, check=True)
-    usage = {}
-    for line in (folder / f"{name}.su").read_text().splitlines():
-        place, size, _ = line.split("\t")
-        usage[place.split(":")[-1]] = int(size)
-    return usage
-
-
-@pytest.mark.parametrize("settings", [["n_rfe=4"], ["n_rfe=40"], ["n_rfe=16", "program=none"]], ids=" ".join)
-def test_bytes_of_local_arrays(settings, tmp_path):
-    """The header's figure equals the frames of the function, of its pieces and of the functions that it calls."""
-    arguments = [word for setting in settings for word in ("--set", setting)]
-    name, header = emit(tmp_path, REFERENCE, *arguments, "--emit", "all,tangent,d_qdd")
-    table = {row[0]: int(row[1]) for row in re.findall(r"^ \*   (\w+) +\d+ +\d+ +\d+ +\d+ +(\d+)$", header, re.M)}
-    usage = stack_usage(tmp_path, name)
-    text = (tmp_path / f"{name}.c").read_text()
-    assert len(table) > 10 and max(table.values()) > 1000
-
-    def frames(function):
-        body = text[re.search(rf"^(static )?(void|double) {function}\([^;]*\{{$", text, re.M).end():]
-        body = body[:body.index("\n}\n")]
-        return usage[function] + sum(frames(called) for called in set(re.findall(rf"\b({name}_\w+)\(", body)))
-
-    for quantity, told in table.items():
-        real = frames(f"{name}_{quantity}")
-        assert told <= real, f"{quantity}: {told} bytes told, frames of {real}"
-        scalars = 0.6 * real + 4000  # at -O0 every named value has its own memory, too
-        assert told >= real - scalars, f"{quantity}: {told} bytes told, frames of {real}"
-
-
 # ---- qdd with rows and without ----
 
 def load(folder, name):
