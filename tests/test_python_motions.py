@@ -418,7 +418,7 @@ WRONG = {
     "h: -0.1 is not a positive number": lambda m: m.step([1, 2], [1, 2], 0, -0.1),
     "steps: 0; must be at least 1": lambda m: m.step([1, 2], [1, 2], 0, 0.1, steps=0),
     "method: 'auto' has no fixed steps; use one of rk4, rk54": lambda m: m.step([1, 2], [1, 2], 0, 0.1, method="auto"),
-    "inputs: have shape (2,); the last axis must have 1 entries": lambda m: m.step([1, 2], [1, 2], 0, 0.1, np.ones(2)),
+    "inputs: has shape (2,); its last axis must have 1 entries (push)": lambda m: m.step([1, 2], [1, 2], 0, 0.1, np.ones(2)),
     "input push: contains nan; all numbers must be finite": lambda m: m.step([1, 2], [1, 2], 0, 0.1, {"push": np.nan}),
     "shape mismatch": lambda m: m.step(np.ones((2, 2)), np.ones((3, 2)), 0, 0.1),
 }

@@ -23,7 +23,6 @@ STABILISE = {"none": 0, "baumgarte": 1, "baumgarte-auto": 1, "project": 2}
 START = {"as-is": 0, "project": 1}
 SINGULAR = {"stop": 0, "pass": 1}
 ALIASES = {"gauss": "gauss12", "radau": "radau9"}
-SCALARS = (float, int, np.float64)
 FIXED = ("rk4",)  # methods without an error estimate
 
 
@@ -89,24 +88,6 @@ def followed(compiled: Compiled, library: Library) -> Library | None:
     """The optimised library as soon as it has replaced this one."""
     compiled.change_over()
     return None if compiled.library is library else compiled.library
-
-
-def input_rows(compiled: Compiled, inputs: Any) -> np.ndarray:
-    """Rows of inputs by name, or as an array (..., inputs) in the order of the model."""
-    if inputs is None:
-        return compiled.x
-    if isinstance(inputs, (np.ndarray, list, tuple)):
-        rows = finite("inputs", inputs)
-        if rows.ndim == 0 or rows.shape[-1] != compiled.x.size:
-            raise ValueError(f"inputs: have shape {rows.shape}; the last axis must have {compiled.x.size} entries")
-        return np.ascontiguousarray(rows)
-    if isinstance(inputs, dict) and inputs.keys() <= compiled.inputs.keys() and all(type(value) in SCALARS for value in inputs.values()):
-        row = compiled.x.copy()
-        for name, value in inputs.items():
-            row[compiled.inputs[name]] = value
-        if np.isfinite(row).all():
-            return row
-    return compiled.input_rows(inputs)
 
 
 def one_row(kind: str, rows: np.ndarray) -> np.ndarray:
@@ -275,7 +256,7 @@ def begin(model: Model, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: fl
     n = len(model.coordinates)
     compiled = model._purpose("motion")
     values = model._values("parameter", parameters)
-    core = new_core(compiled, options, one_row("input", input_rows(compiled, inputs)), values)
+    core = new_core(compiled, options, one_row("input", compiled.input_rows(inputs)), values)
     begin_t = one_real("t", finite("t", t))
     status, text, _ = core.start(begin_t, row_of("q", q, n), row_of("qd", qd, n), np.inf, 0.0, (), None, None, None, 0, 0, start is not None)
     tell(model, text)

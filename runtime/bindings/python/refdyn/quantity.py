@@ -86,6 +86,11 @@ class Compiled:
 
     def input_rows(self, inputs: Given) -> np.ndarray:
         """A row of inputs, or one for each state of a batch."""
+        if inputs is None:
+            return self.x
+        quick = self.of_inputs.quick(inputs)
+        if quick is not None:
+            return quick
         given = self.of_inputs.checked(inputs)
         return self.of_inputs.filled(given) if given else self.x
 

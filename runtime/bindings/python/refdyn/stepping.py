@@ -57,7 +57,7 @@ class Stepper:
         if compiled.library is not self._library:
             self._library, self._local = compiled.library, threading.local()
             self._one = self._direct(compiled) if self._is_direct else None
-        x = motion.input_rows(compiled, inputs)
+        x = compiled.input_rows(inputs)
         p = compiled.parameter_rows(parameters, x)
         if q.ndim == qd.ndim == x.ndim == p.ndim == 1 and t.ndim == 0:
             lead: tuple[int, ...] = ()
@@ -77,7 +77,7 @@ class Stepper:
         compiled = self._model._library(None, True)
         if self._many is None:
             self._many = self._direct(compiled)
-        x = motion.input_rows(compiled, inputs)
+        x = compiled.input_rows(inputs)
         return compiled, x, compiled.parameter_rows(parameters, x)
 
     def _compute(self, count: int, q: np.ndarray, qd: np.ndarray, t: np.ndarray, p: np.ndarray, x: np.ndarray, h: float, steps: int, new_q: np.ndarray, new_qd: np.ndarray) -> None:
