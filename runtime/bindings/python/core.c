@@ -1,19 +1,17 @@
 /*
  * refdyn.core: evaluates the functions of a compiled model on Python arrays.
  *
- * Opens a library that `refdyn compile` has built. Arguments are buffers (PEP 3118) of doubles in C order,
- * such as NumPy arrays, and are not copied. One state is evaluated by the functions of refdyn_model.h, many
- * states by the functions of refdyn_lanes.h, both without the interpreter's lock. An object never changes
- * after its creation, so any number of threads may call it. The stable interface of Python (Py_LIMITED_API)
- * is enough, so that one wheel suits Python 3.11 and later versions.
+ * Arguments are buffers (PEP 3118) of doubles in C order, such as NumPy arrays, and are not copied. One state
+ * is evaluated by the functions of refdyn_model.h, many states by the functions of refdyn_lanes.h, both
+ * without the interpreter's lock. An object never changes after its creation, so any number of threads may
+ * call it. The stable interface of Python (Py_LIMITED_API) is enough, so that one wheel suits Python 3.11 and
+ * later versions.
  */
 #include "runtime/bindings/python/extension.h"
 
-#include <dlfcn.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -33,366 +31,6 @@ static const struct quantity *find_quantity(const char *name) {
     for (int i = 0; i < QUANTITY_COUNT; i++)
         if (strcmp(quantities[i].name, name) == 0)
             return &quantities[i];
-    return NULL;
-}
-
-/* ---- Buffers ---- */
-
-static int has_doubles(const Py_buffer *view) {
-    return view->itemsize == sizeof(double) && view->format && strcmp(view->format, "d") == 0 &&
-           (uintptr_t)view->buf % sizeof(double) == 0;
-}
-
-/* Opens doubles in C order of any shape. Returns 0, without a Python error, if the object has none. */
-static int open_doubles(PyObject *object, Py_buffer *view, int more_flags) {
-    if (!PyObject_CheckBuffer(object))
-        return 0;
-    if (PyObject_GetBuffer(object, view, PyBUF_FORMAT | PyBUF_C_CONTIGUOUS | more_flags) != 0) {
-        PyErr_Clear();
-        return 0;
-    }
-    if (has_doubles(view))
-        return 1;
-    PyBuffer_Release(view);
-    return 0;
-}
-
-/* Opens `count` doubles, or `rows` rows of `count` doubles. Returns 0 with a Python error if the object has
- * others. */
-int refdyn_need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py_ssize_t rows, int more_flags,
-                        Py_buffer *view) {
-    const Py_ssize_t size = count * (Py_ssize_t)sizeof(double);
-    if (!open_doubles(object, view, more_flags)) {
-        PyErr_Format(PyExc_TypeError, "%s: not an array of doubles in C order", name);
-        return 0;
-    }
-    if (view->len == size || view->len == size * rows)
-        return 1;
-    PyErr_Format(PyExc_ValueError, "%s: has %zd numbers; must have %zd", name,
-                 view->len / (Py_ssize_t)sizeof(double), count);
-    PyBuffer_Release(view);
-    return 0;
-}
-
-/* ---- A library ---- */
-
-static void passing_clear(struct passing *passing) {
-    Py_XDECREF(passing->places);
-    free(passing->order);
-}
-
-static void library_dealloc(PyObject *self) {
-    struct library *library = (struct library *)self;
-    PyTypeObject *type = Py_TYPE(self);
-    passing_clear(&library->parameters);
-    passing_clear(&library->inputs);
-    free(library->p);
-    if (library->handle)
-        dlclose(library->handle);
-    PyObject_Free(self);
-    Py_DECREF(type);
-}
-
-const void *refdyn_find_symbol(const struct library *library, const char *name) {
-    return dlsym(library->handle, name);
-}
-
-static const void *find_table(const struct library *library, PyObject *symbol) {
-    const char *name = symbol ? PyUnicode_AsUTF8AndSize(symbol, NULL) : NULL;
-    const void *table = name ? dlsym(library->handle, name) : NULL;
-    if (name && !table)
-        PyErr_Format(PyExc_ImportError, "the compiled library has no table %s", name);
-    Py_XDECREF(symbol);
-    return table;
-}
-
-static const struct refdyn_spatial *find_spatial(const struct library *library, const char *name) {
-    PyObject *symbol = PyUnicode_FromFormat("%s_spatial", name);
-    const char *text = symbol ? PyUnicode_AsUTF8AndSize(symbol, NULL) : NULL;
-    const struct refdyn_spatial *spatial = text ? dlsym(library->handle, text) : NULL;
-    Py_XDECREF(symbol);
-    return spatial;
-}
-
-/* Finds the tables of the library and checks that their versions are the ones of this file. */
-static int find_tables(struct library *library, const char *name, int width) {
-    library->model = find_table(library, PyUnicode_FromFormat("%s_model", name));
-    if (!library->model)
-        return 0;
-    library->spatial = find_spatial(library, name);
-    if (width) {
-        library->lanes = find_table(library, PyUnicode_FromFormat("%s_lanes_%d", name, width));
-        if (!library->lanes)
-            return 0;
-    }
-    if (library->model->interface_version == REFDYN_MODEL_VERSION &&
-        (!width || library->lanes->interface_version == REFDYN_LANES_VERSION))
-        return 1;
-    PyErr_SetString(PyExc_ImportError,
-                    "the compiled library belongs to another version of refdyn; install the package again");
-    return 0;
-}
-
-/* ---- Preparation of parameters ---- */
-
-static int width_of(const struct refdyn_model *model) {
-    return model->parameter_count + model->derived_count;
-}
-
-/* Number of doubles in the result of `required`. */
-static size_t required_count(const struct refdyn_model *model) {
-    size_t count = 0;
-    for (int i = 0; i < model->requirement_count; i++)
-        count += 1 + (size_t)model->requirements[i].count;
-    return count;
-}
-
-/* Number of doubles in the scratch of `prepare` and `find_refused`. */
-static size_t scratch_count(const struct refdyn_model *model) {
-    return 4 * (size_t)model->n + 2 * (size_t)model->anchored_count + required_count(model) + 1;
-}
-
-/* Marks the parameters of p that are NaN in `is_free`: the start sets them. They have the model's values
- * until then. Returns whether there are any. */
-static int mark_free(const struct library *library, double *p, double *is_free) {
-    const struct refdyn_model *model = library->model;
-    int count = 0;
-    for (int i = 0; i < model->anchored_count; i++) {
-        double *value = &p[model->anchored[i]];
-        is_free[i] = isnan(*value);
-        if (is_free[i] > 0)
-            *value = library->p[model->anchored[i]];
-        count += is_free[i] > 0;
-    }
-    return count > 0;
-}
-
-/* Computes the same as refdyn_prepare, refdyn_initial_state and refdyn_anchor. */
-static void prepare(const struct library *library, double *p, const double *x, double *scratch) {
-    const struct refdyn_model *model = library->model;
-    double *q = scratch, *qd = q + model->n, *start = qd + model->n; /* start: (2 n) */
-    double *anchored = start + 2 * model->n, *is_free = anchored + model->anchored_count;
-    const int has_free = mark_free(library, p, is_free);
-    if (model->prepare)
-        model->prepare(p);
-    if (!has_free || !model->anchor)
-        return;
-    for (int j = 0; j < model->n; j++) {
-        q[j] = model->coordinates[j].value;
-        qd[j] = 0;
-    }
-    if (model->start) {
-        model->start(p, x, 0, q, qd, start);
-        memcpy(q, start, 2 * (size_t)model->n * sizeof *q);
-    }
-    model->anchor(p, x, 0, q, qd, anchored);
-    for (int i = 0; i < model->anchored_count; i++)
-        if (is_free[i] > 0)
-            p[model->anchored[i]] = anchored[i];
-    if (model->prepare)
-        model->prepare(p);
-}
-
-/* Returns the index of the first requirement that the parameters p violate, and its numbers; -1 if p meets
- * all. */
-static int find_refused(const struct refdyn_model *model, const double *p, const double *x, double *scratch,
-                        const double **numbers) {
-    double *required = scratch + 4 * model->n + 2 * model->anchored_count;
-    if (model->requirement_count > 0)
-        model->required(p, x, 0, scratch, scratch, required);
-    for (int i = 0; i < model->requirement_count; i++) {
-        *numbers = required + 1;
-        if (!(*required > 0))
-            return i;
-        required += 1 + model->requirements[i].count;
-    }
-    return -1;
-}
-
-static PyObject *refuse(const struct refdyn_requirement *requirement, const double *numbers) {
-    double own[REFDYN_REQUIREMENT_NUMBERS] = {0};
-    char fact[512];
-    memcpy(own, numbers, (size_t)requirement->count * sizeof *own);
-    snprintf(fact, sizeof fact, requirement->fact, own[0], own[1], own[2], own[3], own[4], own[5]);
-    return PyErr_Format(PyExc_ValueError, "parameters: the model refuses them: %s: %s", requirement->subject,
-                        fact);
-}
-
-/* Prepares rows up to the first one that the model refuses. Returns the index of the violated requirement;
- * -1 if the model accepts all rows. */
-static int prepare_rows(const struct library *library, Py_ssize_t rows, double *p, const double *x,
-                        int has_x_by_row, double *scratch, const double **numbers) {
-    const struct refdyn_model *model = library->model;
-    int refused = -1;
-    Py_BEGIN_ALLOW_THREADS;
-    for (Py_ssize_t i = 0; i < rows && refused < 0; i++, p += width_of(model)) {
-        prepare(library, p, x, scratch);
-        refused = find_refused(model, p, x, scratch, numbers);
-        x += has_x_by_row ? model->input_count : 0;
-    }
-    Py_END_ALLOW_THREADS;
-    return refused;
-}
-
-/* prepare(rows, p, x): each row of p (rows x (parameters + derived)) begins with the parameters, NaN for
- * those that the start of a motion sets; the function sets these and the derived ones. x has one row of
- * inputs, or one for each row of p. */
-static PyObject *library_prepare(PyObject *self, PyObject *arguments) {
-    const struct library *library = (struct library *)self;
-    const struct refdyn_model *model = library->model;
-    const Py_ssize_t width = width_of(model);
-    PyObject *p_object, *x_object;
-    Py_buffer p, x;
-    Py_ssize_t rows;
-    if (!PyArg_ParseTuple(arguments, "nOO", &rows, &p_object, &x_object))
-        return NULL;
-    if (!refdyn_need_doubles(p_object, "p", width, rows, PyBUF_WRITABLE, &p))
-        return NULL;
-    if (!refdyn_need_doubles(x_object, "x", model->input_count, rows, 0, &x)) {
-        PyBuffer_Release(&p);
-        return NULL;
-    }
-    const double *numbers = NULL;
-    int refused = -1;
-    double *scratch = malloc(scratch_count(model) * sizeof *scratch);
-    const Py_ssize_t given_rows = width ? p.len / (width * (Py_ssize_t)sizeof(double)) : 0;
-    const int has_x_by_row = x.len > model->input_count * (Py_ssize_t)sizeof(double) && given_rows == rows;
-    if (scratch)
-        refused = prepare_rows(library, given_rows, p.buf, x.buf, has_x_by_row, scratch, &numbers);
-    PyBuffer_Release(&p);
-    PyBuffer_Release(&x);
-    if (!scratch)
-        return PyErr_NoMemory();
-    if (refused >= 0)
-        refuse(&model->requirements[refused], numbers);
-    free(scratch);
-    if (refused >= 0)
-        return NULL;
-    Py_RETURN_NONE;
-}
-
-static PyObject *library_events(PyObject *self, void *closure) {
-    (void)closure;
-    return PyLong_FromLong(((struct library *)self)->model->event_count);
-}
-
-/* The levels of the rows: 0 positions, 1 velocities, 2 accelerations. */
-static PyObject *library_levels(PyObject *self, void *closure) {
-    const struct refdyn_model *model = ((struct library *)self)->model;
-    PyObject *levels = PyTuple_New(model->m);
-    (void)closure;
-    for (int i = 0; levels && i < model->m; i++)
-        PyTuple_SetItem(levels, i, PyLong_FromLong((long)model->rows[i].level));
-    return levels;
-}
-
-static PyObject *library_tangent(PyObject *self, void *closure) {
-    (void)closure;
-    return PyBool_FromLong(refdyn_has_tangent(((struct library *)self)->model));
-}
-
-static PyObject *library_derived(PyObject *self, void *closure) {
-    (void)closure;
-    return PyLong_FromLong(((struct library *)self)->model->derived_count);
-}
-
-/* ---- The creation of a library ---- */
-
-/* Keeps the dictionary, and copies the list. Returns 0 with a Python error. */
-static int read_passing(struct passing *passing, PyObject *places, PyObject *order) {
-    passing->given = (int)PyList_Size(order);
-    passing->order = malloc(((size_t)passing->given + 1) * sizeof *passing->order);
-    Py_INCREF(places);
-    passing->places = places;
-    if (!passing->order) {
-        PyErr_NoMemory();
-        return 0;
-    }
-    for (int i = 0; i < passing->given; i++) {
-        const long place = PyLong_AsLong(PyList_GetItem(order, i));
-        if (PyErr_Occurred())
-            return 0;
-        passing->order[i] = (int)place;
-    }
-    return 1;
-}
-
-/* Copies the model's values; `is_anchored` marks the parameters that the start of a motion sets. Returns 0
- * with a Python error. */
-static int keep_values(struct library *library, PyObject *p_object, const char *is_anchored,
-                       PyObject *x_object) {
-    const size_t p_count = (size_t)library->model->parameter_count,
-                 p_width = (size_t)width_of(library->model), x_count = (size_t)library->model->input_count;
-    Py_buffer p, x;
-    if (!refdyn_need_doubles(p_object, "p", (Py_ssize_t)p_count, 1, 0, &p))
-        return 0;
-    if (!refdyn_need_doubles(x_object, "x", (Py_ssize_t)x_count, 1, 0, &x)) {
-        PyBuffer_Release(&p);
-        return 0;
-    }
-    library->p = calloc(2 * p_count + x_count + p_width + 1, sizeof *library->p);
-    if (library->p) {
-        library->free_p = library->p + p_count;
-        library->x = library->free_p + p_count;
-        library->prepared = library->x + x_count;
-        memcpy(library->p, p.buf, (size_t)p.len);
-        memcpy(library->x, x.buf, (size_t)x.len);
-        for (size_t i = 0; i < p_count; i++)
-            library->free_p[i] = is_anchored[i] ? NAN : library->p[i];
-    } else
-        PyErr_NoMemory();
-    PyBuffer_Release(&p);
-    PyBuffer_Release(&x);
-    return library->p != NULL;
-}
-
-static int prepare_own(struct library *library) {
-    const struct refdyn_model *model = library->model;
-    const double *numbers = NULL;
-    double *scratch = malloc(scratch_count(model) * sizeof *scratch);
-    if (!scratch) {
-        PyErr_NoMemory();
-        return 0;
-    }
-    memcpy(library->prepared, library->free_p, (size_t)model->parameter_count * sizeof *library->p);
-    const int refused = prepare_rows(library, 1, library->prepared, library->x, 0, scratch, &numbers);
-    if (refused >= 0)
-        refuse(&model->requirements[refused], numbers);
-    free(scratch);
-    return refused < 0;
-}
-
-/* Library(path, name, lanes, p, is_anchored, x, parameter_places, parameter_order, input_places, input_order,
- * inputs_move_parameters): the model's name; the lane width of its functions for lanes, 0: none; the model's
- * values; how calls pass other values. */
-static PyObject *library_new(PyTypeObject *type, PyObject *arguments, PyObject *keywords) {
-    const char *path, *name, *is_anchored;
-    int width, inputs_move;
-    Py_ssize_t flags;
-    PyObject *p, *x, *p_places, *p_order, *x_places, *x_order;
-    (void)keywords;
-    if (!PyArg_ParseTuple(arguments, "ssiOy#OO!O!O!O!p", &path, &name, &width, &p, &is_anchored, &flags, &x,
-                          &PyDict_Type, &p_places, &PyList_Type, &p_order, &PyDict_Type, &x_places,
-                          &PyList_Type, &x_order, &inputs_move))
-        return NULL;
-    struct library *library = (struct library *)PyType_GenericAlloc(type, 0);
-    if (!library)
-        return NULL;
-    library->inputs_move_parameters = inputs_move;
-    library->handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (!library->handle)
-        PyErr_SetString(PyExc_ImportError, dlerror());
-    if (library->handle && find_tables(library, name, width)) {
-        const struct refdyn_model *model = library->model;
-        if (flags != model->parameter_count)
-            PyErr_Format(PyExc_ValueError, "is_anchored: has %zd flags; must have %d", flags,
-                         model->parameter_count);
-        else if (read_passing(&library->parameters, p_places, p_order) &&
-                 read_passing(&library->inputs, x_places, x_order) &&
-                 keep_values(library, p, is_anchored, x) && prepare_own(library))
-            return (PyObject *)library;
-    }
-    Py_DECREF(library);
     return NULL;
 }
 
@@ -438,7 +76,7 @@ static int find_function(struct function *function, const char *name) {
 }
 
 /* function(quantity, rates, size): numbers in qd and in a result. */
-static PyObject *library_function(PyObject *self, PyObject *arguments) {
+PyObject *refdyn_library_function(PyObject *self, PyObject *arguments) {
     const char *name;
     int rates, size;
     if (!PyArg_ParseTuple(arguments, "sii", &name, &rates, &size))
@@ -488,7 +126,7 @@ static double *open_row(struct call *call, int which, PyObject *object, int coun
     Py_buffer *view = &call->views[which];
     if (Py_TYPE(object) != call->array)
         return NULL;
-    call->is_open[which] = open_doubles(object, view, which == VIEW_OUT ? PyBUF_WRITABLE : 0);
+    call->is_open[which] = refdyn_open_doubles(object, view, which == VIEW_OUT ? PyBUF_WRITABLE : 0);
     if (!call->is_open[which] || view->len != count * (Py_ssize_t)sizeof(double) ||
         (view->ndim != 1 && which != VIEW_OUT))
         return NULL;
@@ -584,8 +222,8 @@ static int compute_one(const struct call *call, const struct function *function,
     int refused = -1;
     Py_BEGIN_ALLOW_THREADS;
     if (call->prepares) {
-        prepare(library, call->own_p, call->x, call->scratch);
-        refused = find_refused(library->model, call->p, call->x, call->scratch, numbers);
+        refdyn_prepare_values(library, call->own_p, call->x, call->scratch);
+        refused = refdyn_find_refused(library->model, call->p, call->x, call->scratch, numbers);
     }
     if (refused < 0)
         function->of_one(call->p, call->x, call->t, call->q, call->qd, call->out);
@@ -600,11 +238,11 @@ static int call_one(struct call *call, const struct function *function, PyObject
     const double *numbers = NULL;
     call->own_x = room;
     call->own_p = call->own_x + model->input_count;
-    call->scratch = call->own_p + width_of(model);
+    call->scratch = call->own_p + refdyn_parameter_width(model);
     const int is_good = open_call(call, function, given);
     const int refused = is_good && !PyErr_Occurred() ? compute_one(call, function, &numbers) : -1;
     if (refused >= 0)
-        refuse(&model->requirements[refused], numbers);
+        refdyn_refuse(&model->requirements[refused], numbers);
     close_views(call);
     return is_good;
 }
@@ -620,7 +258,8 @@ static PyObject *function_one(PyObject *self, PyObject *const *given, Py_ssize_t
     double local[LOCAL_DOUBLES];
     if (count != 6)
         return PyErr_Format(PyExc_TypeError, "one: has %zd arguments; must have 6", count);
-    const size_t size = (size_t)(model->input_count + width_of(model)) + scratch_count(model);
+    const size_t size =
+        (size_t)(model->input_count + refdyn_parameter_width(model)) + refdyn_prepare_scratch(model);
     double *room = size <= LOCAL_DOUBLES ? local : malloc(size * sizeof *room);
     if (!room)
         return PyErr_NoMemory();
@@ -748,7 +387,8 @@ static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_
     static const int places[] = {5, 6, 3, 1, 2};
     const struct function *function = (const struct function *)self;
     const struct refdyn_model *model = function->library->model;
-    const Py_ssize_t sizes[] = {width_of(model), model->input_count, 1, model->n, function->rates};
+    const Py_ssize_t sizes[] = {refdyn_parameter_width(model), model->input_count, 1, model->n,
+                                function->rates};
     struct many many = {.size = function->size, .of_one = function->of_one, .of_lanes = function->of_lanes};
     Py_buffer views[ROWS_COUNT + 1];
     int open = 0;
@@ -778,38 +418,6 @@ static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_
 
 #define FAST(function) (PyCFunction)(void (*)(void))(function)
 
-static PyMethodDef library_methods[] = {
-    {"prepare", library_prepare, METH_VARARGS, "prepare(rows, p, x)"},
-    {"function", library_function, METH_VARARGS, "function(quantity, rates, size)"},
-    {"motion", refdyn_library_motion, METH_VARARGS, "motion(options, p, is_anchored, x, places, follow)"},
-    {"statics", refdyn_library_statics, METH_VARARGS,
-     "statics(p, is_anchored, x, places, t, q, held, rows, way, starts)"},
-    {"modes", refdyn_library_modes, METH_VARARGS,
-     "modes(p, is_anchored, x, places, t, q, held, most, solve, eigen, least_squares)"},
-    {"stepper", refdyn_library_stepper, METH_VARARGS, "stepper(method, p, x)"},
-    {"columns", refdyn_library_columns, METH_NOARGS, "columns(): names and units of the columns of a motion"},
-    {NULL, NULL, 0, NULL},
-};
-
-static PyGetSetDef library_values[] = {
-    {"derived_count", library_derived, NULL, "number of derived parameters, which follow the parameters in p",
-     NULL},
-    {"row_levels", library_levels, NULL, "levels of the rows: 0 positions, 1 velocities, 2 accelerations",
-     NULL},
-    {"has_tangent", library_tangent, NULL, "whether the tangent was emitted", NULL},
-    {"event_count", library_events, NULL, "number of events of the model", NULL},
-    {NULL, NULL, NULL, NULL, NULL},
-};
-
-static PyType_Slot library_slots[] = {
-    {Py_tp_doc, "Library(path, name, lanes, ...): functions and values of a compiled model"},
-    {Py_tp_new, library_new},
-    {Py_tp_dealloc, library_dealloc},
-    {Py_tp_methods, library_methods},
-    {Py_tp_getset, library_values},
-    {0, NULL},
-};
-
 static PyMethodDef function_methods[] = {
     {"one", FAST(function_one), METH_FASTCALL, "one(q, qd, t, out, inputs, parameters)"},
     {"many", FAST(function_many), METH_FASTCALL, "many(count, q, qd, t, out, p, x)"},
@@ -823,8 +431,6 @@ static PyType_Slot function_slots[] = {
     {0, NULL},
 };
 
-static PyType_Spec library_spec = {"refdyn.core.Library", sizeof(struct library), 0, Py_TPFLAGS_DEFAULT,
-                                   library_slots};
 static PyType_Spec function_spec = {"refdyn.core.Function", sizeof(struct function), 0,
                                     Py_TPFLAGS_DEFAULT | Py_TPFLAGS_DISALLOW_INSTANTIATION, function_slots};
 
@@ -845,7 +451,7 @@ static PyTypeObject *numpy_array(void) {
 
 static int module_exec(PyObject *module) {
     struct types *types = PyModule_GetState(module);
-    PyObject *library = PyType_FromModuleAndSpec(module, &library_spec, NULL);
+    PyObject *library = PyType_FromModuleAndSpec(module, &refdyn_library_spec, NULL);
     types->function = (PyTypeObject *)PyType_FromModuleAndSpec(module, &function_spec, NULL);
     types->motion = (PyTypeObject *)PyType_FromModuleAndSpec(module, &refdyn_motion_spec, NULL);
     types->stepper = (PyTypeObject *)PyType_FromModuleAndSpec(module, &refdyn_stepper_spec, NULL);

@@ -30,7 +30,7 @@ struct library {
     const struct refdyn_spatial *spatial;  /* NULL: no point has a spatial Jacobian */
     double *p, *x;                         /* the model's parameters and inputs */
     double *free_p;                        /* the parameters, NaN for those that the start of a motion sets */
-    double *prepared;                      /* p as the functions read it: see `prepare` in core.c */
+    double *prepared;                      /* p as the functions read it: see preparation.c */
     struct passing parameters, inputs;
     int inputs_move_parameters; /* inputs change the prepared parameters or the rules for them */
 };
@@ -41,13 +41,41 @@ struct types {
     PyTypeObject *array; /* numpy.ndarray; derived types, such as masked arrays, hold more than doubles */
 };
 
+/* ---- A library, and arrays of doubles (library_object.c) ---- */
+
+/* Opens doubles in C order of any shape. Returns 0, without a Python error, if the object has none. */
+int refdyn_open_doubles(PyObject *object, Py_buffer *view, int more_flags);
 /* Opens `count` doubles, or `rows` rows of `count` doubles. Returns 0 with a Python error if the object has
  * others. */
 int refdyn_need_doubles(PyObject *object, const char *name, Py_ssize_t count, Py_ssize_t rows, int more_flags,
                         Py_buffer *view);
-
 /* Address of an exported symbol of the library; NULL if there is none. */
 const void *refdyn_find_symbol(const struct library *library, const char *name);
+extern PyType_Spec refdyn_library_spec;
+/* Library.function (core.c). */
+PyObject *refdyn_library_function(PyObject *self, PyObject *arguments);
+
+/* ---- Preparation of parameters (preparation.c) ---- */
+
+/* Numbers in a row of prepared parameters: the parameters, then the derived ones. */
+int refdyn_parameter_width(const struct refdyn_model *model);
+/* Number of doubles in `scratch` of the functions below. */
+size_t refdyn_prepare_scratch(const struct refdyn_model *model);
+/* Computes the same as refdyn_prepare, refdyn_initial_state and refdyn_anchor. p is NaN for what the start of
+ * a motion sets. */
+void refdyn_prepare_values(const struct library *library, double *p, const double *x, double *scratch);
+/* Returns the index of the first requirement that the parameters p violate, and its numbers in scratch; -1 if
+ * p meets all. */
+int refdyn_find_refused(const struct refdyn_model *model, const double *p, const double *x, double *scratch,
+                        const double **numbers);
+/* Sets the Python error of a violated requirement and returns NULL. */
+PyObject *refdyn_refuse(const struct refdyn_requirement *requirement, const double *numbers);
+/* Prepares rows up to the first one that the model refuses. Returns the index of the violated requirement; -1
+ * if the model accepts all rows. */
+int refdyn_prepare_rows(const struct library *library, Py_ssize_t rows, double *p, const double *x,
+                        int has_x_by_row, double *scratch, const double **numbers);
+/* Library.prepare. */
+PyObject *refdyn_library_prepare(PyObject *self, PyObject *arguments);
 
 /* ---- Results as objects of Python (dict_writer.c) ---- */
 
