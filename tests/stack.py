@@ -5,7 +5,7 @@ import subprocess
 
 from program import SOURCE, refdyn
 
-EMIT = "all,M_h,f,d_qdd,d_qdd_free,d_force,d_statics,d_rows,tangent,tangent_vectors,step.p"
+EMIT = "all,M_h,f,d_qdd,d_qdd_free,d_force,d_statics,d_rows,inverse,d_inverse,tangent,tangent_vectors,step.p"
 
 
 def bounds(folder):
