@@ -281,7 +281,7 @@ static int count_given(const struct plan *plan, const struct function *function)
                                                     : n + 1 + plan->model->row_count;
 }
 
-/* A composed function has no values of its own. */
+/* A composed function has no values itself. */
 static bool reads_inputs(const struct generation *gen, const struct function *function) {
     for (expression e = 0; e < gen->graph.count && function->is_needed; e++) {
         const struct symbol *symbol = function->is_needed[e] ? expr_as_symbol(&gen->graph, e) : NULL;

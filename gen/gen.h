@@ -36,7 +36,7 @@ enum gen_status gen_read(struct generation *generation, const struct read_reques
  * before gen_plan. */
 const char *gen_wrong_emit(struct generation *generation, const char *emit);
 /* Derives and plans the functions named in `emit`: comma-separated quantities, "all", or NULL for all that
- * the scene has except derivatives. Reports an error if the scene has none of them. */
+ * the scene has except derivatives. Reports an error if the scene lacks them all. */
 enum gen_status gen_plan(struct generation *generation, const char *emit);
 /* Does the same up to a pass and prints its result, for people who change the generator. */
 enum gen_status gen_explain(struct generation *generation, const char *emit, const char *pass, FILE *out);

@@ -1,7 +1,7 @@
 -- A trolley that rolls along a flexible jib, with a load on a rope. Rows hold it on the natural cubic spline through points
 -- of the jib. The spline's curvature is continuous in the trolley's position, and so are the accelerations.
 -- Checked against the deflection of a cantilever under its own weight and a single load, and against the theory of a mass
--- that moves along a beam. A trolley that rolls freely keeps the energy, and the spline pushes it at right angles.
+-- that moves along a beam. If the trolley rolls freely, the energy is constant, and the spline pushes it at right angles.
 local rd    = require "refdyn"
 local n     = rd.option("n_rfe", 5, { from = 3, to = 60 })
 local drive = rd.option("drive", "course", { "course", "input" })

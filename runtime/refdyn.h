@@ -574,7 +574,8 @@ void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, doub
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
 
 /** refdyn_exchange_model for a motion: its next step evaluates the functions of the other table. Call it
- * between any two calls of the motion. Each integrator of a workspace needs its own call. Errors as there. */
+ * between any two calls of the motion. Each integrator of a workspace needs its own call. Errors: those of
+ * refdyn_exchange_model. */
 int refdyn_integrator_exchange_model(struct refdyn_integrator *integrator, const struct refdyn_model *model);
 
 /* ---- Energy balance ---- */

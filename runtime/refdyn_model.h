@@ -254,7 +254,7 @@ struct refdyn_model {
     refdyn_function *d_qdd_free; /**< of qdd_free by the same, on request */
     refdyn_function *d_force;    /**< of force by the same, on request */
     refdyn_function
-        *d_inverse; /**< of inverse by q, qd, t, inputs, parameters, qdd, on request; qd as there */
+        *d_inverse; /**< of inverse by q, qd, t, inputs, parameters, qdd, on request; qd as for inverse */
     refdyn_function *d_statics; /**< of Q at qd = 0 by q, t, inputs, parameters, on request */
     refdyn_function *d_rows;    /**< of phi, psi and k by q, qd, t, inputs, parameters, on request */
     refdyn_function *course;    /**< (course_count) courses, in the units of the model */

@@ -51,7 +51,7 @@ static double *p, *x, *qdd, *lambda, *room, off;
 static int is_replaced;
 static double gain;
 
-/* The derived parameters; then, as a caller may, gains of its own behind them, each another one. */
+/* The derived parameters; then, as a caller may, gains after them, each a different one. */
 static void prepare(void) {
     if (model->prepare)
         model->prepare(p);

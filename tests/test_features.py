@@ -27,8 +27,8 @@ def rotation(axis, angle):
 
 # ---- names of coordinates ----
 
-def test_coordinates_with_names_of_their_own(tmp_path):
-    """The same equations as with LINK_JOINT; functions, lists and outputs use the name, fields by joint the joint."""
+def test_coordinates_with_chosen_names(tmp_path):
+    """The equations equal those with LINK_JOINT. Functions, lists and outputs use the chosen name, fields of the link the joint's."""
     first, second, third = model("double_pendulum").read_text().split('joint = { "theta" }')
     lock = 'hold = { "knee" }, forces = function(s) return { knee = 0 * s.q.hip } end, points ='
     (tmp_path / "named.lua").write_text(f'{first}joint = "theta", coordinate = "hip"{second}joint = "theta", coordinate = "knee"{third}'.replace("points =", lock))

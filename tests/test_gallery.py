@@ -293,8 +293,8 @@ def test_jib_sags():
 
 
 def test_jib_trolley_rolls_freely():
-    """Without a drive, it is on the natural spline through the knots and pushed by it at right angles, except for the inertia of its wheels;
-    the energy is constant."""
+    """Without a drive, the trolley is on the natural spline through the knots. The spline pushes it at right angles, except for the inertia
+    of its wheels. The energy is constant."""
     run, _, summary = motion(model("jib"), *settings({"drive": "input", "eta": 0}), "--until", 4, "--every", 0.05, "--method", "rk8", "--tol", "1e-10")
     places, slopes = zip(*(jib_spline(run, axis) for axis in "xyz"))
     pushed = sum(slope * run["force_trolley_" + axis] for slope, axis in zip(slopes, "xyz"))
@@ -304,8 +304,8 @@ def test_jib_trolley_rolls_freely():
 
 
 def jib_theory(times, size=5, step=1e-3):
-    """Height of the tip and of the trolley, and angle of the rope: a mass with a pendulum that moves along a beam in its plane, by
-    polynomials (x/L)^2 ... and the fourth-order rule. The motion begins at the equilibrium."""
+    """Height of the tip and of the trolley, and angle of the rope: a mass with a pendulum moves along a beam in its plane. The beam bends
+    by polynomials (x/L)^2 ..., and the fourth-order rule integrates. The motion begins at the equilibrium."""
     L, rope, trolley, load, g, T = 8, 2.5, 40, 200, 1, 4
     k = numpy.arange(2, size + 2)
     power = k[:, None] + k

@@ -90,7 +90,7 @@ def test_forward_and_inverse_dynamics(case):
 
 
 def test_inverse_dynamics(case):
-    """M qdd - h - Q at any qdd; nothing at the accelerations without rows, the programme force at those with rows."""
+    """It is M qdd - h - Q at any qdd, 0 at the accelerations without rows, and the programme force at those with rows."""
     now, rng = case.at_state, numpy.random.default_rng(3)
     M, f = now["M"], now["h"] + now["Q"]
     for qdd, expected in (rng.uniform(-9, 9, len(f)), None), (now["qdd_free"], 0 * f), (now["qdd"], now["force"] if case.found.m else 0 * f):

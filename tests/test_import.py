@@ -511,7 +511,7 @@ def test_coordinates_with_the_names_of_joints(tmp_path):
 
 @pytest.mark.parametrize("name", ["the-joint", "end", "b_psi", "b_xd", "turn_d", "t", "int", "2nd"])
 def test_names_of_joints_that_a_model_cannot_have(name, tmp_path):
-    """No identifiers, names of columns and rates: the coordinate is called after the link."""
+    """If the joint's name is no identifier, or that of a column or a rate, the coordinate has the name of the link."""
     text = HEAD + PAIR + joint(name=name) + "</robot>"
     named, _ = imported(tmp_path, text, "--joint-names", "--joints", "joints.json")
     assert "coordinate" not in named and json.loads((tmp_path / "joints.json").read_text()) == {name: ["b_phi"]}

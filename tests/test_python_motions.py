@@ -271,7 +271,7 @@ def test_copies_continue_with_the_same_numbers(arm, swing):
         assert same(first.state, third.state)
 
 
-def test_events_of_copies_are_their_own(swing):
+def test_copies_have_separate_events(swing):
     first, alone = (swing.motion([0.1, 0.2], [0, 0.4], method="rk8", tol=1e-9) for _ in range(2))
     second = first.copy()
     second.set(qd=[-2.0, 0.1])

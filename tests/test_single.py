@@ -181,7 +181,7 @@ def test_the_command_of_the_page(tmp_path):
 @pytest.mark.skipif(not LONG, reason="in tests/long")
 @pytest.mark.skipif(not shutil.which("qemu-system-arm"), reason="qemu-system-arm is not installed")
 def test_a_controller_on_a_cortex_m4(tmp_path):
-    """The floats of the host to a few units in the last place of the largest: only sinf and cosf differ. No more stack than stated."""
+    """The floats of the host, to a few units in the last place of the largest: only sinf and cosf differ. The stack is within its bound."""
     emit_single(REFERENCE, tmp_path, *settings({"n_rfe": 1, "drive": "input"}), "--emit", "step")
     emitted = ["manipulator.c", "manipulator_step.c"]
     subprocess.run(["gcc", "-std=c11", "-O2", "-ffp-contract=off", *STRICT[:-1], "-I.", ARM_FILES / "cortex_controller.c", *emitted, "-lm", "-o", "host"], cwd=tmp_path,

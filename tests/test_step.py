@@ -128,7 +128,7 @@ def test_rk4_takes_the_steps_of_sim(tmp_path):
 
 
 def test_the_state_alone(tmp_path):
-    """rk4 without derivatives has a function of its own, with equal bits."""
+    """rk4 without derivatives has a separate function, whose results are equal to the bit."""
     stepper = Stepper((MODELS / "crane.lua", []), tmp_path / "c", "step")
     n, state, out, work = stepper.n, stepper.state(), array(numpy.zeros(2 * stepper.n)), array(numpy.full(stepper.sizes["rk4"], numpy.nan))
     step = getattr(stepper.model.library, f"{stepper.name}_step_rk4_state")

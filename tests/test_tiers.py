@@ -62,7 +62,7 @@ def test_all_compilers_compute_the_same_bits(model, comparer, tmp_path):
 
 
 def test_no_operation_of_two_literals(tmp_path):
-    """tcc folds it in more than double precision. The second model has sums whose order brings numbers together."""
+    """tcc would fold it in more than double precision. In the second model, the order of sums brings numbers together."""
     number = r"\d+\.\d+(?:e[-+]?\d+)?"
     pair = re.compile(rf"(?:^|[=(,?:])\s*-?{number} (?:[*/] {number}|[-+] {number}(?![\d.e]| [*/]))|[-+] {number} [*/] {number}", re.M)
     assert pair.search("a = 0.25 + 0.5 + b") and pair.search("(0.25 * 0.5)") and not pair.search("a = 0.25 + 0.5 * b")
@@ -187,7 +187,7 @@ def test_compilers_of_the_first_tier(place):
 
 
 def test_a_first_tier_that_fails(place):
-    """$CC compiles instead, without a word."""
+    """$CC compiles instead, without a message."""
     (place.bin / "tcc").write_text("#!/bin/sh\necho wrong >&2\nexit 1\n")
     (place.bin / "tcc").chmod(0o755)
     _, said = place.run("eval", PENDULUM)
@@ -225,7 +225,7 @@ def test_optimised_calls_at_the_same_time_compile_once(count, place):
     assert len(place.calls("cc", " -shared ")) == 1 and not place.folders()
 
 
-def test_the_next_one_builds_if_the_first_one_fails(place):
+def test_another_program_builds_if_the_first_one_fails(place):
     """A compiler that fails once: the program that waited for it compiles again."""
     place.program("cc", f'case "$*" in *-shared*) if mkdir "{place.folder}/once" 2>/dev/null; then sleep 0.5; exit 1; fi ;; esac')
     processes = [place.start("eval", PENDULUM, env={"REFDYN_BACKGROUND": "0"}) for _ in range(2)]
@@ -456,7 +456,7 @@ def test_watch_of_a_page(swing):
     assert run.exists()
 
 
-def test_watch_that_is_used_wrongly(swing):
+def test_wrong_usage_of_watch(swing):
     _, said = swing.run("sim", "swing.lua", "--until", "1", "--watch", status=2)
     assert said.startswith("refdyn sim: --watch needs -o\n")
     _, said = swing.run("sim", "swing.lua", "--until", "1", "--tol", "1e-6", "--step", "1e-3", "--method", "rk8", "--watch", "-o", "a.csv", status=2)

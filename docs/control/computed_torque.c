@@ -1,8 +1,7 @@
 /*
  * Computed-torque control of the Puma at 1 kHz. The controller has the robot with a rigid forearm (robot.h).
  * A motion of the robot with a flexible forearm (plant.h) takes the place of the hardware. Prints how far the
- * axes are from their course, with the feed-forward by inverse dynamics and without, and what a call of the
- * controller takes.
+ * axes are from the reference motion with inverse dynamics and without, and the time of a controller call.
  */
 #include "plant.h"
 #include "refdyn.h"
@@ -14,7 +13,7 @@
 #include <time.h>
 
 enum { AXES = robot_n, CYCLES = 1500, MEMORY = 1 << 16 };
-static const double period = 1e-3, duration = 1.0; /* of the loop, of the course [s] */
+static const double period = 1e-3, duration = 1.0; /* of the loop, of the reference motion [s] */
 static const double stiffness = 400, damping = 40; /* of the errors: 1/s^2, 1/s; both roots are -20/s */
 static const double from[AXES] = {0, 0.785, 3.142, 0, 0.785, 0}, way[AXES] = {1.2, 0.5, -0.6, 0.4, 0.5, 1.0};
 
@@ -23,12 +22,12 @@ static const int axis[AXES] = {plant_COORDINATE_axis1_psi, plant_COORDINATE_axis
                                plant_COORDINATE_axis3_psi, plant_COORDINATE_axis4_psi,
                                plant_COORDINATE_axis5_psi, plant_COORDINATE_axis6_psi};
 
-struct course {
+struct reference {
     double q[AXES], qd[AXES], qdd[AXES];
 };
 
 /* From rest to rest along the polynomial 10 s^3 - 15 s^4 + 6 s^5. */
-static void course_at(double t, struct course *c) {
+static void reference_at(double t, struct reference *c) {
     const double s = t < duration ? t / duration : 1, T = duration;
     for (int i = 0; i < AXES; i++) {
         c->q[i] = from[i] + way[i] * s * s * s * (10 + s * (6 * s - 15));
@@ -39,7 +38,7 @@ static void course_at(double t, struct course *c) {
 
 /* Torques for the measured q and qd: tau = M (qdd + damping de/dt + stiffness e) - h - Q, with Q of the model
  * at zero inputs. It allocates nothing, and each call executes the same operations. */
-static void control(const struct robot_parameters *p, const struct course *c, const double *q,
+static void control(const struct robot_parameters *p, const struct reference *c, const double *q,
                     const double *qd, double *tau) {
     static const struct robot_inputs none;
     double qdd[AXES];
@@ -49,7 +48,7 @@ static void control(const struct robot_parameters *p, const struct course *c, co
 }
 
 /* The same gains without a model: each axis has its mean inertia, and nothing bears its weight. */
-static void control_axes(const struct course *c, const double *q, const double *qd, double *tau) {
+static void control_axes(const struct reference *c, const double *q, const double *qd, double *tau) {
     static const double inertia[AXES] = {3.0, 4.0, 1.1, 0.2, 0.18, 0.19}; /* [kg m^2] */
     for (int i = 0; i < AXES; i++)
         tau[i] = inertia[i] * (damping * (c->qd[i] - qd[i]) + stiffness * (c->q[i] - q[i]));
@@ -101,22 +100,22 @@ static int by_size(const void *a, const void *b) {
 static double run(int has_model, double times[CYCLES]) {
     static struct plant plant;
     struct robot_parameters p;
-    struct course course;
+    struct reference reference;
     double q[AXES], qd[AXES], tau[AXES], worst = 0;
     robot_defaults(&p);
     int status = start(&plant);
     for (int k = 0; k < CYCLES && !status; k++) {
-        course_at(k * period, &course);
+        reference_at(k * period, &reference);
         for (int i = 0; i < AXES; i++) {
             q[i] = plant.integrator.q[axis[i]];
             qd[i] = plant.integrator.qd[axis[i]];
-            worst = fmax(worst, fabs(course.q[i] - q[i]));
+            worst = fmax(worst, fabs(reference.q[i] - q[i]));
         }
         const double begin = now_us();
         if (has_model)
-            control(&p, &course, q, qd, tau);
+            control(&p, &reference, q, qd, tau);
         else
-            control_axes(&course, q, qd, tau);
+            control_axes(&reference, q, qd, tau);
         times[k] = now_us() - begin;
         status = move(&plant, tau, (k + 1) * period);
     }

@@ -31,7 +31,7 @@ static struct stiff_parameters stiff;
 static const struct soft_inputs none;
 
 /* The joints follow 126 u^5 - 420 u^6 + 540 u^7 - 315 u^8 + 70 u^9, u = t/T; the links are straight. */
-static void set_course(int cycles) {
+static void set_motion(int cycles) {
     const double T = cycles * period;
     memset(q, 0, sizeof q);
     memset(qd, 0, sizeof qd);
@@ -154,7 +154,7 @@ int main(void) {
     soft_defaults(&soft);
     stiff_defaults(&stiff);
     for (int i = 0; i < 3; i++) {
-        set_course(lengths[i]);
+        set_motion(lengths[i]);
         feed_stiff(lengths[i]);
         const double of_stiff = swing(lengths[i]);
         feed_soft(lengths[i]);

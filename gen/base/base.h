@@ -125,7 +125,7 @@ bool text_to_number(const char *text, double *value);
 bool text_ends_with(const char *text, const char *ending);
 /* Index of a text among `count` of them; -1 if it is not there. */
 int text_index(const char *text, const char *const *list, int count);
-/* An author's text as a literal of C with its quotes, which has the same bytes whatever they are. */
+/* An author's text as a literal of C with its quotes. It has the same bytes, for any text. */
 const char *text_literal(struct memory *memory, const char *text);
 /* The same for a comment of C: on one line, and without marks that end a comment or begin one. */
 const char *text_comment(struct memory *memory, const char *text);

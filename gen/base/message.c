@@ -1,7 +1,7 @@
 /*
  * Messages about a model: made safe to show, collected, sorted by line; and the known name nearest to a
- * misspelled one, by edit distance with transpositions. A message is one line, whatever the author's texts
- * and file names contain; the text of a warning starts with `warning: `.
+ * misspelled one, by edit distance with transpositions. A message is one line, regardless of what the
+ * author's texts and file names contain; the text of a warning starts with `warning: `.
  */
 #include "gen/base/base.h"
 

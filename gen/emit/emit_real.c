@@ -1,8 +1,8 @@
 /*
  * Single precision. All C is printed for doubles; with `--real float`, this pass turns each complete file
- * into C for floats: the type, decimal constants, and the functions of libm. A constant that some other file
- * of this folder prints can therefore not stay a double by mistake, which would promote whole expressions.
- * Input: the text of one file. Output: the same for the real type, or a constant that it cannot represent.
+ * into C for floats: the type, decimal constants, and the functions of libm. So no constant that another file
+ * of this folder prints can stay a double by mistake, which would promote whole expressions. Input: the text
+ * of one file. Output: the same for the real type, or a constant that it cannot represent.
  *
  * Everything computed by the generator is a double, and is rounded here once.
  */

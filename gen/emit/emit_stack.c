@@ -1,14 +1,14 @@
 /*
  * An upper bound of the stack of each emitted function, for callers with a small one. Input: the C text of a
- * function, in which each declaration has a line of its own: `double NAME[COUNT], ...;`. Values that one
+ * function, in which each declaration is on a separate line: `double NAME[COUNT], ...;`. Values that one
  * piece of a long function passes to the next are members of a local struct and look the same.
  *
  * The frame of a function has its local arrays, and the values that are alive at one place and for which
  * there is no register. Named values, and values read from arguments or arrays, are alive from their first to
- * their last use, which includes the whole of a loop that begins in between. The line with most of them
- * counts, and for each value the places that emit_real.c states, because compilers move computations and keep
- * pairs as vectors. A call adds the deepest of the called functions. tests/test_stack.py compares the bound
- * with what gcc reports; clang exceeds it in few functions, by less than a tenth.
+ * their last use. If a loop begins in between, they are alive to its end. The line with most of them counts.
+ * Each value takes the places that emit_real.c states, because compilers move computations and keep pairs as
+ * vectors. A call adds the deepest of the called functions. tests/test_stack.py compares the bound with what
+ * gcc reports; clang exceeds it in few functions, by less than a tenth.
  */
 #include "gen/emit/emit.h"
 
@@ -86,7 +86,7 @@ static void close_loop(struct reader *r) {
             r->values[i].last = r->line;
 }
 
-/* Forgets the values of a function and returns how many of them are alive at its worst line. */
+/* Forgets the values of a function and returns how many of them are alive at the line with most. */
 static long close_function(struct reader *r, int begin) {
     long alive = 0, most = 0;
     memset(r->changes + begin, 0, ((size_t)(r->line - begin) + 1) * sizeof *r->changes);

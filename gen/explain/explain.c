@@ -48,7 +48,7 @@ struct explanation {
     struct plan *plan;
     const struct graph *g;
     const struct function *function;
-    bool *needed, *is_marked; /* by handle; marked: with a line of its own */
+    bool *needed, *is_marked; /* by handle; marked: with a separate line */
     const char *section;      /* the last one that was printed */
 };
 

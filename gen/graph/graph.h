@@ -180,8 +180,8 @@ bool expr_is_number(const struct graph *g, expression e, double *value);  /* val
 const struct symbol *expr_as_symbol(const struct graph *g, expression e); /* NULL if e is not a symbol */
 /* A value keeps the first name that it receives. `text` must live as long as the graph. */
 void graph_name_value(struct graph *g, expression e, const char *text);
-/* Names a value "OWNER_WHAT", or "shared_WHAT" if it already has another owner: a value that several
- * bodies, links or rows share is named after none of them. */
+/* Names a value "OWNER_WHAT", or "shared_WHAT" if it already has another owner: a value that several bodies,
+ * links or rows share has the name of no owner. */
 void graph_name_shared(struct graph *g, expression e, const char *owner, const char *what);
 /* Starts a section of the graph with a remark. `text` must live as long as the graph. */
 void graph_remark(struct graph *g, const char *text);

@@ -264,8 +264,8 @@ void plan_set_frame(struct memory *memory, const struct tree *tree, struct funct
 
 /* ---- Quantities ---- */
 
-/* quantities.c: lists the functions of all requested quantities (`emit` as in gen_plan). Returns false if
- * the scene has none of them. */
+/* quantities.c: lists the functions of all requested quantities (`emit` as in gen_plan). Returns false if the
+ * scene lacks them all. */
 bool quantities_list_functions(struct plan *plan, const char *emit);
 /* Returns `emit` with each word for several quantities replaced by their names, and marks in the plan what
  * else these words request. */

@@ -62,7 +62,7 @@ static void check_chosen_names(const struct check *check) {
     for (int i = 0; i < count; i++)
         if (strcmp(list[i].name, "t") == 0)
             message_error(check->messages, list[i].place,
-                          "coordinate t: the name of the time; choose another name");
+                          "coordinate t: this is the name of the time; choose another name");
 }
 
 static void check_options(const struct check *check) {
@@ -163,7 +163,7 @@ static struct moving moving_of(const struct check *check, expression e) {
     return moving;
 }
 
-/* A number in e that is not finite, infinity also for a division by 0; 0 if there is none. */
+/* Returns a number in e that is not finite, INFINITY for a division by 0, or 0 if all are finite. */
 static double find_not_finite(const struct check *check, expression e) {
     const struct graph *graph = check->model->graph;
     bool *reached = memory_get(check->messages->memory, (size_t)e + 1);
@@ -379,7 +379,7 @@ static void check_coordinate_names(const struct check *check) {
             else if (is_rate_of(joint->coordinate, other) || is_rate_of(other, joint->coordinate))
                 message_error(
                     check->messages, joint->place,
-                    "coordinate %s: with coordinate %s a rate has a name twice; choose another name",
+                    "coordinate %s: differs from coordinate %s by _d, which marks rates; choose another name",
                     joint->coordinate, other);
         }
     }

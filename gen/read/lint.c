@@ -4,9 +4,9 @@
  * or advice.
  *
  * The formulas are `==` between an expression and a number (always false), an expression as a condition
- * (always true), and a decimal comma (a value that is dropped). As expressions it recognises fields of the
- * argument of `forces`, `constraints` and `events`, fields of rd.parameters, results of rd.parameter and
- * rd.input, and names that are set to one of these.
+ * (always true), and a decimal comma (a value that is dropped). Four things count as expressions: fields of
+ * the argument of `forces`, `constraints` and `events`; fields of rd.parameters; results of rd.parameter and
+ * rd.input; and names that are set to one of these.
  */
 #include "gen/read/reader.h"
 

@@ -16,8 +16,9 @@
 
 /* ---- work ---- */
 
-/* Additional cost of a step: one for each TEXT_PER_STEP bytes of the longest text beyond SHORT_TEXT, one for
- * each ZEROS_PER_STEP bytes if texts may contain bytes 0, and that of a remainder if a source contains %. */
+/* Additional cost of a step. It is one for each TEXT_PER_STEP bytes of the longest text beyond SHORT_TEXT, or
+ * for each ZEROS_PER_STEP bytes if texts may contain bytes 0. The cost of a remainder is added if a source
+ * contains %. */
 enum { SHORT_TEXT = 512, TEXT_PER_STEP = 64, ZEROS_PER_STEP = 4, STEPS_OF_REMAINDER = 48 };
 enum { STEPS_OF_CALL = 6, STEPS_OF_PIECE = 4, BYTES_PER_STEP = 16 };
 

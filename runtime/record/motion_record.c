@@ -9,7 +9,7 @@ static const double end_slack = 1e-9;
 
 enum {
     DEFAULT_OUTPUTS = 200,
-    STEPS_PER_LOOK = 64 /* between questions to the watch */
+    STEPS_PER_LOOK = 64 /* steps between questions to the watch */
 };
 
 double record_distance(double span, double every) {

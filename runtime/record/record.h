@@ -109,7 +109,7 @@ struct record_stops {
 
 enum record_stop_fault { RECORD_STOP_READ, RECORD_STOP_NO_CONDITION, RECORD_STOP_NO_COLUMN };
 
-/* Begins with no conditions, for at most `most`. */
+/* Begins without conditions; `most` can be added. */
 void record_stops_start(struct record_stops *stops, struct record_memory memory, int most,
                         struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial);
 /* Adds a condition. `text` must outlive the stops. */
@@ -202,7 +202,7 @@ struct record_motion {
     long outputs;   /* their number; the first output is the start */
 };
 
-/* Asked between portions of some steps: a status other than 0 ends the motion. */
+/* Asked after every few steps: a status other than 0 ends the motion. */
 struct record_watch {
     int (*ask)(void *context, const struct record_motion *motion);
     void *context;
@@ -294,9 +294,9 @@ const char *record_stability_text(const struct refdyn_statics_result *result,
                                   char text[static RECORD_STABILITY_LENGTH]);
 /* Warns of an equilibrium that is unstable or that the load does not lead to. */
 void record_print_equilibrium(const struct record_equilibrium *equilibrium, FILE *out);
-/* Prints why there is none, after this status of refdyn_statics. */
+/* Prints why there is no equilibrium, after this status of refdyn_statics. */
 void record_print_no_equilibrium(const struct record_equilibrium *equilibrium, int answer, FILE *out);
-/* Prints explanations of the result that are no warnings. */
+/* Prints explanations of the result that are not warnings. */
 void record_print_notes(const struct record_equilibrium *equilibrium, FILE *out);
 /* Writes forces, rows and stability. */
 void record_put_equilibrium(const struct record_equilibrium *equilibrium, const struct record_writer *writer);
@@ -364,13 +364,13 @@ struct record_small_motions {
 /* Returns a status of the runtime. The model must have a tangent and, with rows, d_rows. */
 int record_find_spectrum(struct record_spectrum *spectrum, const struct record_linear *linear,
                          const struct record_algebra *algebra);
-/* The same from the first five fields of `motions`, which also gets everything else. */
+/* The same from the first five fields of `motions`; sets the other fields. */
 int record_find_small_motions(struct record_small_motions *motions, const struct record_algebra *algebra);
 /* Damping ratio; -1 for growth without oscillation, 0 for an eigenvalue 0. */
 double record_damping_of(const struct record_mode *mode);
 /* Frequency [Hz]. */
 double record_frequency_of(const struct record_mode *mode);
-/* Warns of redundant rows, and of a state that is no equilibrium or off the programme. */
+/* Warns of redundant rows, and of a state that is off the programme or not an equilibrium. */
 void record_print_small_motions(const struct record_small_motions *motions, FILE *out);
 /* Writes phi, residual, unstable and the first `count` modes. */
 void record_put_small_motions(const struct record_small_motions *motions, int count,

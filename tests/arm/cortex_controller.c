@@ -14,7 +14,8 @@ enum { N = manipulator_n, CYCLES = 500, PRINTED = 100 };
 #ifdef PAINTED
 enum { AREA = 16384, COLOUR = 0xA5 };
 
-/* The area below the frame of the caller, and what a call left of its colour. */
+/* The stack below the frame of the caller. It is painted before a call, which leaves the colour where it uses
+ * no stack. */
 static unsigned char *area_below(void) {
     return (unsigned char *)__builtin_frame_address(0) - AREA - 256;
 }

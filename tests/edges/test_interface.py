@@ -281,7 +281,7 @@ static void largest_models(void) {
     free(gains);
 }
 
-/* Who goes on with a workspace that was refused is refused, too. */
+/* Calls with a workspace that was refused are refused, too. */
 static void workspace_without_memory(void) {
     const struct refdyn_options options = refdyn_options_default(REFDYN_RK4);
     struct refdyn_integrator integrator;

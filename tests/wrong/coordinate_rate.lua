@@ -1,4 +1,4 @@
--- expect: 7: coordinate arm_psi_d: with coordinate arm_psi a rate has a name twice; choose another name
+-- expect: 7: coordinate arm_psi_d: differs from coordinate arm_psi by _d, which marks rates; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

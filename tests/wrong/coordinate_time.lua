@@ -1,4 +1,4 @@
--- expect: 7: coordinate t: the name of the time; choose another name
+-- expect: 7: coordinate t: this is the name of the time; choose another name
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,13 +1,17 @@
 /*
  * Directional derivatives.
  *
- * Those of accelerations and programme forces are emitted. Most others follow from functions of the model
- * without differences. Functions quadratic in the rates, such as bias accelerations d(qd) and bias forces
- * h(qd), have the symmetric bilinear form b(a, v) = (b(a + v) - b(a - v))/4, exact for any length of v. With
- * v = dq: d(rd) = C dqd + d(qd, v)            since both are r'', contracted with qd and v d(T)  = qd.M dqd -
- * qd.h(qd, v)      by Christoffel's symbols, of which two cancel d(V)  = power(v) - v.Q(v)           Q
- * without its forces that have no potential, at rates v Courses, which are arbitrary formulas, multipliers
- * and event indicators use central differences.
+ * The derivatives of accelerations and programme forces are emitted. Most others follow from functions of the
+ * model without differences. Functions quadratic in the rates, such as bias accelerations d(qd) and bias
+ * forces h(qd), have the symmetric bilinear form b(a, v) = (b(a + v) - b(a - v))/4, exact for any length of
+ * v. With v = dq:
+ *
+ *   d(rd) = C dqd + d(qd, v)          since both are r'', contracted with qd and v
+ *   d(T)  = qd.M dqd - qd.h(qd, v)    by Christoffel's symbols, of which two cancel
+ *   d(V)  = power(v) - v.Q(v)         Q without its forces that have no potential, at rates v
+ *
+ * Central differences are used for courses, which are arbitrary formulas, for multipliers and for event
+ * indicators.
  */
 #include "runtime/bindings/fmi/fmi.h"
 

@@ -178,7 +178,7 @@ static int read_row(struct call *call, int which, const struct passing *passing,
     return is_good;
 }
 
-/* Returns the inputs of the call; NULL, without a Python error, if they need a closer look. */
+/* Returns the inputs of the call; NULL, without a Python error, if Python has to check them. */
 static const double *open_inputs(struct call *call, const struct library *library, PyObject *given) {
     if (given == Py_None)
         return library->x;

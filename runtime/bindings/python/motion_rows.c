@@ -58,7 +58,8 @@ static int open_samples(struct motion *motion, const struct start *start) {
     return 1;
 }
 
-/* Returns 0 with a ValueError if a condition is none; the caller has its message from the program. */
+/* Returns 0 with a ValueError if a text is not a condition; the caller lets the program report what is wrong
+ * with it. */
 static int open_stops(struct motion *motion, PyObject *stops) {
     const int count = (int)PyTuple_Size(stops);
     if (count == 0)

@@ -3,10 +3,10 @@
  *
  * In: the step, and the sides of zero on which the values were at its beginning. Out: where a shorter step
  * should end, or what is due at the end of this one. Each value is sampled in nine places of the method's
- * interpolant. Where it has changed its sign, or a parabola through three samples says that it may have been
- * beyond zero in between, the first zero is located by the Illinois form of regula falsi (Dowell and Jarratt,
- * BIT 11:168-174, 1971). The step is taken again to there; what it then misses is found by Newton's method,
- * until the end lies on the zero: the event is as accurate as a step.
+ * interpolant. It has a zero if its sign has changed. It may have one in between if a parabola through three
+ * samples passes zero. The Illinois form of regula falsi locates the first zero (Dowell and Jarratt, BIT
+ * 11:168-174, 1971). The step is taken again to there, and Newton's method corrects its length until its end
+ * is on the zero. So the event is as accurate as a step.
  */
 #include "runtime/core/motion/motion.h"
 

@@ -186,7 +186,8 @@ void refdyn_automatic_after_step(struct refdyn_motion *motion);
 /* The tolerance with which the errors of the method in use are as large as those of the others. */
 double refdyn_automatic_tolerance(const struct refdyn_motion *motion);
 /* After a step that could not be evaluated. Returns 1 if the automatic choice has changed to the explicit
- * method, because the tangent at the beginning of the step is not finite, which no smaller step changes. */
+ * method. It does so if the tangent at the beginning of the step is not finite, because no smaller step
+ * changes that. */
 int refdyn_automatic_after_failure(struct refdyn_motion *motion);
 /* The motion continues from a time before the end of its last step, by `back` [s]. */
 void refdyn_automatic_go_back(struct refdyn_motion *motion, double back);
@@ -217,8 +218,8 @@ int refdyn_programme_align(struct refdyn_programme *programme, struct refdyn_ste
                            const double *state);
 /* Where a batch that has factored a step's matrix writes its directions (m x n, of all rows in order). */
 double *refdyn_programme_take_directions(struct refdyn_programme *programme, struct refdyn_linear *linear);
-/* Returns whether a projection changes velocities, relative to the largest, by more than any error of a step
- * does, and by more than positions may change in a time h. Both states (2 n). */
+/* Returns whether a projection changes velocities, relative to the largest, by more than any error of a step.
+ * The change must also exceed what positions may change in a time h. Both states (2 n). */
 int refdyn_programme_moves_velocities(const struct refdyn_step *step, const double *before,
                                       const double *after, double h);
 /* The largest change of a position by a projection that does not refuse the step. */
@@ -258,7 +259,8 @@ struct refdyn_time_events {
 
 void refdyn_time_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
                                 struct layout *layout);
-/* Computes the known events for the present parameters and inputs, none of them passed. t, q and qd: any. */
+/* Computes the known events for the present parameters and inputs. No event counts as passed. t, q and qd:
+ * any. */
 void refdyn_time_events_take(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
                              const double *q, const double *qd);
 /* t, or the right side of a time event that is there: where functions have the values with which the motion
@@ -500,13 +502,13 @@ void refdyn_state_events_look_again(struct refdyn_state_events *events);
 /* The number of due events to report to the caller: each once, those that end the motion at each call. */
 int refdyn_state_events_report(struct refdyn_state_events *events, int ends);
 /* Records that the due events have happened at t, the beginning of the step or its end. `values` and `terms`
- * must be those of that state, and `risen` up to date. */
+ * must belong to that state, and `risen` must be up to date. */
 void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step,
                                   double t);
 int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i);
 /* Returns whether a crossing to that side of zero is an event of value i. */
 int refdyn_state_events_watches(const struct refdyn_step *step, int i, int side);
-/* Returns whether more events have followed each other without time between than can come to an end. */
+/* Returns whether so many events have followed each other at one time that they will not end. */
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
 /* Call it before due events happen at the beginning of the step: records the values and their rates. */
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step);
@@ -546,8 +548,8 @@ double refdyn_kinks_width(const struct refdyn_state_events *events, int i);
  * state. */
 int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step,
                                int i);
-/* After a step: moves its end back before kinks of positions that it passes by rounding alone, so that rows
- * that turn there still are as at its beginning. The second function moves a state at t in the step. */
+/* After a step that passes kinks of positions by rounding alone: moves its end back before them, so that rows
+ * that turn there are still as at its beginning. The second function moves a state at t in the step. */
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step);
 void refdyn_kinks_see_before(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                              double *state);

@@ -77,8 +77,8 @@ static int residuals_differ(const struct refdyn_motion *motion, int count, const
     return 0;
 }
 
-/* Do the coefficients of this state jump across the event at t? A row that fades out is
- * small on both sides, so its size at the beginning of the step counts, too. */
+/* Returns whether the coefficients of this state jump across the event at t. A row that fades out is small on
+ * both sides, so its size at the beginning of the step counts, too. */
 static int jump(struct refdyn_motion *motion, double t, const double *state) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;

@@ -2,11 +2,11 @@
  * Newton's iteration to the rows and to balance.
  *
  * In: a start and the fraction of the load that acts. Out: the equilibrium under it. While the load is
- * increased in steps, the iteration fails if its first correction is longer than `reach`, or if a later one
- * is not at most half as long as the previous one, because it might then converge to a distant equilibrium.
- * Otherwise steps are damped by the restricted natural monotonicity test: a step a dq is accepted if the
- * following correction, with the same tangent, is at most (1 - a/4) times as long (Deuflhard, Newton Methods
- * for Nonlinear Problems, 2004, sect. 3.3).
+ * increased in steps, the first correction must not be longer than `reach`, and each later one at most half
+ * as long as the previous one. Otherwise the iteration fails, because it might converge to a distant
+ * equilibrium. If the load is not increased in steps, corrections are damped by the restricted natural
+ * monotonicity test: a step a dq is accepted if the following correction, with the same tangent, is at most
+ * (1 - a/4) times as long (Deuflhard, Newton Methods for Nonlinear Problems, 2004, sect. 3.3).
  */
 #include "runtime/core/statics/statics.h"
 

@@ -19,7 +19,7 @@ from .names import nearest
 if TYPE_CHECKING:
     from .model import Model
 
-USUAL = ("M", "h", "energy", "qdd", "phi", "psi", "r")  # those of them that the model has
+USUAL = ("M", "h", "energy", "qdd", "phi", "psi", "r")  # by default, as far as the model has them
 COMMAND = re.compile(r"^ \*     (cc .*)$", re.M)
 FUNCTION = re.compile(r"^CASADI_FUNCTION\((\w+),", re.M)
 

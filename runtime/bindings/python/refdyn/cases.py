@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import xarray
 
 KEPT = ("final", "at", "extremes", "norms", "history")
-NUMBER = re.compile(r"(?<![\w.\[])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")  # values, by which reasons of one kind differ
+NUMBER = re.compile(r"(?<![\w.\[])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")  # numbers are left out when reasons are compared
 SHOWN_REASONS = 5
 
 

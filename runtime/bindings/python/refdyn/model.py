@@ -231,7 +231,7 @@ class Model:
         """Steps from q, qd at t [s] by h [s]; returns q and qd then. Axes before the last one are a batch, as in quantities.
 
         method     "rk4", "rk54", "rk8", "gauss" (gauss12), "radau" (radau9), "rodas5p" ... with a fixed step
-        steps      h is divided into so many equal steps
+        steps      number of equal steps that divide h
         stabilise  how rows are kept: "baumgarte", the gains of the rows (default of rk4, rk54 and rk8), "project" (of the others) or "none"
         """
         key = (method, stabilise)
@@ -241,7 +241,7 @@ class Model:
                 stepper = self._steppers.setdefault(key, stepping.Stepper(self, *key))
         return stepper(q, qd, t, h, inputs, parameters, steps)
 
-    # ---- What the program computes ----
+    # ---- Equilibria, modes, motions, batches ----
 
     def statics(self, q: npt.ArrayLike | None = None, *, t: float | None = None, inputs: Mapping[str, float] | None = None,
                 parameters: Mapping[str, float] | None = None, hold: str | Sequence[str] | None = None,

@@ -29,7 +29,7 @@ def unknown(kind: str, name: str, known: Collection[str], kinds: Mapping[str, Co
 
 
 def not_one_of(name: Any, known: Collection[str]) -> str:
-    """The message about a value that is none of the known names."""
+    """The message about a value that is not a known name."""
     near = nearest(name, known)
     return f"{name!r} is not one of {', '.join(known)}" + (f"; did you mean {near!r}?" if near else "")
 

@@ -1,7 +1,7 @@
 """Random cases and quasi-random cases of a batch, with the numbers of sweep files (docs/batches.md).
 
-A random number depends on the seed, the name and the number of its case alone. It needs additions, multiplications,
-divisions and square roots of IEEE numbers only, so that it is equal to the bit to that of `refdyn batch`.
+A random number depends on the seed, the name and the number of its case alone. It is computed by additions,
+multiplications, divisions and square roots of IEEE numbers alone, so that it equals that of `refdyn batch` to the bit.
 
 Philox: J. K. Salmon, M. A. Moraes, R. O. Dror, D. E. Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11. Normal
 quantile: M. J. Wichura, "Algorithm AS 241: The percentage points of the normal distribution", Applied Statistics 37 (1988).

@@ -1,10 +1,11 @@
 /*
  * Opens, reads and writes the folder of a batch that Slurm computes:
  *
- *   submitted.txt                 the identity of the batch, its chunks and jobs; locked while a program
- * reads it chunk.sh merge.sh             what the jobs run part_K.h5 part_K.h5.journal   the cases of chunk K
- *   chunk_K.txt merge.txt         output of the jobs
- *   merged                        exists once RUNS.h5 is complete
+ *   submitted.txt           identity of the batch, its chunks and jobs; locked while a program reads it
+ *   chunk.sh merge.sh       what the jobs run
+ *   part_K.h5               the cases of chunk K; part_K.h5.journal while they are computed
+ *   chunk_K.txt merge.txt   output of the jobs
+ *   merged                  exists once RUNS.h5 is complete
  */
 #define _GNU_SOURCE
 #include "runtime/tool/batches/slurm/slurm.h"

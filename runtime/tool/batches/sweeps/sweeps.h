@@ -63,7 +63,7 @@ struct sweep_file {
     jmp_buf out_of_memory;
     struct script *script;
     struct place place;  /* of the sweep */
-    const char *table;   /* file with the cases, which then do not vary otherwise; NULL: none */
+    const char *table;   /* file with the cases, instead of `varies`; NULL: none */
     struct vary *varies; /* (vary_count) in the order of their names */
     int vary_count;
     double draws; /* of each point of the grids; 1 where nothing is random */

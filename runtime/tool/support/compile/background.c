@@ -2,9 +2,9 @@
  * Compiles the optimised library of a model in the background, for the next call and for motions that still
  * run.
  *
- * The process is the child of a command, in its own session and with low priority, so that neither the end of
- * the command nor a signal from the terminal ends it. One such process compiles at a time; the others wait.
- * Nothing that it writes has a final name before it is complete, and a signal that ends it removes its
+ * The process is the child of a command and has low priority. It has its own session, so that neither the end
+ * of the command nor a signal from the terminal ends it. One such process compiles at a time; the others
+ * wait. Nothing that it writes has a final name before it is complete, and a signal that ends it removes its
  * folders.
  */
 #include "runtime/tool/support/compile/compile.h"

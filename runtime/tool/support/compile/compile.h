@@ -129,10 +129,11 @@ void compile_library_close(struct library *library);
 bool compile_cache_add(const struct cache *cache, const char *key, const char *library);
 void compile_cache_close(struct cache *cache);
 /* Claims the build of KEY.so: returns false while another program builds it. If the cache cannot be written,
- * everybody may claim it. */
+ * every program may claim it. */
 bool compile_cache_claim(const struct cache *cache, const char *key, struct scratch *claimed);
 void compile_cache_unclaim(struct scratch *claimed);
-/* Waits until no other program with this cache that called it runs. */
+/* Waits for the lock of the cache, which this program then holds until it ends: one program works at a time.
+ *  */
 void compile_cache_queue(const struct cache *cache);
 
 /* One run of the compiler: the words of $CC, flags, then its task; NULL at the end. */

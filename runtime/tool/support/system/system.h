@@ -147,7 +147,7 @@ int system_process_wait(struct process *processes, int count, struct notice *not
 /* Kills the programs in temporary folders, and waits for their ends. A signal handler may call it. */
 void system_process_kill_all(void);
 
-/* As fork. What the program would undo or kill when a signal ends it remains the parent's alone. */
+/* Like fork. If a signal ends the child, it removes no files and kills no programs of the parent. */
 pid_t system_process_fork(void);
 /* Calls `work` in a process in the background, which ends afterwards: in its own session, with low priority,
  * without descriptors, output and temporary folders of this program. Does nothing if there can be no process.
@@ -155,7 +155,7 @@ pid_t system_process_fork(void);
 void system_process_start_background(void (*work)(void *what), void *what);
 
 /* A line on stderr about what the program waits for, if stderr is a terminal and the wait takes more than
- * half a second. With REFDYN_NOTICES=1 it is a line of its own on any stderr, for programs that read it. */
+ * half a second. With REFDYN_NOTICES=1 it is a separate line on any stderr, for programs that read it. */
 
 struct notice {
     const char *what;
