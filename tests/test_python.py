@@ -174,9 +174,13 @@ def test_wheel_computes_with_what_it_contains(package, tmp_path):
     assert len(found[0]) == 1 and abs(np.log10(float(found[1][0]) / float(found[0][0]))) < 0.5, said
     three = package.prefix / "share" / "refdyn" / "three.min.js"
     assert three.stat().st_size > 500_000
-    three.write_text("/* of the wheel */\n" + three.read_text())
+    installed = three.read_bytes()
     run(alone, "sim", MODELS / "pendulum.lua", "--until", 0.1, "-o", tmp_path / "run.h5")
-    run(alone, "view", tmp_path / "run.h5", "-o", tmp_path / "page.html", REFDYN_THREE="")
+    three.write_bytes(b"/* of the wheel */\n" + installed)
+    try:
+        run(alone, "view", tmp_path / "run.h5", "-o", tmp_path / "page.html", REFDYN_THREE="")
+    finally:
+        three.write_bytes(installed)
     assert "/* of the wheel */" in (tmp_path / "page.html").read_text()
     run(alone, "import", next((TESTS / "robots").glob("*.urdf")), "-o", tmp_path / "robot.lua")
     run(alone, "export", MODELS / "pendulum.lua", "--fmu", "3.0", "-o", tmp_path / "pendulum.fmu")
