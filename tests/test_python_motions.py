@@ -392,7 +392,47 @@ def test_failing_step(package, arm):
     with pytest.raises(package.NumericalError, match=r"^state \(1,\): manipulator: t = 0") as told:
         arm.step([arm.q0, np.full(13, 1e200)], arm.qd0, 0, 1e-3, method="gauss")
     assert told.value.reason
-    assert not np.isfinite(arm.step(np.full(13, 1e200), arm.qd0, 0, 1e-3)[0]).all()
+    with pytest.warns(package.ModelWarning, match="undefined there"):
+        assert not np.isfinite(arm.step(np.full(13, 1e200), arm.qd0, 0, 1e-3)[0]).all()
+
+
+def test_unstable_steps_warn_once(package):
+    """Once for each stepper, at the caller's line, and not about states that were not finite before."""
+    arm = package.Model(REFERENCE, n_rfe=3)
+    remedy = 'use more steps, or method="ros34pw2" or "rodas5p"'
+    q, qd = np.tile(arm.q0, (3, 1)), np.tile(arm.qd0, (3, 1))
+    q[1], q[2, 0] = 1e200, np.nan
+    (new, _), said = told(lambda: arm.step(q[[0, 2]], qd[:2], 0, 1e-5))
+    assert said == [] and np.isfinite(new[0]).all()
+    with pytest.warns(package.ModelWarning) as caught:
+        arm.step(q, qd, 0, 1e-5)
+    assert [str(each.message) for each in caught] == ["step: 1 of 3 states after the step are not finite: 1e-05 s is too long for rk4, or the equations are undefined there; " + remedy]
+    assert caught[0].filename == __file__
+
+    def unstable(method):
+        q, qd = arm.q0, arm.qd0
+        for k in range(40):
+            q, qd = arm.step(q, qd, 0.02 * k, 0.02, method=method, steps=2)
+        return q
+    assert told(lambda: unstable("rk4"))[1] == []
+    last, said = told(lambda: unstable("rk54"))
+    assert not np.isfinite(last).all() and said == ["step: the state after the step is not finite: 0.01 s is too long for rk54, or the equations are undefined there; " + remedy]
+    assert np.isfinite(unstable("rodas5p")).all()
+
+
+def test_modes_that_steps_resolve(package):
+    """rk4 is stable below 2.8 divided by the fastest mode of the free robot, and not above."""
+    robot = package.Model.from_urdf(TESTS / "robots" / "two.urdf", {"fore": {"section": "tube:0.043:0.031", "E": 7.1e10, "rfe": 2, "tip": [0.13, -0.27, 0.19]}})
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        fastest = np.abs(robot.modes(at="initial", hold=[]).eigenvalue.values).max()
+        ends = []
+        for product in (2.6, 3.0):
+            q, qd = robot.q0, robot.qd0
+            for k in range(300):
+                q, qd = robot.step(q, qd, 0, product / fastest)
+            ends.append(np.abs(q[2:]).max())
+    assert ends[0] < 0.1 and not ends[1] < 1, ends
 
 
 # ---- Wrong calls ----
@@ -424,6 +464,8 @@ WRONG = {
 }
 WRONG_TYPES = {
     "q: values of complex128; must be real numbers": lambda m: m.motion([1j, 2]),
+    "steps: float; must be a whole number": lambda m: m.step([1, 2], [1, 2], 0, 0.1, steps=4.0),
+    "steps: bool; must be a whole number": lambda m: m.step([1, 2], [1, 2], 0, 0.1, steps=True),
     "qd: values of <U1; must be real numbers": lambda m: m.step([1, 2], ["1", "2"], 0, 0.1),
     "inputs: values of complex128; must be real numbers": lambda m: m.motion().set(inputs=np.ones(1) * 1j),
     "parameters: list; must be values by name, {'NAME': value}": lambda m: m.motion(parameters=[1]),

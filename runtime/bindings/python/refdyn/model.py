@@ -231,7 +231,7 @@ class Model:
         """Steps from q, qd at t [s] by h [s]; returns q and qd then. Axes before the last one are a batch, as in quantities.
 
         method     "rk4", "rk54", "rk8", "gauss" (gauss12), "radau" (radau9), "rodas5p" ... with a fixed step
-        steps      number of equal steps that divide h
+        steps      number of equal steps that divide h; an explicit step must resolve the modes of arm.modes(at="initial", hold=[])
         stabilise  how rows are kept: "baumgarte", the gains of the rows (default of rk4, rk54 and rk8), "project" (of the others) or "none"
         """
         key = (method, stabilise)
@@ -259,7 +259,13 @@ class Model:
     def modes(self, at: str = "statics", *, q: npt.ArrayLike | None = None, t: float | None = None, inputs: Mapping[str, float] | None = None,
               parameters: Mapping[str, float] | None = None, modes: int | None = None, hold: str | Sequence[str] | None = None,
               release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
-        """Computes frequencies, damping ratios and shapes about the equilibrium, about the initial state (`at="initial"`) or about q."""
+        """Computes frequencies, damping ratios and shapes about the equilibrium, about the initial state (`at="initial"`) or about q.
+
+        modes    how many modes, from the lowest frequency; default: all
+        hold     coordinates that do not move; default: `arm.held`, for a robot from URDF all driven joints. hold=[] holds none: these
+                 are the modes that a step of `arm.step` has to resolve
+        release  rows that do not act; the further options are those of `refdyn modes`
+        """
         check_place("at", at, [])
         values, constants = self._values("parameter", parameters), self._values("input", inputs)
         is_found = q is None and at == "statics"

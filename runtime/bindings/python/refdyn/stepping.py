@@ -19,6 +19,15 @@ if TYPE_CHECKING:
 EXPLICIT = ("rk4", "rk54", "rk8")
 
 
+def count_of(steps: Any) -> int:
+    """A whole number of steps."""
+    if type(steps) is not int and (isinstance(steps, bool) or not isinstance(steps, (int, np.integer))):
+        raise TypeError(f"steps: {type(steps).__name__}; must be a whole number")
+    if steps < 1:
+        raise ValueError(f"steps: {steps}; must be at least 1")
+    return int(steps)
+
+
 class Stepper:
     """The steps of one method and one way to keep the rows.
 
@@ -33,6 +42,7 @@ class Stepper:
             raise ValueError(f"method: 'auto' has no fixed steps; use one of {', '.join(other for other in motion.METHODS if other != 'auto')}")
         self._model, self._method, self._stabilise = model, name, stabilise
         self._local = threading.local()
+        self._has_warned = False
         compiled = model._libraries[None, False]
         self._n = len(model.coordinates)
         self._is_direct = name in EXPLICIT and compiled.library.event_count == 0 and (stabilise in (None, "baumgarte") or not model.rows)
@@ -49,8 +59,7 @@ class Stepper:
         h = h if type(h) is float else one_real("h", h)
         if not (h > 0 and math.isfinite(h)):
             raise ValueError(f"h: {h:g} is not a positive number")
-        if steps < 1:
-            raise ValueError(f"steps: {steps}; must be at least 1")
+        steps = count_of(steps)
         compiled = self._compiled
         if compiled.optimised is not None:
             compiled.change_over()
@@ -71,7 +80,19 @@ class Stepper:
                 compiled, x, p = self._with_lanes(inputs, parameters)
             arguments = [spread(array, lead) for array in (q, qd, t[..., np.newaxis], p, x)] if lead else [np.ascontiguousarray(q), np.ascontiguousarray(qd), np.atleast_1d(t), p, x]
             self._compute(count, *arguments, h, steps, new_q, new_qd)
+            if self._is_direct and not self._has_warned and not math.isfinite(new_q.dot(new_qd) if new_q.ndim == 1 else np.vdot(new_q, new_qd)):
+                self._warn(q, qd, t, h / steps, new_q, new_qd)
         return new_q, new_qd
+
+    def _warn(self, q: np.ndarray, qd: np.ndarray, t: np.ndarray, step: float, new_q: np.ndarray, new_qd: np.ndarray) -> None:
+        """Warns once if steps from finite states have results that are not finite."""
+        starts = np.isfinite(q).all(-1) & np.isfinite(qd).all(-1) & np.isfinite(t)
+        failed = starts & ~(np.isfinite(new_q).all(-1) & np.isfinite(new_qd).all(-1))
+        if failed.any():
+            self._has_warned = True
+            which = f"{np.count_nonzero(failed)} of {failed.size} states after the step are" if new_q.ndim > 1 else "the state after the step is"
+            program.warn(f"step: {which} not finite: {step:g} s is too long for {self._method}, or the equations are undefined there; "
+                         'use more steps, or method="ros34pw2" or "rodas5p"')
 
     def _with_lanes(self, inputs: Any, parameters: Any) -> tuple[Compiled, np.ndarray, np.ndarray]:
         compiled = self._model._library(None, True)
@@ -86,7 +107,7 @@ class Stepper:
             return
         failed = self._scratch(h / steps).steps(count, q, qd, t, h, p, x, new_q, new_qd)
         if failed is not None:
-            place = "" if new_q.ndim == 1 else f"state {np.unravel_index(failed[0], new_q.shape[:-1])}: "
+            place = "" if new_q.ndim == 1 else f"state {tuple(map(int, np.unravel_index(failed[0], new_q.shape[:-1])))}: "
             error = motion.failure_of(self._model, program.NUMBERS, failed[1], True)
             error.args = (place + str(error),)
             raise error
