@@ -438,6 +438,8 @@ def test_modes_that_steps_resolve(package):
 # ---- Wrong calls ----
 
 WRONG = {
+    "; did you mean 'rk54'?": lambda m: m.motion(method="RK45"),
+    "; did you mean 'radau9'?": lambda m: m.step([1, 2], [1, 2], 0, 0.1, method="radau5"),
     "method: 'rk5' is not one of auto, rk4, rk54": lambda m: m.motion(method="rk5"),
     "tol: '-1' is not a positive number": lambda m: m.motion(tol=-1),
     "step sets fixed steps and tol adaptive ones; omit one of them": lambda m: m.motion(tol=1e-3, step=1e-3),
@@ -464,6 +466,8 @@ WRONG = {
 }
 WRONG_TYPES = {
     "q: values of complex128; must be real numbers": lambda m: m.motion([1j, 2]),
+    "t: values of <U1; must be real numbers": lambda m: m.motion().advance("1"),
+    "at: ndarray; must be a name or a file; give a state as q=": lambda m: m.modes(at=np.zeros(2)),
     "steps: float; must be a whole number": lambda m: m.step([1, 2], [1, 2], 0, 0.1, steps=4.0),
     "steps: bool; must be a whole number": lambda m: m.step([1, 2], [1, 2], 0, 0.1, steps=True),
     "qd: values of <U1; must be real numbers": lambda m: m.step([1, 2], ["1", "2"], 0, 0.1),

@@ -82,6 +82,14 @@ def test_warnings_of_the_import(package, tmp_path):
     assert told[0].filename == __file__
 
 
+def test_names_of_joints_and_inputs(seven):
+    for values, name, message in ((seven.joints, "elbw", "elbw: unknown joint; did you mean 'elbow'?"), (seven.inputs, "elbow", "elbow: unknown input; did you mean 'tau_elbow'?"),
+                                  (seven.parameters, "mass", "mass: unknown parameter; the model has no parameter")):
+        with pytest.raises(KeyError) as told:
+            values[name]
+        assert told.value.args == (message,) and values.get(name) is None
+
+
 WRONG = {
     "none.urdf: URDF: No such file or directory; must be a readable file": ("ModelError", ["none.urdf"], {}),
     "flexible: fore: 'sect' is not one of section, E, tip, nu, eta, rho, rfe; did you mean 'section'?": (ValueError, [ROBOTS / "two.urdf", {"fore": {"sect": 1}}], {}),
@@ -91,6 +99,7 @@ WRONG = {
         ValueError, [ROBOTS / "two.urdf", {"fore": {"section": "round:0.1", "E": 7e10}, "upper": {"section": "round:0.2", "E": 7e10}}], {}),
     "flexible: add section": (ValueError, [ROBOTS / "two.urdf", {"fore": {"E": 7e10}}], {}),
     "right_angles: 3 rad is larger than any rounding of an angle; must be at most 0.01": (ValueError, [ROBOTS / "two.urdf"], {"right_angles": 3}),
+    "from_urdf() got an unexpected keyword argument 'drive'; did you mean 'drives'?": (TypeError, [ROBOTS / "two.urdf"], {"drive": True}),
     "n_rf: the model has no option or parameter of this name": (ValueError, [ROBOTS / "two.urdf"], {"n_rf": 3}),
 }
 

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import casadi_functions, cases as cases_, datasets, equilibria, inline, motion, program, recorded, stepping, urdf
-from .names import by_name, finite_row, nearest, one_real, unknown
+from .names import ByName, by_name, finite_row, nearest, one_real, unknown
 from .passing import Given
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
@@ -100,7 +100,11 @@ class Model:
         """
         given = {**urdf.beam_options(flexible), "drives": drives, "floating": floating, "friction_width": friction_width, "right_angles": right_angles}
         text, joints = urdf.imported(file, given)
-        return cls._of_sources(Sources(TEXT, {TEXT: text.encode()}), settings, joints)
+        try:
+            return cls._of_sources(Sources(TEXT, {TEXT: text.encode()}), settings, joints)
+        except ValueError as error:
+            urdf.check_keyword(str(error), settings, given)
+            raise
 
     @classmethod
     def _of_sources(cls, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = types.MappingProxyType({})) -> Model:
@@ -122,9 +126,9 @@ class Model:
         self._by_events = {entry["name"] for entry in description["inputs"] if entry["by_events"]}
         self._fixed = {entry["name"]: entry["value"] for entry in description["parameters"] if not entry["anchored"]}
         lists = {key: tuple(description[key]) for key in ("rows", "points", "courses", "held")}
-        vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value"),
-                          inputs=named(description["inputs"], "value"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
-                          q0=constant(description["q"]), qd0=constant(description["qd"]), joints=joints,
+        vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value", "parameter"),
+                          inputs=named(description["inputs"], "value", "input"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
+                          q0=constant(description["q"]), qd0=constant(description["qd"]), joints=types.MappingProxyType(ByName("joint", joints)),
                           limits=urdf.Limits(tuple(self._units["coordinates"]), self._units["coordinates"], description["limits"]), **lists)
         self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
         self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
@@ -266,6 +270,8 @@ class Model:
                  are the modes that a step of `arm.step` has to resolve
         release  rows that do not act; the further options are those of `refdyn modes`
         """
+        if not isinstance(at, (str, os.PathLike)):
+            raise TypeError(f"at: {type(at).__name__}; must be a name or a file; give a state as q=")
         check_place("at", at, [])
         values, constants = self._values("parameter", parameters), self._values("input", inputs)
         is_found = q is None and at == "statics"
@@ -478,8 +484,8 @@ def shown_file(main: str) -> str:
     return "<text>" if main == TEXT else main
 
 
-def named(entries: Sequence[Mapping[str, Any]], key: str) -> Mapping[str, Any]:
-    return types.MappingProxyType({entry["name"]: entry[key] for entry in entries})
+def named(entries: Sequence[Mapping[str, Any]], key: str, kind: str = "name") -> Mapping[str, Any]:
+    return types.MappingProxyType(ByName(kind, {entry["name"]: entry[key] for entry in entries}))
 
 
 def constant(values: Sequence[float]) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import program
 from .core import METHODS
-from .names import by_name, finite, one_real
+from .names import by_name, finite, not_one_of, one_real
 from .wording import shown
 
 if TYPE_CHECKING:
@@ -23,12 +23,13 @@ STABILISE = {"none": 0, "baumgarte": 1, "baumgarte-auto": 1, "project": 2}
 START = {"as-is": 0, "project": 1}
 SINGULAR = {"stop": 0, "pass": 1}
 ALIASES = {"gauss": "gauss12", "radau": "radau9"}
+OF_SCIPY = {"rk45": "rk54", "dop853": "rk8"}  # methods of SciPy and the ones that are closest to them
 FIXED = ("rk4",)  # methods without an error estimate
 
 
 def choose(name: str, value: str | None, words: Collection[str]) -> str | None:
     if value is not None and value not in words:
-        raise ValueError(f"{name}: {value!r} is not one of {', '.join(words)}")
+        raise ValueError(f"{name}: {not_one_of(value, words, OF_SCIPY)}")
     return value
 
 
@@ -139,7 +140,7 @@ class Motion:
 
     def advance(self, t: float) -> bool:
         """Computes the motion up to t [s], through all events. Returns False if an event of the model has ended it before."""
-        goal = float(t)
+        goal = t if isinstance(t, float) else one_real("t", t)
         if not self._core.t <= goal < np.inf:
             raise ValueError(f"t: {goal:g} is before the motion's time {self._core.t:g}; must not be earlier" if goal < self._core.t else f"t: {goal}; must be finite")
         if self._compiled.optimised is not None:

@@ -28,10 +28,21 @@ def unknown(kind: str, name: str, known: Collection[str], kinds: Mapping[str, Co
     return f"{name}: unknown {kind}; {hint}"
 
 
-def not_one_of(name: Any, known: Collection[str]) -> str:
-    """The message about a value that is not a known name."""
-    near = nearest(name, known)
+def not_one_of(name: Any, known: Collection[str], hints: Mapping[str, str] = {}) -> str:
+    """The message about a value that is not a known name. `hints` has names from elsewhere, in small letters, and what to use instead."""
+    near = hints.get(str(name).lower()) or nearest(name, known)
     return f"{name!r} is not one of {', '.join(known)}" + (f"; did you mean {near!r}?" if near else "")
+
+
+class ByName(dict[str, Any]):
+    """Values by name; the error about an unknown name suggests the nearest one."""
+
+    def __init__(self, kind: str, values: Mapping[str, Any]) -> None:
+        super().__init__(values)
+        self.kind = kind
+
+    def __missing__(self, name: str) -> Any:
+        raise KeyError(unknown(self.kind, name, self))
 
 
 def article(kind: str) -> str:

@@ -5,13 +5,13 @@ import json
 import os
 import pathlib
 import types
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import program
-from .names import not_one_of, unknown
+from .names import nearest, not_one_of, unknown
 
 OF_BEAMS = ("section", "E", "tip", "nu", "eta", "rho", "rfe")  # options of a flexible link
 Joints = Mapping[str, "str | tuple[str, ...]"]
@@ -42,6 +42,14 @@ def imported(file: str | os.PathLike[str], options: Mapping[str, Any]) -> tuple[
         program.run("import", os.path.join(".", name) if name.startswith("-") else name, *program.arguments({**options, "output": str(model), "joints": str(joints)}), "--joint-names")
         names = {joint: tuple(coordinates) for joint, coordinates in json.loads(joints.read_text(encoding="utf-8")).items()}
         return model.read_text(encoding="utf-8"), types.MappingProxyType({joint: of[0] if len(of) == 1 else of for joint, of in names.items()})
+
+
+def check_keyword(message: str, settings: Mapping[str, Any], keywords: Collection[str]) -> None:
+    """Raises an error if the message is about a name that the model does not have and that resembles a keyword of from_urdf."""
+    name, _, fact = message.partition(": ")
+    near = nearest(name, keywords) if name in settings and "option or parameter" in fact else None
+    if near:
+        raise TypeError(f"from_urdf() got an unexpected keyword argument {name!r}; did you mean {near!r}?") from None
 
 
 # ---- Limits ----
