@@ -68,6 +68,17 @@ def test_grids(package, ball):
     assert ball.batch(package.grid({"heavy": [True, False]}), 0.1).heavy.values.tolist() == [True, False]
 
 
+def test_names_of_results_are_names_of_cases(package, ball):
+    """A column x_start is the start value of x, in dictionaries, data frames and grids."""
+    expected = ball.batch({"ball_x": [0.13, 0.27], "ball_x_d": [0.4, -0.1], "f": 0.8}, 0.1)
+    found = ball.batch({"ball_x_start": [0.13, 0.27], "ball_x_d_start": [0.4, -0.1], "f": 0.8}, 0.1)
+    assert found.drop_vars("cpu_s").equals(expected.drop_vars("cpu_s")) and same(found.ball_x_start, [0.13, 0.27]) and same(found.f, [0.8, 0.8])
+    grid = ball.batch(package.grid(ball_x_start=[0.13, 0.27], m=[1.5, 2.5]), 0.1)
+    assert grid.ball_x.dims == ("ball_x_start", "m") and same(grid.ball_x, ball.batch(package.grid(ball_x=[0.13, 0.27], m=[1.5, 2.5]), 0.1).ball_x)
+    named = package.Model.from_text(BALL.replace('{ "k", 30, "N/m" }', '{ "ball_x_start", 30, "N/m" }').replace("p.k", "p.ball_x_start"))
+    assert same(named.batch({"ball_x_start": [20, 40]}, 0.1).ball_x_start, [20, 40])
+
+
 def test_data_frames(ball):
     pandas = pytest.importorskip("pandas")
     frame = pandas.DataFrame({"m": [1.5, 2.5], "shape": ["flat", "round"]}, index=["a", "b"])
@@ -169,6 +180,10 @@ WRONG = {
     "batch: t_end is missing; add the end of the motions [s]": (TypeError, lambda ball: ball.batch({"m": [1]})),
     "keep: 'histroy' is not one of final, at, extremes, norms, history; did you mean 'history'?": (ValueError, lambda ball: ball.batch({"m": [1]}, 1, keep={"histroy": "B_x"})),
     "keep: list; must be a dictionary with final, at, extremes, norms, history": (TypeError, lambda ball: ball.batch({"m": [1]}, 1, keep=["B_x"])),
+    "inputs: not an argument of batch; give its values as columns: cases={'f': 1.5}": (TypeError, lambda ball: ball.batch({"m": [1]}, 1, inputs={"f": 1.5})),
+    "parameters: not an argument of batch; give its values as columns: cases={'NAME': 1.0}": (TypeError, lambda ball: ball.batch({"m": [1]}, 1, parameters=[2])),
+    "qd: not an argument of batch; give its values as columns: cases={'ball_x_d': 0.1}": (TypeError, lambda ball: ball.batch({"m": [1]}, 1, qd=[0, 0])),
+    "cases: ball_x_start and ball_x are the same start value; give one of them": (ValueError, lambda ball: ball.batch({"ball_x": [1], "ball_x_start": [1]}, 1)),
     "keep.history: a motion has no column 'B_q'; did you mean 'B_x'?": (ValueError, lambda ball: ball.batch({"m": [1]}, 1, keep={"history": ["B_q"]})),
     "keep.at[2]: time 0.1; times must ascend and not be negative": (ValueError, lambda ball: ball.batch({"m": [1]}, 1, keep={"at": [0.2, 0.1]})),
     "keep.at[1]: time 3; must not be after the end of the motions at 1": (ValueError, lambda ball: ball.batch({"m": [1]}, 1, keep={"at": 3})),

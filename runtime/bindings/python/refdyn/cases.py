@@ -4,7 +4,7 @@ from __future__ import annotations
 import collections
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -57,6 +57,35 @@ def grid(axes: Mapping[str, npt.ArrayLike] | None = None, /, **more: npt.ArrayLi
 
     The names become dimensions of the result, in this order."""
     return Grid({**(axes or {}), **more})
+
+
+def by_names_of_results(cases: Any, coordinates: Collection[str], others: Collection[str]) -> Any:
+    """Returns the cases with start values under the names of coordinates. Results call the start value of `arm_psi` `arm_psi_start`,
+    and calls may do so, too, unless the model has another value of this name (`others`)."""
+    starts = {f"{name}{rate}_start": name + rate for name in coordinates for rate in ("", "_d")}
+    renamed = {name: starts[name] for name in getattr(cases, "keys", tuple)() if name in starts and name not in others}
+    if not renamed:
+        return cases
+    doubled = [name for name, other in renamed.items() if other in cases]
+    if doubled:
+        raise ValueError(f"cases: {doubled[0]} and {renamed[doubled[0]]} are the same start value; give one of them")
+    if isinstance(cases, Grid):
+        return Grid({renamed.get(name, name): values for name, values in cases.axes.items()})
+    return {renamed.get(name, name): values for name, values in cases.items()}
+
+
+NOT_COLUMNS = ("inputs", "parameters", "q", "qd")  # arguments of other calls; in a batch their values are columns
+
+
+def refuse_values(options: Mapping[str, Any], coordinates: Sequence[str]) -> None:
+    """Raises an error that says how a batch gets inputs, parameters and start values."""
+    for name in NOT_COLUMNS:
+        if name in options:
+            value = options[name]
+            named = next(iter(value.items()), ("NAME", 1.0)) if isinstance(value, Mapping) else None
+            rate = "_d" if name == "qd" else ""
+            column, example = named or ((coordinates[0] + rate, 0.1) if name.startswith("q") else ("NAME", 1.0))
+            raise TypeError(f"{name}: not an argument of batch; give its values as columns: cases={{{column!r}: {example}}}")
 
 
 def columns(cases: Any) -> dict[str, Any]:

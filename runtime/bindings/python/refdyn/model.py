@@ -340,8 +340,8 @@ class Model:
               lanes: int | None = None, **options: Any) -> xarray.Dataset:
         """Computes many motions, along `case`.
 
-        cases      a column of values for each parameter, option, input or start value (NAME, NAME_d) that varies: a dictionary of
-                   arrays, a data frame, refdyn.sample(...), or refdyn.grid(...), whose names become dimensions instead of `case`
+        cases      a column of values for each parameter, option, input or start value (NAME, NAME_d) that varies; one number is the
+                   same in all cases: a dictionary of arrays, a data frame, refdyn.sample(...), or refdyn.grid(...), whose names become dimensions instead of `case`
         t_end      end of the motions [s]
         keep       what is kept of each motion, as in a sweep file: {"final": True, "at": times, "extremes": names, "norms": names,
                    "history": names}, with names of columns of `simulate`. Default: the final state
@@ -354,6 +354,7 @@ class Model:
         reports all failed cases. Needs h5py.
         """
         datasets.need_h5py()
+        cases_.refuse_values(options, self.coordinates)
         if (cases is None) == (sweep is None):
             raise ValueError("batch: has no cases and no sweep, or both; give one of them")
         if sweep is not None and keep is not None:
@@ -361,6 +362,7 @@ class Model:
         if cases is not None and t_end is None:
             raise TypeError("batch: t_end is missing; add the end of the motions [s]")
         check_place("from_", from_ or "initial", [])
+        cases = cases_.by_names_of_results(cases, self.coordinates, {name for kind in ("parameter", "input", "option", "coordinate") for name in self._kinds[kind]})
         varied = cases_.columns(cases) if cases is not None else {}
         with program.private_folder() as folder:
             runs, summary = os.path.join(folder, "runs.h5"), os.path.join(folder, "summary.json")
