@@ -75,6 +75,26 @@ def test_links_as_beams(package):
     assert len(package.Model.from_urdf(ROBOTS / "two.urdf", {"fore": {"section": "tube:0.043:0.031", "E": 7.1e10, "tip": [0.13, -0.27, 0.19]}}, n_rfe=3).coordinates) == 8
 
 
+def test_text_and_report_of_an_import(package, tmp_path):
+    """Those of the command; a model has the text that it was read from."""
+    options = {"section": "tube:0.043:0.031", "E": 7.1e10, "rfe": 2, "tip": [0.13, -0.27, 0.19]}
+    arm = package.Model.from_urdf(ROBOTS / "two.urdf", {"fore": options})
+    said = refdyn("import", ROBOTS / "two.urdf", "--joint-names", "--flexible", "fore", "--section", "tube:0.043:0.031", "--E", "7.1e10", "--rfe", "2", "--tip", "0.13,-0.27,0.19",
+                  "-o", "two.lua", cwd=tmp_path)
+    assert arm.text == (tmp_path / "two.lua").read_text() and "\n".join(arm.imported) == said.stderr.strip() and arm.imported[0].startswith("link fore: a beam of 0.")
+    assert package.Model.from_text(arm.text, n_rfe=1).text == arm.text and pickle.loads(pickle.dumps(arm)).imported == arm.imported
+    (tmp_path / "two.lua").write_text("changed")
+    free = package.Model(REFERENCE, n_rfe=1)
+    assert free.text == REFERENCE.read_text() and free.imported == ()
+    with pytest.raises(AttributeError):
+        free.text = ""
+
+
+def test_one_rigid_element_is_a_rigid_link(package):
+    one, three = (package.Model.from_urdf(ROBOTS / "two.urdf", {"fore": {"section": "tube:0.043:0.031", "E": 7.1e10, "rfe": rfe, "tip": [0.13, -0.27, 0.19]}}) for rfe in (1, 3))
+    assert one.coordinates == ("shoulder", "elbow") and len(three.coordinates) == 2 + 3 * 2
+
+
 def test_warnings_of_the_import(package, tmp_path):
     (tmp_path / "odd.urdf").write_text(ODD.replace('ixx="0.3"', 'ixx="3"'))
     with pytest.warns(package.ModelWarning, match="no body has the moments 3 0.4 0.5") as told:

@@ -45,6 +45,7 @@ class Model:
     courses: tuple[str, ...]
     held: tuple[str, ...]                        # coordinates that statics and modes hold
     joints: Mapping[str, str | tuple[str, ...]]  # of a URDF file: the coordinate of each joint; several if it is planar or floating
+    imported: tuple[str, ...]                    # report of from_urdf: the beam and the rest of each flexible link, omitted elements
     limits: urdf.Limits                          # of positions, velocities and efforts, by coordinate
     q0: np.ndarray                               # initial state
     qd0: np.ndarray
@@ -97,27 +98,29 @@ class Model:
         settings   options and parameters of the model
 
         Coordinates have the names of their joints where the model's language allows them; `joints` maps all of them.
+        `text` is the model that the import wrote, and `imported` its report: beam and rest of each flexible link, omitted elements.
+        `rfe` counts rigid finite elements, with rfe - 1 spring-damping elements between them: rfe=1 is a rigid link.
         """
         given = {**urdf.beam_options(flexible), "drives": drives, "floating": floating, "friction_width": friction_width, "right_angles": right_angles}
-        text, joints = urdf.imported(file, given)
+        text, joints, report = urdf.imported(file, given)
         try:
-            return cls._of_sources(Sources(TEXT, {TEXT: text.encode()}), settings, joints)
+            return cls._of_sources(Sources(TEXT, {TEXT: text.encode()}), settings, joints, report)
         except ValueError as error:
             urdf.check_keyword(str(error), settings, given)
             raise
 
     @classmethod
-    def _of_sources(cls, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = types.MappingProxyType({})) -> Model:
+    def _of_sources(cls, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = types.MappingProxyType({}), imported: tuple[str, ...] = ()) -> Model:
         model = cls.__new__(cls)
-        model._read(sources, settings, joints)
+        model._read(sources, settings, joints, imported)
         return model
 
-    def _read(self, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = types.MappingProxyType({})) -> None:
+    def _read(self, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = types.MappingProxyType({}), imported: tuple[str, ...] = ()) -> None:
         self._lock, self._settings, self._sources = threading.RLock(), dict(settings), sources
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
         self._steppers: dict[tuple[str, str | None], stepping.Stepper] = {}
         self._purposes: dict[tuple[str, frozenset[str]], Compiled] = {}
-        printed, facts = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
+        printed, facts, _ = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
         description, self._warned = json.loads(printed), frozenset(facts)
         sources.keep(description["sources"])
         self._name, self._known = description["name"], description["quantities"]
@@ -128,7 +131,7 @@ class Model:
         lists = {key: tuple(description[key]) for key in ("rows", "points", "courses", "held")}
         vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value", "parameter"),
                           inputs=named(description["inputs"], "value", "input"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
-                          q0=constant(description["q"]), qd0=constant(description["qd"]), joints=types.MappingProxyType(ByName("joint", joints)),
+                          q0=constant(description["q"]), qd0=constant(description["qd"]), joints=types.MappingProxyType(ByName("joint", joints)), imported=imported,
                           limits=urdf.Limits(tuple(self._units["coordinates"]), self._units["coordinates"], description["limits"]), **lists)
         self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
         self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
@@ -150,7 +153,7 @@ class Model:
         raise AttributeError(f"{name}: a model cannot be changed; create another with refdyn.Model")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return restored, (type(self), self._sources.main, self._sources.texts, self._settings, dict(self.joints))
+        return restored, (type(self), self._sources.main, self._sources.texts, self._settings, dict(self.joints), self.imported)
 
     def __copy__(self) -> Model:
         return self
@@ -160,6 +163,11 @@ class Model:
 
     def __dir__(self) -> list[str]:
         return sorted({*super().__dir__(), *self._known})
+
+    @property
+    def text(self) -> str:
+        """The text of the model file as it was read; of a robot from URDF, the text to which messages such as `<text>:28` refer."""
+        return self._sources.texts[self._sources.main].decode("utf-8", "replace")
 
     # ---- Quantities ----
 
@@ -451,9 +459,9 @@ class Model:
             yield path
 
 
-def restored(kind: type[Model], main: str, texts: Mapping[str, bytes], settings: Mapping[str, Any], joints: urdf.Joints) -> Model:
+def restored(kind: type[Model], main: str, texts: Mapping[str, bytes], settings: Mapping[str, Any], joints: urdf.Joints, imported: tuple[str, ...]) -> Model:
     """Restores a pickled model from its texts, even if the files have changed."""
-    return kind._of_sources(Sources(main, texts), settings, types.MappingProxyType(joints))
+    return kind._of_sources(Sources(main, texts), settings, types.MappingProxyType(joints), imported)
 
 
 def runs_by_name(model: str, runs: Any) -> dict[str, xarray.Dataset]:

@@ -181,8 +181,8 @@ def listen(stream: IO[bytes], said: list[bytes]) -> None:
     said.append(text)
 
 
-def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: Collection[str] = (), shows_progress: bool = False) -> tuple[str, list[str]]:
-    """Runs the program; returns its output and the facts of its warnings. Facts that are not in `warned` become warnings.
+def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: Collection[str] = (), shows_progress: bool = False) -> tuple[str, list[str], str]:
+    """Runs the program; returns its output, the facts of its warnings and what else it says. Facts that are not in `warned` become warnings.
     `places` maps folders to their names in messages."""
     status, printed, complained = call([PROGRAM, *map(str, words)], shows_progress)
     said = wording.shown(complained, places)
@@ -192,4 +192,4 @@ def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: 
             warn(text)
     if status:
         raise failure(status, WARNING.sub("", said))
-    return printed, [fact_of(text) for text in found]
+    return printed, [fact_of(text) for text in found], WARNING.sub("", said)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import program
+from . import program, wording
 from .names import nearest, not_one_of, unknown
 
 OF_BEAMS = ("section", "E", "tip", "nu", "eta", "rho", "rfe")  # options of a flexible link
@@ -34,14 +34,15 @@ def beam_options(flexible: Mapping[str, Mapping[str, Any]] | None) -> dict[str, 
     return {"flexible": ",".join(flexible), **first, "tip": None if tip is None else ",".join(program.text_of("tip", value) for value in tip)}
 
 
-def imported(file: str | os.PathLike[str], options: Mapping[str, Any]) -> tuple[str, Joints]:
-    """Returns the text of the model, and the coordinate or coordinates of each joint that moves."""
+def imported(file: str | os.PathLike[str], options: Mapping[str, Any]) -> tuple[str, Joints, tuple[str, ...]]:
+    """Returns the text of the model, the coordinate or coordinates of each joint that moves, and the report of the import."""
     with program.private_folder() as folder:
         model, joints = (pathlib.Path(folder, name) for name in ("text.lua", "joints.json"))
         name = os.fspath(file)
-        program.run("import", os.path.join(".", name) if name.startswith("-") else name, *program.arguments({**options, "output": str(model), "joints": str(joints)}), "--joint-names")
+        _, _, report = program.run("import", os.path.join(".", name) if name.startswith("-") else name, *program.arguments({**options, "output": str(model), "joints": str(joints)}), "--joint-names")
         names = {joint: tuple(coordinates) for joint, coordinates in json.loads(joints.read_text(encoding="utf-8")).items()}
-        return model.read_text(encoding="utf-8"), types.MappingProxyType({joint: of[0] if len(of) == 1 else of for joint, of in names.items()})
+        of_joints = types.MappingProxyType({joint: of[0] if len(of) == 1 else of for joint, of in names.items()})
+        return model.read_text(encoding="utf-8"), of_joints, tuple(wording.of_python(report).strip().splitlines())
 
 
 def check_keyword(message: str, settings: Mapping[str, Any], keywords: Collection[str]) -> None:
