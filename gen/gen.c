@@ -306,6 +306,10 @@ struct result_part gen_result_part(const struct generation *gen, int function, i
     return (struct result_part){array->name, array->about, array->count, array->columns};
 }
 
+const char *gen_lack(const struct generation *gen, int number) {
+    return gen->plan->lacks[number];
+}
+
 /* Returns whether the file was made for a model of another name. Part 2 of the model `arm` has the same
  * file name as the model `arm_2`. */
 static bool is_of_other_model(struct generation *gen, const char *path) {

@@ -95,6 +95,8 @@ bool gen_function(const struct generation *generation, int number, struct emitte
 struct result_part gen_result_part(const struct generation *generation, int function, int part);
 /* All existing quantities, whether the scene has them or not, by number from 0; NULL: there are no more. */
 const char *gen_quantity(int number);
+/* What a scene without quantity `number` does not have; NULL: the scene has the quantity. */
+const char *gen_lack(const struct generation *generation, int number);
 
 /* The interpreter of the plan: the judge of the emitted C. The arguments are those of the emitted function; p
  * begins with the parameters, and the interpreter computes the derived values. 0 if the function exists. */

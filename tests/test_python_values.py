@@ -122,6 +122,20 @@ def test_arguments_stay_as_they_are(arm):
     assert same(x, [2.5]) and same(p, row(arm.parameters, xc=np.nan))
 
 
+def test_listed_quantities_exist(arm, swing, package):
+    """dir() has exactly the quantities of the model; the error about another one says what it needs."""
+    bare = package.Model.from_text('local rd = require "refdyn"\nreturn rd.model { name = "bare", gravity = { 0, 9.81, 0 }, links = { { "rod", joint = { "psi" }, mass = 1, center = { 1, 0, 0 } } } }')
+    for model, names in ((bare, [*bare._known, *bare._lacks]), (swing, [*swing._known, *swing._lacks]), (arm, arm._lacks)):
+        for name in names:
+            assert (name in dir(model)) == hasattr(model, name) == (name not in model._lacks), name
+    assert "force" in dir(arm) and "course" in dir(swing) and "r" not in dir(swing)
+    for name, needs in {"force": "constraints", "r": "points", "J": "points with angular = true", "course": "courses", "d_force": "constraints in the corrected form"}.items():
+        with pytest.raises(AttributeError, match=f"^<text>: the model has no {name}; it needs {needs}$"):
+            getattr(bare, name)
+    with pytest.raises(AttributeError, match="'Model' object has no attribute 'focre'$"):
+        bare.focre
+
+
 WRONG = {
     "tau_: unknown input; did you mean 'tau'?": (ValueError, {"tau_": 1}, None),
     "input tau: contains inf; all numbers must be finite": (ValueError, {"tau": np.inf}, None),

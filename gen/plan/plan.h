@@ -232,10 +232,11 @@ struct plan {
     bool *is_derived;         /* by handle */
     const int *vector_places; /* of `tangent_vectors` (refdyn_model.h), or NULL */
     int coupling_count;
-    const char *choices;      /* how M x = f is solved and its cost, for the summary; NULL: not at all */
-    const char *left_out;     /* quantities that the scene does not have, for the summary */
-    bool has_lanes;           /* also emit the files for lanes */
-    bool has_step;            /* also emit fixed steps */
+    const char *choices;  /* how M x = f is solved and its cost, for the summary; NULL: not at all */
+    const char **lacks;   /* by quantity: what the scene does not have; NULL: the scene has the quantity */
+    const char *left_out; /* quantities that the scene does not have, for the summary */
+    bool has_lanes;       /* also emit the files for lanes */
+    bool has_step;        /* also emit fixed steps */
     bool has_step_parameters; /* and their derivatives with respect to parameters */
     bool has_casadi;          /* also emit the file for CasADi */
     bool is_single;           /* the C computes in single precision: emit_real.c */

@@ -517,6 +517,7 @@ bool quantities_list_functions(struct plan *plan, const char *emit) {
     d->emit = emit;
     d->has_vectors = emit && is_in_list(emit, implicit) && is_corrected(d) && derivatives_prefer_vectors(d);
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
+    plan->lacks = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->lacks);
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];
         if (i == QUANTITY_breaks)
@@ -525,7 +526,7 @@ bool quantities_list_functions(struct plan *plan, const char *emit) {
             list_anchored(d);
         if (i == QUANTITY_required && !plan->is_single)
             required_values_find(d);
-        const char *lacks = lack_of(d, quantity);
+        const char *lacks = plan->lacks[i] = lack_of(d, quantity);
         if (lacks) {
             if (is_asked_for(d, quantity))
                 say_left_out(plan, quantity->name, lacks, &last_reason);

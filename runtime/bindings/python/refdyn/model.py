@@ -123,7 +123,8 @@ class Model:
         printed, facts, _ = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
         description, self._warned = json.loads(printed), frozenset(facts)
         sources.keep(description["sources"])
-        self._name, self._known = description["name"], description["quantities"]
+        self._name, self._lacks = description["name"], description["lacks"]
+        self._known = [name for name in description["quantities"] if name not in self._lacks]
         self._default = {entry["quantity"] for entry in description["functions"]}
         self._units = {kind: named(description[kind], "unit") for kind in ("coordinates", "parameters", "inputs")}
         self._by_events = {entry["name"] for entry in description["inputs"] if entry["by_events"]}
@@ -174,6 +175,8 @@ class Model:
     def __getattr__(self, name: str) -> Quantity:
         """Creates a quantity when it is first named; later it is an ordinary attribute."""
         if name.startswith("_") or name not in self._known:
+            if name in self.__dict__.get("_lacks", ()):
+                raise AttributeError(f"{shown_file(self._sources.main)}: the model has no {name}; it needs {self._lacks[name]}")
             near = None if name.startswith("_") else nearest(name, dir(self))
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}" + (f"; did you mean {near!r}?" if near else ""))
         with self._lock:

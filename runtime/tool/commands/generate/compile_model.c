@@ -201,6 +201,11 @@ static void put_functions(struct document *document, const struct generation *ge
     for (int i = 0; gen_quantity(i); i++)
         format_put_text(document, NULL, gen_quantity(i));
     format_put_close(document, ']');
+    format_put_open(document, "lacks", '{');
+    for (int i = 0; gen_quantity(i); i++)
+        if (gen_lack(generation, i))
+            format_put_text(document, gen_quantity(i), gen_lack(generation, i));
+    format_put_close(document, '}');
 }
 
 static void put_sources(struct document *document, const struct sources *sources) {
