@@ -76,7 +76,8 @@ def test_names_of_results_are_names_of_cases(package, ball):
     grid = ball.batch(package.grid(ball_x_start=[0.13, 0.27], m=[1.5, 2.5]), 0.1)
     assert grid.ball_x.dims == ("ball_x_start", "m") and same(grid.ball_x, ball.batch(package.grid(ball_x=[0.13, 0.27], m=[1.5, 2.5]), 0.1).ball_x)
     named = package.Model.from_text(BALL.replace('{ "k", 30, "N/m" }', '{ "ball_x_start", 30, "N/m" }').replace("p.k", "p.ball_x_start"))
-    assert same(named.batch({"ball_x_start": [20, 40]}, 0.1).ball_x_start, [20, 40])
+    runs = named.batch({"ball_x_start": [20, 40]}, 0.1)
+    assert same(runs.ball_x_start, [20, 40]) and (runs.ball_x < 1).all(), "a parameter of this name keeps it"
 
 
 def test_data_frames(ball):
