@@ -657,7 +657,7 @@ VARY = HEAD + "return rd.sweep { vary = { %s }, t_end = 0.1%s }"
     (VARY % ("mass = 1", ',\nstep = 1e-12'), [], 1, "sweep.lua:3: step 1e-12: 1e+11 steps; must be at most 1e+10"),
     (VARY % ("mass = 1", ',\nfrom = "late.json"'), [], 1, "sweep.lua:2: t_end 0.1: must be after the start of the motion at t = 2"),
     (VARY % ("mass = 1", ',\nmethod = "msbdf"'), [], 1, "sweep.lua:3: method: msbdf computes single motions"),
-    (VARY % ("mass = 1", ',\ngoal = 3'), [], 1, "sweep.lua:3: goal: unknown field; use one of vary, draws"),
+    (VARY % ("mass = 1", ',\ngoal = 3'), [], 1, "sweep.lua:3: goal: unknown field; use one of vary, table, draws"),
     (VARY % ("mass = 1", ',\ntoll = 3'), [], 1, "sweep.lua:3: toll: unknown field; did you mean \"tol\"?"),
     (VARY % ("mass = { 1, 2 }", ", keep = { at = { 0.05, 0.2 } }"), [], 1, "sweep.lua:2: keep.at[2]: time 0.2; must not be after the end of the motions at 0.1"),
     (VARY % ("arm_psi = { 0.1, 0.2 }", ', from = "statics"'), [], 1,

@@ -13,7 +13,7 @@
 #include <stdio.h>
 
 #include "refdyn.h"
-#include "refdyn_batch.h"
+#include "runtime/batch/refdyn_batch.h"
 
 /* ---- Memory, and writers ---- */
 
