@@ -41,10 +41,7 @@ def find(model: Model, purpose: str, q: npt.ArrayLike | None, t: Any, inputs: Ma
     holds = bytes(level == 0 and not wait and row not in released for level, wait, row in zip(levels, waits, model.rows))
     if any(holds) and not compiled.library.has_tangent:
         return None
-    x = compiled.x.copy()
-    for name, value in inputs.items():
-        x[compiled.inputs[name]] = value
-    values, anchored = motion.values_of(compiled, parameters)
+    x, (values, anchored) = compiled.input_rows(inputs), motion.values_of(compiled, parameters)
     marks = bytes(name in (model.held if held is None else held) for name in names)
     starts = tuple(starts[0] if starts else None for starts in model._row_starts)
     status, text, result = compiled.library.statics(values, anchored, x, tuple(compiled.description["requirements"]), 0.0 if time is None else float(time),
@@ -77,10 +74,7 @@ def modes(model: Model, at: str, q: npt.ArrayLike | None, t: Any, inputs: Mappin
     compiled = model._purpose("modes", given)
     if not compiled.library.has_tangent or 2 in compiled.library.row_levels:
         return None
-    x = compiled.x.copy()
-    for name, value in inputs.items():
-        x[compiled.inputs[name]] = value
-    values, anchored = motion.values_of(compiled, parameters)
+    x, (values, anchored) = compiled.input_rows(inputs), motion.values_of(compiled, parameters)
     marks = bytes(name in (model.held if held is None else held) for name in names)
     begin = 0.0 if time is None else float(time)
     status, text, result = compiled.library.modes(values, anchored, x, tuple(compiled.description["requirements"]), begin, np.ascontiguousarray(state), marks, most or 0,

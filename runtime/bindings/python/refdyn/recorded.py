@@ -69,10 +69,7 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
     samples = samples_of(columns, compiled, list(model._by_events)) if columns else (None, None)
     if samples is None:
         return None
-    x = compiled.x.copy()
-    for name, value in constants.items():
-        x[compiled.inputs[name]] = value
-    core = motion.new_core(compiled, options, x, values)
+    core = motion.new_core(compiled, options, compiled.input_rows(constants), values)
     try:
         status, text, outputs = core.start(begin, q, qd, until, distance, tuple(stop), *samples, equilibrium, compiled.description["limit_count"], 1, further.get("start") is not None)
     except ValueError:
