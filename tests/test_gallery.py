@@ -14,6 +14,17 @@ from program import LONG, MODELS, SCALE, SOURCE, all_models, check, close, evalu
 FINE = ["--method", "rk8", "--tol", "1e-12", "--stabilise", "project"]
 
 
+def classical_steps(slope, t, y, until, step):
+    """The state at `until` by the classical Runge-Kutta method, in equal steps of about `step`, and its time."""
+    steps = round((until - t) / step)
+    for h in [(until - t) / max(steps, 1)] * steps:
+        k1 = slope(t, y)
+        k2 = slope(t + h / 2, y + h / 2 * k1)
+        k3 = slope(t + h / 2, y + h / 2 * k2)
+        y, t = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(t + h, y + h * k3)), t + h
+    return y, t
+
+
 def model(name):
     return MODELS / (name + ".lua")
 
@@ -329,12 +340,7 @@ def jib_theory(times, size=5, step=1e-3):
     hangs = numpy.linalg.solve(bending, -g * (JIB_MASS * L / (k + 1) + (trolley + load) * (3 / L)**k))
     y, t, found = numpy.append(hangs, numpy.zeros(size + 2)), 0.0, []
     for until in times:
-        steps = round((until - t) / step)
-        for h in [(until - t) / max(steps, 1)] * steps:
-            k1 = slope(t, y)
-            k2 = slope(t + h / 2, y + h / 2 * k1)
-            k3 = slope(t + h / 2, y + h / 2 * k2)
-            y, t = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(t + h, y + h * k3)), t + h
+        y, t = classical_steps(slope, t, y, until, step)
         found.append([y[:size].sum(), ((3 + 4 * smooth(t, 0, T)) / L)**k @ y[:size], y[size]])
     return numpy.array(found).T
 
@@ -593,12 +599,7 @@ def spinup_deflections(times, size=5, step=4e-3):
 
     y, t, found = numpy.zeros(2 * size), 0.0, []
     for until in times:
-        steps = round((until - t) / step)
-        for h in [(until - t) / max(steps, 1)] * steps:
-            k1 = slope(t, y)
-            k2 = slope(t + h / 2, y + h / 2 * k1)
-            k3 = slope(t + h / 2, y + h / 2 * k2)
-            y, t = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(t + h, y + h * k3)), t + h
+        y, t = classical_steps(slope, t, y, until, step)
         found.append(y[:size].sum())
     return numpy.array(found)
 
