@@ -53,6 +53,7 @@ struct record_part {
     const char *path, *axis;       /* of the dataset; axis: NULL if it has only the axis of time */
     const char *const *axis_names; /* (count) along that axis; NULL without one */
     int first, count;              /* columns */
+    bool is_derivative;            /* added to the columns of the motion, and not read as one of them */
 };
 
 struct record_table {
