@@ -34,7 +34,7 @@ static const double curved_most = 0.05, curved_least = 1e-7;
 /* Copies that meet other events: the factor of the next change. */
 static const double smaller = 1.0 / 64;
 /* An output is at an event if it is nearer than this part of the motion. There, values that jump differ by
- * more than `jump` of the difference between its sides, and by more than rounding. */
+ * more than `jump` of the largest difference between the sides, and by more than rounding. */
 static const double near_part = 1e-5, jump = 0.05, rounding = 1e-11;
 
 /* Which copies form a difference; x the value and d its change. */
@@ -420,10 +420,20 @@ static int has_open(const struct run *run) {
 
 /* ---- Differences ---- */
 
-/* Does the value jump between the sides of an event at its output? */
-static int jumps(const double *a, const double *base, const double *b, double largest) {
-    const double once = fabs(*a - *b), twice = fabs(*a - 2 * *base + *b);
-    return twice > jump * once && twice > rounding * largest;
+/* The largest difference between the two sides of column k, over all outputs. */
+static double largest_difference(const struct run *run, const double *a, const double *b, int k) {
+    double largest = 0;
+    for (int row = 0; row < run->given->outputs; row++)
+        largest = fmax(largest, fabs(a[(size_t)row * (size_t)run->width + (size_t)k] -
+                                     b[(size_t)row * (size_t)run->width + (size_t)k]));
+    return largest;
+}
+
+/* Does value number `at` of a copy jump between the sides of an event at its output? */
+static int jumps(const struct run *run, const double *a, const double *b, size_t at) {
+    const double base = run->base[at], twice = fabs(a[at] - 2 * base + b[at]);
+    return twice > rounding * fabs(base) &&
+           twice > jump * largest_difference(run, a, b, (int)(at % (size_t)run->width));
 }
 
 /* Writes the derivatives by variable i of the block. */
@@ -445,7 +455,7 @@ static void write_derivatives(struct run *run, int i) {
                           ? (a[at] - b[at]) / apart
                           : (4 * a[at] - b[at] - 3 * run->base[at]) / (2 * difference->change);
             if (!is_lost && run->is_near[row] && difference->form == CENTRAL &&
-                jumps(&a[at], &run->base[at], &b[at], fabs(run->base[at]))) {
+                jumps(run, a, b, at)) {
                 found->t_jump = found->jumps++ == 0 ? run->times[row] : found->t_jump;
                 out[at] = NAN;
             }

@@ -269,6 +269,13 @@ static enum status run_task(const struct task *task, const struct refdyn_options
 static enum status check_error_options(const struct options *options,
                                        const struct refdyn_options *integration) {
     const double tol = options_number(options, "tol");
+    const char *excluded = options_number(options, "accuracy") > 0                ? "--accuracy; use --tol"
+                           : simulate_gsl_has(options_text(options, "method"))    ? "the methods of GSL"
+                                                                                  : NULL;
+    if (options_text(options, "derivatives") && excluded)
+        return options_usage_error(options->command, "--derivatives excludes %s", excluded);
+    if (options_number(options, "lanes") > 0 && !options_text(options, "derivatives"))
+        return options_usage_error(options->command, "--lanes needs --derivatives");
     if (options_number(options, "accuracy") > 0 && (tol > 0 || integration->tol == 0))
         return options_usage_error(options->command,
                                    "--accuracy chooses the tolerance itself; it excludes %s",
