@@ -265,6 +265,10 @@ void record_print_failure(const struct record_motion *motion, int status, bool i
 void record_print_rows_warning(const struct refdyn_integrator *integrator, FILE *out);
 void record_print_balance_warning(const struct record_motion *motion, FILE *out);
 
+/* Warns of derivatives that do not exist: by which of the names (count), from when on, and why. */
+void record_print_underivable(const struct refdyn_model *model, const char *const *names,
+                              const struct refdyn_underivable *underivable, int count, FILE *out);
+
 /* What the summary has in addition to the motion. */
 struct record_summary {
     const struct record_motion *motion;

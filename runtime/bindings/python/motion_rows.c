@@ -21,6 +21,7 @@ static int copy_state(const struct motion *motion, const struct start *start) {
     refdyn_initial_state(&motion->block->work, state, state + n);
     for (int i = 0; i < 2; i++) {
         Py_buffer view;
+        motion->has_start[i] = given[i] != Py_None;
         if (given[i] == Py_None)
             continue;
         if (!refdyn_need_doubles(given[i], names[i], n, 1, 0, &view))

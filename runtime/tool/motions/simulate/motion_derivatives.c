@@ -189,40 +189,6 @@ static enum status describe(const struct trial *trial, const struct task *task,
                : STATUS_DONE;
 }
 
-/* ---- Messages ---- */
-
-static const char *event_text(const struct refdyn_model *model, const struct refdyn_underivable *why) {
-    return why->event >= 0 ? format_text("the event %s", model->events[why->event].name)
-                           : "a kink of the model's formulas or a time event";
-}
-
-/* Warns of derivatives that do not exist. */
-static void print_underivable(const struct motion_derivatives *derivatives, const struct refdyn_model *model) {
-    char t[NUMBER_LENGTH], by[NUMBER_LENGTH];
-    for (int i = 0; i < derivatives->count; i++) {
-        const struct refdyn_underivable *why = &derivatives->underivable[i];
-        const char *name = derivatives->names[i];
-        if (why->jumps > 0)
-            fprintf(stderr,
-                    "refdyn: warning: --derivatives %s: %ld value%s at an output at which %s, the first at "
-                    "t = %s s; their derivatives are nan\n",
-                    name, why->jumps, why->jumps > 1 ? "s jump" : " jumps", "an event happens",
-                    exact_text(why->t_jump, t));
-        if (why->status == REFDYN_NO_DERIVATIVE)
-            fprintf(stderr,
-                    "refdyn: warning: --derivatives %s: no derivative from t = %s s on: %s%s happens in another "
-                    "order, or not at all, when %s changes by %s; the columns are nan from there\n",
-                    name, exact_text(why->t, t), event_text(model, why),
-                    why->is_at_start ? " at the start of the motion" : "", name, exact_text(why->change, by));
-        else if (why->status)
-            fprintf(stderr,
-                    "refdyn: warning: --derivatives %s: no derivative from t = %s s on: the motion with %s "
-                    "changed by %s fails there: %s; the columns are nan from there\n",
-                    name, exact_text(why->t, t), name, exact_text(why->change, by),
-                    refdyn_status_text(why->status));
-    }
-}
-
 /* ---- Computation ---- */
 
 enum status simulate_derivatives_run(struct motion_derivatives *derivatives, struct trial *trial,
@@ -260,7 +226,7 @@ enum status simulate_derivatives_run(struct motion_derivatives *derivatives, str
     }
     fprintf(stderr, "derivatives  by %d value%s, from %ld motions in the time of %.3g, %.3g s CPU\n", derivatives->count,
             derivatives->count > 1 ? "s" : "", derivatives->copies, derivatives->part, derivatives->cpu_s);
-    print_underivable(derivatives, scene->model);
+    record_print_underivable(scene->model, derivatives->names, derivatives->underivable, derivatives->count, stderr);
     return STATUS_DONE;
 }
 
