@@ -5,7 +5,7 @@
  * are none. Central differences; where the model refuses one side, such as a negative damping, differences of
  * the same order on the other side. repeated_steps.c says how copies repeat steps.
  *
- * The change of a value is about a millionth of it. It is changed if the motion responds too little or too
+ * The change of a value is about 1e-5 of it. It is changed if the motion responds too little or too
  * much for the differences to be accurate. Copies that fail are taken again with refined steps, all sides of a
  * difference alike; those that meet other events, with a smaller change.
  */
@@ -23,8 +23,9 @@ enum {
     ROUNDS = 5, /* bound on the rounds of one variable */
     REFINED_MOST = 2
 };
-/* Change of a value relative to its size, as a power of two so that it is added without rounding. */
-enum { CHANGE_EXPONENT = -17 };
+/* Change of a value relative to its size, as a power of two so that it is added without rounding; and first
+ * change of a value of 0, which may be a time constant: small, so that it is raised if need be. */
+enum { CHANGE_EXPONENT = -17, CHANGE_OF_ZERO = -30 };
 /* Largest change of positions in the motion [rad, length]: a difference within these bounds is accurate. */
 static const double response_least = 1e-9, response_most = 1e-4, response_aim = 1e-6;
 /* Bound on the change of a value that is not zero, relative to it. */
@@ -242,7 +243,7 @@ static double first_change(const struct run *run, const struct refdyn_variable *
     double size = fabs(value_of(run, variable));
     if (is_of_state(variable))
         size = fmax(size, refdyn_coordinate_unit(batch->model, variable->place, batch->options.length));
-    return ldexp(power_of_two(size > 0 ? size : 1), CHANGE_EXPONENT);
+    return size > 0 ? ldexp(power_of_two(size), CHANGE_EXPONENT) : ldexp(1, CHANGE_OF_ZERO);
 }
 
 /* What a copy of this side adds to the value. */

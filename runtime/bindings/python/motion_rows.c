@@ -13,7 +13,7 @@ struct start {
     int limit_count, has_rows, is_as_requested;
 };
 
-static int copy_state(const struct motion *motion, const struct start *start) {
+static int copy_state(struct motion *motion, const struct start *start) {
     const Py_ssize_t n = motion->library->model->n;
     double *state = refdyn_motion_at(motion, motion->start_at);
     PyObject *const given[] = {start->q, start->qd};

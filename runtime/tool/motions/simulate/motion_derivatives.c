@@ -55,7 +55,7 @@ static enum status refuse_name(const struct scene *scene, const struct options *
     const char **known = known_names(scene->model, &count);
     const char *nearest = message_nearest_name(name, known, count);
     return options_error(options, "derivatives",
-                         nearest ? ": '%s' is unknown; the nearest known name is '%s'"
+                         nearest ? ": '%s' is unknown; the nearest is '%s'"
                                  : ": '%s' is unknown; use a parameter, an input, a coordinate or its rate NAME_d",
                          name, nearest);
 }
