@@ -162,7 +162,7 @@ def test_compared_with_differences_of_tight_runs(number, tmp_path):
     columns = [name[:-2] for name in found if name.endswith("_d") and name[:-2] in found]
     columns += [f"{name}_d" for name in columns]
     for name, value in values.items():
-        change = 1e-5 * abs(value)
+        change = 1e-4 * abs(value)
         sides = []
         for side in (value + change, value - change):
             refdyn("sim", model, *settings({**values, name: side}), "--until", until, "--every", every, "--tol", 1e-12, "-o", tmp_path / "side.csv")
@@ -208,7 +208,7 @@ def test_event_at_the_start(tmp_path):
     """A force that begins exactly at the start: on one side the time event does not happen."""
     model = written(tmp_path, "breaks", BREAK)
     found, said = derive(model, "--until", 1, names=["T0", "F"], folder=tmp_path)
-    assert re.search(r"warning: --derivatives T0: no derivative from t = 0 s on: .* at the start of the motion", said), said
+    assert re.search(r"warning: --derivatives T0: nan from t = 0 s on: .* at the start of the motion happens in another order", said), said
     assert numpy.isnan(found["d_c_x_by_T0"]).all() and numpy.isfinite(found["d_c_x_by_F"]).all()
 
 

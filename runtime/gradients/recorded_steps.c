@@ -9,9 +9,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Iterations of copies beyond those of the motion. */
-enum { EXTRA = 0 };
-
 /* ---- Growing arrays ---- */
 
 /* Makes space for one more entry. Returns 0 without memory. */
@@ -123,7 +120,7 @@ static void note(void *context, const struct refdyn_motion *motion, const struct
                                            .is_special = step->guide != NULL,
                                            .aligns = motion->programme.aligned != recorded->aligned};
     if (step->method->kind == &refdyn_collocation && !motion->work->model->saturates)
-        taken->iterations = refdyn_collocation_iterations(step, &taken->keeps) + EXTRA;
+        taken->iterations = refdyn_collocation_iterations(step, &taken->keeps);
     recorded->aligned = motion->programme.aligned;
 }
 

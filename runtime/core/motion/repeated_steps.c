@@ -8,7 +8,7 @@
  * number, methods and lengths of its steps are those of the recorded motion (internal numerical
  * differentiation: Bock, in Modelling of Chemical Reaction Systems, Springer 1981, 102-125). Waypoints are the
  * start, time events, state events, and steps that end at an output, a sample or the end. Between waypoints
- * the steps keep their fractions, because a step that stayed behind would see an event on its wrong side. Each
+ * the steps keep their fractions, because otherwise a step would see an event on its wrong side. Each
  * copy computes the times of its time events, and locates its state events.
  *
  * A copy ends with REFDYN_NO_DERIVATIVE where it meets other events than the pattern has.

@@ -139,7 +139,7 @@ static int see_copy(void *context, const struct refdyn_batch_case *one, int numb
     return 0;
 }
 
-/* The event that has happened on one side only; -1: none of the model. */
+/* The event that has happened on one side only; -1: the model does not name it. */
 static int other_event(const struct refdyn_motion *motion) {
     const struct refdyn_state_events *events = &motion->state_events;
     const struct refdyn_repetition *repetition = &motion->repetition;
