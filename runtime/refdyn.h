@@ -84,7 +84,7 @@ enum refdyn_status {
                                       jumped; fault.row is the contact */
     REFDYN_CONTACT_DRIVEN = -17, /**< the programme closes a contact that is closed already; fault.row */
     REFDYN_CONTACTS_UNMET =
-        -18,             /**< no impulses or forces keep all closed contacts from closing; fault.row */
+        -18,              /**< no impulses or forces keep all closed contacts from closing; fault.row */
     REFDYN_REFUSED = -19, /**< the model refuses a parameter value, such as a negative mass; work->refused */
     REFDYN_NO_DERIVATIVE = -20 /**< a motion has no derivative by a value: events differ on its two sides */
 };

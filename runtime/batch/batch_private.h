@@ -80,8 +80,8 @@ struct shift {
 /* The cases of a batch are copies of case `number`, which repeat its steps. */
 struct refdyn_copies {
     long number;
-    const struct shift *shifts;                /* by number of the copy */
-    const struct refdyn_pattern *pattern;      /* NULL: the copies choose their steps */
+    const struct shift *shifts;            /* by number of the copy */
+    const struct refdyn_pattern *pattern;  /* NULL: the copies choose their steps */
     const struct refdyn_step_watch *watch; /* of the steps; NULL: nobody watches */
 };
 

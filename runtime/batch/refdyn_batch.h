@@ -147,24 +147,24 @@ struct refdyn_variable {
 
 /** Why a motion has no derivative by a variable, or none at some outputs. */
 struct refdyn_underivable {
-    int status;   /**< 0: derivatives exist at all outputs. NO_DERIVATIVE: when the variable changes slightly,
-                       events happen in another order, or on one side only. Otherwise the enum refdyn_status
-                       with which a changed motion has failed */
-    double t;     /**< time of that event or failure: outputs from there on have NaN [s] */
-    double change; /**< change of the variable, signed, with which this happened */
-    int event;     /**< of the model; -1: a kink of formulas, or a time event */
+    int status; /**< 0: derivatives exist at all outputs. NO_DERIVATIVE: when the variable changes slightly,
+                     events happen in another order, or on one side only. Otherwise the enum refdyn_status
+                     with which a changed motion has failed */
+    double t;   /**< time of that event or failure: outputs from there on have NaN [s] */
+    double change;   /**< change of the variable, signed, with which this happened */
+    int event;       /**< of the model; -1: a kink of formulas, or a time event */
     int is_at_start; /**< 1: the event is at the start of the motion */
-    long jumps;     /**< values that are NaN because they jump at the time of their output */
-    double t_jump;  /**< the first such time [s] */
+    long jumps;      /**< values that are NaN because they jump at the time of their output */
+    double t_jump;   /**< the first such time [s] */
 };
 
 /**
  * Derivatives of a motion at its outputs, by parameters, inputs and start values.
  *
  * The motion chooses its steps; then copies with one value changed repeat them, side by side in lanes and on
- * threads, and central differences are formed (Bock 1981; runtime/core/motion/repeated_steps.c). It works with
- * each method, with rows, projections, events and impacts. Where an event of the model ends the motion, the
- * last output is the state at that event, and its derivatives include the change of its time.
+ * threads, and central differences are formed (Bock 1981; runtime/core/motion/repeated_steps.c). It works
+ * with each method, with rows, projections, events and impacts. Where an event of the model ends the motion,
+ * the last output is the state at that event, and its derivatives include the change of its time.
  */
 struct refdyn_derivatives {
     const struct refdyn_batch *batch; /**< the motion. `count`, `output`, `end`, `states` and `statuses` are
@@ -172,7 +172,7 @@ struct refdyn_derivatives {
     long number;                      /**< number of the case in the columns of the batch */
     int count;                        /**< variables */
     const struct refdyn_variable *variables; /**< (count) */
-    int width; /**< values of an output */
+    int width;                               /**< values of an output */
     /** Writes the values (width) of the shown state, which are to be differentiated. Calls come from several
      * threads, for cases with different `room`. NULL: q and qd; width is then 2 n. */
     void (*values)(void *context, const struct refdyn_batch_case *one, double *values);
@@ -182,7 +182,8 @@ struct refdyn_derivatives {
     double *derivatives; /**< (count x (time_count + 2) x width) */
     struct refdyn_underivable *underivable; /**< (count) */
 
-    struct refdyn_batch_result motion; /**< result: how the motion ended. If it failed, there are no derivatives */
+    struct refdyn_batch_result
+        motion;   /**< result: how the motion ended. If it failed, there are no derivatives */
     int outputs;  /**< result: outputs of the motion, including the start and an event that ended it */
     double cpu_s; /**< result: processor time of the motion, of which `copies_cpu_s` is a multiple [s] */
     double copies_cpu_s; /**< result: processor time of the copies [s] */

@@ -6,8 +6,8 @@
  * the same order on the other side. repeated_steps.c says how copies repeat steps.
  *
  * The change of a value is about 1e-5 of it. It is changed if the motion responds too little or too
- * much for the differences to be accurate. Copies that fail are taken again with refined steps, all sides of a
- * difference alike; those that meet other events, with a smaller change.
+ * much for the differences to be accurate. Copies that fail are taken again with refined steps, all sides of
+ * a difference alike; those that meet other events, with a smaller change.
  */
 #include "runtime/gradients/gradients.h"
 
@@ -57,14 +57,14 @@ struct ending {
 struct run {
     struct refdyn_derivatives *given;
     struct recorded_steps recorded;
-    int refined; /* how often the pattern was refined */
+    int refined;        /* how often the pattern was refined */
     int n, width, rows; /* rows: outputs that memory has */
     double *start;      /* p, x, q, qd of the motion at its start */
     double *q;          /* (rows x n) positions of the motion */
     double *times;      /* (rows) of its outputs [s] */
     int *is_near;       /* (rows) an event is at this output */
     int needs_base;
-    double *base;       /* (rows x width) values of a copy without a change */
+    double *base; /* (rows x width) values of a copy without a change */
     int has_base;
 
     struct difference differences[BLOCK];
@@ -237,7 +237,8 @@ static double power_of_two(double x) {
     return ldexp(1, ilogb(x));
 }
 
-/* The first change of a variable. A value of 0 says nothing about its size; its change follows the response. */
+/* The first change of a variable. A value of 0 says nothing about its size; its change follows the response.
+ */
 static double first_change(const struct run *run, const struct refdyn_variable *variable) {
     const struct refdyn_batch *batch = run->given->batch;
     double size = fabs(value_of(run, variable));
@@ -257,8 +258,8 @@ static void set_shifts(struct run *run) {
     for (int i = 0; i < run->count; i++)
         for (int side = 0; side < SIDES; side++) {
             const struct refdyn_variable *variable = &run->given->variables[run->first + i];
-            run->shifts[SIDES * i + side] = (struct shift){variable->what, variable->place,
-                                                           change_of(&run->differences[i], side)};
+            run->shifts[SIDES * i + side] =
+                (struct shift){variable->what, variable->place, change_of(&run->differences[i], side)};
         }
     run->shifts[SIDES * BLOCK] = (struct shift){.what = REFDYN_VARIED_SAMPLES};
 }
@@ -455,8 +456,7 @@ static void write_derivatives(struct run *run, int i) {
                       : difference->form == CENTRAL
                           ? (a[at] - b[at]) / apart
                           : (4 * a[at] - b[at] - 3 * run->base[at]) / (2 * difference->change);
-            if (!is_lost && run->is_near[row] && difference->form == CENTRAL &&
-                jumps(run, a, b, at)) {
+            if (!is_lost && run->is_near[row] && difference->form == CENTRAL && jumps(run, a, b, at)) {
                 found->t_jump = found->jumps++ == 0 ? run->times[row] : found->t_jump;
                 out[at] = NAN;
             }

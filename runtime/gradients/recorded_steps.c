@@ -1,8 +1,8 @@
 /*
  * Records the steps of a motion as a pattern for its copies.
  *
- * In: the accepted steps of a motion, one by one. Out: the pattern of repeated_steps.c. A short step to a state
- * event is made as long as the step before it, because the event moves in the copies.
+ * In: the accepted steps of a motion, one by one. Out: the pattern of repeated_steps.c. A short step to a
+ * state event is made as long as the step before it, because the event moves in the copies.
  */
 #include "runtime/gradients/gradients.h"
 
@@ -72,7 +72,8 @@ static int is_at_fixed(const struct refdyn_motion *motion, const struct refdyn_a
            ((ends_at_outputs && step->t_end == ahead->t_out) || step->t_end == ahead->bound);
 }
 
-/* Adds the waypoint at the end of the last step. Returns its index, -1 if there is none, -2 without memory. */
+/* Adds the waypoint at the end of the last step. Returns its index, -1 if there is none, -2 without memory.
+ */
 static int note_waypoint(struct recorded_steps *recorded, const struct refdyn_motion *motion,
                          const struct refdyn_ahead *ahead) {
     struct refdyn_pattern *pattern = &recorded->pattern;
@@ -92,8 +93,8 @@ static int note_waypoint(struct recorded_steps *recorded, const struct refdyn_mo
         waypoint->break_count = refdyn_pattern_breaks(motion, step->t_end, recorded->breaks,
                                                       pattern->places + pattern->place_count);
         pattern->place_count += waypoint->break_count;
-        waypoint->is_switch = fabs(motion->time_events.switched - step->t_end) <=
-                              refdyn_motion_resolution(motion, step->t_end);
+        waypoint->is_switch =
+            fabs(motion->time_events.switched - step->t_end) <= refdyn_motion_resolution(motion, step->t_end);
     }
     add_due(pattern, events, waypoint);
     return pattern->waypoint_count - 1;

@@ -292,11 +292,12 @@ static void print_event(const struct refdyn_model *model, const struct refdyn_un
 /* Values that jump where an event happens at an output. */
 static void print_jumps(const char *name, const struct refdyn_underivable *why, FILE *out) {
     char t[RECORD_NUMBER_LENGTH];
-    fprintf(out,
-            "refdyn: warning: --derivatives %s: %ld value%s at an output at which an event happens, the first at "
-            "t = %s s; %s nan there\n",
-            name, why->jumps, why->jumps > 1 ? "s jump" : " jumps", record_number(why->t_jump, t),
-            why->jumps > 1 ? "their derivatives are" : "its derivative is");
+    fprintf(
+        out,
+        "refdyn: warning: --derivatives %s: %ld value%s at an output at which an event happens, the first at "
+        "t = %s s; %s nan there\n",
+        name, why->jumps, why->jumps > 1 ? "s jump" : " jumps", record_number(why->t_jump, t),
+        why->jumps > 1 ? "their derivatives are" : "its derivative is");
 }
 
 static void print_underivable(const struct refdyn_model *model, const char *name,

@@ -43,8 +43,7 @@ static int read_variables(struct motion *motion, struct call *call) {
         if (!call->texts[i])
             return 0;
     }
-    call->columns.tables =
-        refdyn_motion_memory(motion, (size_t)call->threads * sizeof *call->columns.tables);
+    call->columns.tables = refdyn_motion_memory(motion, (size_t)call->threads * sizeof *call->columns.tables);
     for (int i = 0; i < call->threads; i++)
         record_table_start(&call->columns.tables[i], (struct record_memory){refdyn_motion_memory, motion},
                            &motion->block->integrator, motion->library->spatial);
@@ -93,7 +92,8 @@ static PyObject *report(const struct motion *motion, const struct call *call, in
     if (status)
         fprintf(text.out, "refdyn: --derivatives: %s\n", refdyn_status_text(status));
     else
-        record_print_underivable(motion->library->model, call->texts, call->underivable, call->count, text.out);
+        record_print_underivable(motion->library->model, call->texts, call->underivable, call->count,
+                                 text.out);
     PyObject *said = refdyn_text_close(&text);
     return said ? Py_BuildValue("iN", status, said) : NULL;
 }

@@ -191,7 +191,8 @@ static int attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
         return REFDYN_TOO_MANY_STEPS;
     if (motion->repetition.status)
         return motion->repetition.status;
-    if (!refdyn_repeats(motion) && !(fmin(control->next, refdyn_ahead_longest(motion, ahead)) >= ahead->least))
+    if (!refdyn_repeats(motion) &&
+        !(fmin(control->next, refdyn_ahead_longest(motion, ahead)) >= ahead->least))
         return REFDYN_STEP_TOO_SMALL;
     attempt->is_measured = 0;
     attempt->h =

@@ -580,9 +580,9 @@ int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_d
 
 /* A place in the recorded motion whose time each copy finds: the start, or the end of a step. */
 struct refdyn_waypoint {
-    double t;        /* [s] */
-    int is_fixed;    /* an output, a sample or the end: at this time in each copy */
-    int is_switch;   /* a time event that is not among the known ones */
+    double t;                     /* [s] */
+    int is_fixed;                 /* an output, a sample or the end: at this time in each copy */
+    int is_switch;                /* a time event that is not among the known ones */
     int first_break, break_count; /* in `places`: indices of known time events */
     int first_due, due_count;     /* in `places`: state events and kinks that are due, ascending */
 };
@@ -590,10 +590,10 @@ struct refdyn_waypoint {
 struct refdyn_repeated_step {
     double t; /* end [s] */
     enum refdyn_method method;
-    int waypoint;   /* where it ends; -1: nowhere */
-    int is_empty;   /* no step: events are due because others have acted */
-    int is_special; /* through a singular state, or to rows that fade out */
-    int aligns;     /* directions in the metric of M are computed at its end */
+    int waypoint;          /* where it ends; -1: nowhere */
+    int is_empty;          /* no step: events are due because others have acted */
+    int is_special;        /* through a singular state, or to rows that fade out */
+    int aligns;            /* directions in the metric of M are computed at its end */
     int iterations, keeps; /* as in struct refdyn_step */
 };
 
@@ -608,11 +608,11 @@ struct refdyn_pattern {
 /* `struct refdyn_repetition` is written only by repeated_steps.c. */
 struct refdyn_repetition {
     const struct refdyn_pattern *pattern; /* NULL: the motion chooses its steps */
-    int status;          /* why the copy has left the pattern; 0: it has not */
-    int next, from, to;  /* step; last waypoint; next waypoint of time, -1: not known */
-    double t_from, t_to; /* own times of these waypoints [s] */
-    int is_additional;   /* the next step is not in the pattern */
-    double *breaks;      /* (break_count) scratch: own times of known time events [s] */
+    int status;                           /* why the copy has left the pattern; 0: it has not */
+    int next, from, to;                   /* step; last waypoint; next waypoint of time, -1: not known */
+    double t_from, t_to;                  /* own times of these waypoints [s] */
+    int is_additional;                    /* the next step is not in the pattern */
+    double *breaks;                       /* (break_count) scratch: own times of known time events [s] */
 };
 
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,

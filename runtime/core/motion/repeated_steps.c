@@ -1,15 +1,15 @@
 /*
  * Steps that copies of a motion repeat, so that differences of the copies are derivatives.
  *
- * In: a motion that chooses its steps, and the pattern made of them. Out: what the pattern needs of each step;
- * the same steps in a copy whose parameters, inputs or start differ slightly.
+ * In: a motion that chooses its steps, and the pattern made of them. Out: what the pattern needs of each
+ * step; the same steps in a copy whose parameters, inputs or start differ slightly.
  *
  * Differences of motions that choose their own steps show the noise of these choices. A copy makes no choice:
  * number, methods and lengths of its steps are those of the recorded motion (internal numerical
- * differentiation: Bock, in Modelling of Chemical Reaction Systems, Springer 1981, 102-125). Waypoints are the
- * start, time events, state events, and steps that end at an output, a sample or the end. Between waypoints
- * the steps keep their fractions, because otherwise a step would see an event on its wrong side. Each
- * copy computes the times of its time events, and locates its state events.
+ * differentiation: Bock, in Modelling of Chemical Reaction Systems, Springer 1981, 102-125). Waypoints are
+ * the start, time events, state events, and steps that end at an output, a sample or the end. Between
+ * waypoints the steps keep their fractions, because otherwise a step would see an event on its wrong side.
+ * Each copy computes the times of its time events, and locates its state events.
  *
  * A copy ends with REFDYN_NO_DERIVATIVE where it meets other events than the pattern has.
  */
@@ -205,8 +205,8 @@ static double find_end(struct refdyn_motion *motion, const struct refdyn_repeate
     return is_to_event ? t + beyond * (t - motion->step.t_begin) : t;
 }
 
-/* Is a time event, or the end of the motion, nearer than the planned end? A step to a state event may then end
- * there. */
+/* Is a time event, or the end of the motion, nearer than the planned end? A step to a state event may then
+ * end there. */
 static int is_in_the_way(const struct refdyn_motion *motion, const struct refdyn_repeated_step *next,
                          const struct refdyn_ahead *ahead, double t) {
     const struct refdyn_repetition *repetition = &motion->repetition;

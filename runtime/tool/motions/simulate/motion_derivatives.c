@@ -25,8 +25,8 @@ static int find_rate(const struct refdyn_model *model, const char *name) {
 
 /* All names by which a motion can be differentiated. */
 static const char **known_names(const struct refdyn_model *model, int *count) {
-    const char **names = format_allocate(
-        (size_t)(model->parameter_count + model->input_count + 2 * model->n), sizeof *names);
+    const char **names =
+        format_allocate((size_t)(model->parameter_count + model->input_count + 2 * model->n), sizeof *names);
     *count = 0;
     for (int i = 0; i < model->parameter_count; i++)
         names[(*count)++] = model->parameters[i].name;
@@ -44,20 +44,23 @@ static enum status refuse_name(const struct scene *scene, const struct options *
     const struct model *model = &scene->generation.model;
     for (int i = 0; i < model->option_count; i++)
         if (strcmp(model->options[i].name, name) == 0)
-            return options_error(options, "derivatives",
-                                 ": %s is an option of the model, which fixes its structure; use a parameter, an "
-                                 "input or a start value",
-                                 name);
+            return options_error(
+                options, "derivatives",
+                ": %s is an option of the model, which fixes its structure; use a parameter, an "
+                "input or a start value",
+                name);
     for (int i = 0; i < model->parameter_count; i++)
         if (strcmp(model->parameters[i].name, name) == 0)
-            return options_error(options, "derivatives", ": %s: nothing in this model reads it; omit it", name);
+            return options_error(options, "derivatives", ": %s: nothing in this model reads it; omit it",
+                                 name);
     int count;
     const char **known = known_names(scene->model, &count);
     const char *nearest = message_nearest_name(name, known, count);
-    return options_error(options, "derivatives",
-                         nearest ? ": '%s' is unknown; the nearest is '%s'"
-                                 : ": '%s' is unknown; use a parameter, an input, a coordinate or its rate NAME_d",
-                         name, nearest);
+    return options_error(
+        options, "derivatives",
+        nearest ? ": '%s' is unknown; the nearest is '%s'"
+                : ": '%s' is unknown; use a parameter, an input, a coordinate or its rate NAME_d",
+        name, nearest);
 }
 
 /* Finds the only meaning of a name. */
@@ -126,7 +129,8 @@ static void start_columns(struct columns *columns, struct refdyn_integrator *int
 
 /* The equilibrium of the start, which each changed motion computes again. */
 static enum status describe_statics(struct scene *scene, const struct options *options,
-                                    const struct motion_derivatives *derivatives, struct refdyn_batch *batch) {
+                                    const struct motion_derivatives *derivatives,
+                                    struct refdyn_batch *batch) {
     const int n = scene->model->n;
     int *marks = format_allocate((size_t)n, sizeof *marks), *held = format_allocate((size_t)n, sizeof *held);
     struct refdyn_statics_options *statics = format_allocate(1, sizeof *statics);
@@ -224,9 +228,11 @@ enum status simulate_derivatives_run(struct motion_derivatives *derivatives, str
         fprintf(stderr, "refdyn: --derivatives: %s\n", refdyn_status_text(result));
         return STATUS_NUMBERS;
     }
-    fprintf(stderr, "derivatives  by %d value%s, from %ld motions in the time of %.3g, %.3g s CPU\n", derivatives->count,
-            derivatives->count > 1 ? "s" : "", derivatives->copies, derivatives->part, derivatives->cpu_s);
-    record_print_underivable(scene->model, derivatives->names, derivatives->underivable, derivatives->count, stderr);
+    fprintf(stderr, "derivatives  by %d value%s, from %ld motions in the time of %.3g, %.3g s CPU\n",
+            derivatives->count, derivatives->count > 1 ? "s" : "", derivatives->copies, derivatives->part,
+            derivatives->cpu_s);
+    record_print_underivable(scene->model, derivatives->names, derivatives->underivable, derivatives->count,
+                             stderr);
     return STATUS_DONE;
 }
 
@@ -289,7 +295,8 @@ bool simulate_derivatives_write(const struct motion_derivatives *derivatives, st
     const size_t width = (size_t)table.count;
     bool is_good = simulate_row_sink_begin(to, &extended);
     rewind(numbers);
-    for (long row = 0; is_good && fread(extended.values, sizeof *extended.values, width, numbers) == width; row++) {
+    for (long row = 0; is_good && fread(extended.values, sizeof *extended.values, width, numbers) == width;
+         row++) {
         add_derivatives(derivatives, trial, row, &extended);
         is_good = simulate_row_sink_put(to, &extended);
     }

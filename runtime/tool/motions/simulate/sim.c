@@ -269,9 +269,9 @@ static enum status run_task(const struct task *task, const struct refdyn_options
 static enum status check_error_options(const struct options *options,
                                        const struct refdyn_options *integration) {
     const double tol = options_number(options, "tol");
-    const char *excluded = options_number(options, "accuracy") > 0                ? "--accuracy; use --tol"
-                           : simulate_gsl_has(options_text(options, "method"))    ? "the methods of GSL"
-                                                                                  : NULL;
+    const char *excluded = options_number(options, "accuracy") > 0             ? "--accuracy; use --tol"
+                           : simulate_gsl_has(options_text(options, "method")) ? "the methods of GSL"
+                                                                               : NULL;
     if (options_text(options, "derivatives") && excluded)
         return options_usage_error(options->command, "--derivatives excludes %s", excluded);
     if (options_number(options, "lanes") > 0 && !options_text(options, "derivatives"))
@@ -371,7 +371,8 @@ const struct option_rule simulate_sim_rules[] = {
     {"accuracy", "ERROR", OPTION_POSITIVE,
      "bound on the error of the whole motion [m, rad]; the tolerance is chosen to meet it", NULL, NULL},
     {"derivatives", "NAME,...", OPTION_LIST,
-     "derivatives of all columns by these parameters, inputs and start values (NAME or NAME_d of a coordinate)",
+     "derivatives of all columns by these parameters, inputs and start values (NAME or NAME_d of a "
+     "coordinate)",
      NULL, NULL},
     {"verify", NULL, OPTION_FLAG, "estimate the error of the whole motion by repeating it more accurately",
      NULL, NULL},

@@ -218,8 +218,8 @@ struct motion_derivatives {
     const char **names; /* (count) as given */
     struct refdyn_variable *variables;
     int count;
-    int width, rows;     /* columns of the motion; rows that `values` has */
-    double *values;      /* (count x rows x width) */
+    int width, rows;                        /* columns of the motion; rows that `values` has */
+    double *values;                         /* (count x rows x width) */
     struct refdyn_underivable *underivable; /* (count) */
     int outputs;
     long copies;        /* motions that were computed beside the nominal one */
