@@ -30,7 +30,7 @@
 
 /** Version of struct refdyn_model and of its functions. Emitted files contain the version that they were
  * written for: they do not compile with another one, and the runtime refuses tables of another one. */
-#define REFDYN_MODEL_VERSION 5
+#define REFDYN_MODEL_VERSION 6
 
 /** The form of all emitted functions. */
 typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd,
@@ -251,15 +251,15 @@ struct refdyn_model {
      * couplings: + pulled^T pull_by_q, ... */
     refdyn_function *tangent_vectors;
     refdyn_function *tangent_x; /**< the same by the inputs, on request: f_x (n x inputs), g_x (m x inputs) */
-    refdyn_function *d_qdd; /**< of qdd by q, qd, t, inputs, parameters; on request, parts as in NAME.h */
+    refdyn_function *d_qdd;     /**< of qdd by q, qd, t, inputs, parameters; on request, parts as in NAME.h */
     refdyn_function *d_qdd_free; /**< of qdd_free by the same, on request */
     refdyn_function *d_force;    /**< of force by the same, on request */
     refdyn_function
         *d_inverse; /**< of inverse by q, qd, t, inputs, parameters, qdd, on request; qd as for inverse */
     refdyn_function *d_statics; /**< of Q at qd = 0 by q, t, inputs, parameters, on request */
     refdyn_function *d_rows;    /**< of phi, psi and k by q, qd, t, inputs, parameters, on request */
-    refdyn_function *d_points;  /**< of r and rd by q, qd, parameters, and of rdd at given qdd, on request; qd as
-                                     for inverse */
+    refdyn_function *d_points;  /**< of r and rd by q, qd, parameters, and of rdd at given qdd, on request; qd
+                                   as  for inverse */
     refdyn_function *d_course;  /**< of course by q, qd, t, inputs, parameters, on request */
     refdyn_function *course;    /**< (course_count) courses, in the units of the model */
     refdyn_function *breaks; /**< (break_count) times of time events, in no order; reads p and x only [s] */

@@ -249,12 +249,11 @@ void derivatives_add_blocks(struct derivation *d, struct function *f, const stru
         arrays[k] = NOTHING;
         if (!widths[k])
             continue;
-        arrays[k] =
-            rows->what ? derivation_add_array(d, f, name,
-                                              memory_format(d->memory, "(%s %s) %s %s", rows->shape, sizes[k],
-                                                            rows->what, blocks[k].about),
-                                              rows->count * widths[k], widths[k])
-                       : add_matrix(d, f, name, rows->count, widths[k]);
+        arrays[k] = rows->what ? derivation_add_array(d, f, name,
+                                                      memory_format(d->memory, "(%s %s) %s %s", rows->shape,
+                                                                    sizes[k], rows->what, blocks[k].about),
+                                                      rows->count * widths[k], widths[k])
+                               : add_matrix(d, f, name, rows->count, widths[k]);
         f->arrays[arrays[k]].by_parameter = k == BY_P;
     }
 }
@@ -280,15 +279,14 @@ void derivatives_fill_block(const struct builder *b, const struct terms *terms, 
                                     terms->derivatives[block][column * terms->count + first + i]));
 }
 
-void derivatives_fill_by_state(const struct builder *b, const expression *in_symbols, int order, double factor,
-                              int array) {
+void derivatives_fill_by_state(const struct builder *b, const expression *in_symbols, int order,
+                               double factor, int array) {
     const int rows = array == NOTHING ? 0 : b->f->arrays[array].count / b->d->n;
     for (int i = 0; i < rows; i++)
         if (in_symbols[i])
-            derivation_spread(
-                b->d, b->f, array, i * b->d->n, 1,
-                force_derivatives_scaled(b->d, factor,
-                                         given_motion_derivatives(b->given, in_symbols[i], order)));
+            derivation_spread(b->d, b->f, array, i * b->d->n, 1,
+                              force_derivatives_scaled(
+                                  b->d, factor, given_motion_derivatives(b->given, in_symbols[i], order)));
 }
 
 static void spread_u(struct derivation *d, struct function *f, int array) {
@@ -424,14 +422,14 @@ void quantity_tangent_x(struct derivation *d, struct function *f) {
     const struct parts parts = parts_of(d);
     struct terms terms = motion_terms(&b);
     differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_X] = inputs});
-    const int f_x =
-        derivation_add_array(d, f, "f_x", "(n x inputs) d(M qdd - h - Q - u^T lambda)/dx at given qdd, lambda",
-                             d->n * inputs, inputs);
+    const int f_x = derivation_add_array(d, f, "f_x",
+                                         "(n x inputs) d(M qdd - h - Q - u^T lambda)/dx at given qdd, lambda",
+                                         d->n * inputs, inputs);
     spread_block(&b, &terms, parts.motion, BY_X, f_x);
     if (!d->m)
         return;
-    const int g_x = derivation_add_array(d, f, "g_x", "(m x inputs) d(u qdd - k)/dx at given qdd",
-                                         d->m * inputs, inputs);
+    const int g_x =
+        derivation_add_array(d, f, "g_x", "(m x inputs) d(u qdd - k)/dx at given qdd", d->m * inputs, inputs);
     derivatives_fill_block(&b, &terms, parts.rows, BY_X, 1, g_x);
 }
 

@@ -147,8 +147,8 @@ void derivatives_add_blocks(struct derivation *d, struct function *f, const stru
 void derivatives_fill_block(const struct builder *b, const struct terms *terms, int first, enum block block,
                             double factor, int array);
 /* Writes factor * derivatives of values in symbols by q (order 0) or qd (order 1). */
-void derivatives_fill_by_state(const struct builder *b, const expression *in_symbols, int order, double factor,
-                               int array);
+void derivatives_fill_by_state(const struct builder *b, const expression *in_symbols, int order,
+                               double factor, int array);
 /* Returns whether an implicit step needs fewer operations with `tangent_vectors` than with `tangent`. */
 bool derivatives_prefer_vectors(struct derivation *d);
 /* The name of block 0, 1 ... of these derivatives, "q", "qd", "t", "x" (the inputs) and "p" (the

@@ -2,8 +2,8 @@
  * Derivatives of values that the model names: rows, points and courses, by q, qd, t, inputs and parameters.
  *
  * Input: the values in symbols of coordinates and points. Output: the quantities d_rows, d_points and
- * d_course. By q and qd they follow from the columns of the points (theory, sect. 7.2), by the other variables
- * from the graph.
+ * d_course. By q and qd they follow from the columns of the points (theory, sect. 7.2), by the other
+ * variables from the graph.
  */
 #include "gen/quantities/quantities.h"
 
@@ -47,7 +47,8 @@ static void add_group(const struct builder *b, const struct value_group *group, 
 }
 
 /* Adds the blocks of all groups; those by t and by the inputs only if the values may read these. */
-static void add_groups(struct builder *b, const struct value_group *groups, int count, bool is_of_state_alone) {
+static void add_groups(struct builder *b, const struct value_group *groups, int count,
+                       bool is_of_state_alone) {
     int widths[BLOCK_COUNT], first = 0;
     struct terms terms = place_groups(b, groups, count);
     derivatives_open_blocks(b->d, &terms, widths);

@@ -84,7 +84,8 @@ static void move_states(struct building *b) {
 
 /* ---- Accelerations ---- */
 
-/* rows (count x columns) += the columns of inputs of `by_inputs` (count x inputs), in units if they are forces
+/* rows (count x columns) += the columns of inputs of `by_inputs` (count x inputs), in units if they are
+ * forces
  */
 static void add_inputs(const struct building *b, double *rows, const double *by_inputs, const int *place,
                        int count, double factor) {
@@ -137,8 +138,7 @@ static int accelerate(struct building *b) {
 static void leave_units(struct building *b, double *matrix) {
     for (int i = 0; i < b->n; i++)
         for (int k = 0; k < b->columns; k++)
-            matrix[i * b->columns + k] *=
-                b->unit[i] / (k < b->model->size ? b->unit[b->model->state[k]] : 1);
+            matrix[i * b->columns + k] *= b->unit[i] / (k < b->model->size ? b->unit[b->model->state[k]] : 1);
 }
 
 /* ---- Matrices ---- */
@@ -260,7 +260,8 @@ static int list_spectrum(struct building *b) {
 
 static int list_eigenvalues_of_A(struct building *b) {
     const int size = b->model->size;
-    double *T = record_allocate_matrix(b->algebra, size, size), *re = record_allocate_matrix(b->algebra, 2, size),
+    double *T = record_allocate_matrix(b->algebra, size, size),
+           *re = record_allocate_matrix(b->algebra, 2, size),
            *vectors = record_allocate_matrix(b->algebra, 2 * size, size);
     memcpy(T, b->model->A, (size_t)size * (size_t)size * sizeof *T);
     if (!b->algebra->eigen(b->algebra->context, size, T, re, re + size, vectors, vectors + size * size))
@@ -282,8 +283,8 @@ static int find_eigenvalues(struct building *b) {
 
 /* ---- The model ---- */
 
-/* Finds a row of positions or velocities whose residual an input moves. d_rows: psi and k by q, qd and x, then
- * phi by q and x. */
+/* Finds a row of positions or velocities whose residual an input moves. d_rows: psi and k by q, qd and x,
+ * then phi by q and x. */
 static void find_moved_row(const struct building *b) {
     const struct refdyn_model *of = model_of(b);
     const int n = of->n, m = b->m, inputs = b->inputs;
@@ -293,7 +294,8 @@ static void find_moved_row(const struct building *b) {
     call(b, of->d_rows, b->model->motions.qd, rows);
     const double *psi_x = rows + 2 * m * n, *phi_x = rows + m * (5 * n + 2 * inputs);
     for (int i = m * inputs - 1; i >= 0; i--)
-        if (b->model->motions.linear.level[i / inputs] != REFDYN_ACCELERATION && (psi_x[i] != 0 || phi_x[i] != 0)) {
+        if (b->model->motions.linear.level[i / inputs] != REFDYN_ACCELERATION &&
+            (psi_x[i] != 0 || phi_x[i] != 0)) {
             b->model->moved_row = i / inputs;
             b->model->moving_input = i % inputs;
         }
@@ -306,8 +308,8 @@ static void clear_gains(struct refdyn_workspace *work) {
             work->p[work->model->gains[i]] = 0;
 }
 
-/* Linearises the motion; a second time with the accelerations and multipliers of the first if held coordinates
- * may move. */
+/* Linearises the motion; a second time with the accelerations and multipliers of the first if held
+ * coordinates may move. */
 static int linearise(struct record_linear_model *model, const struct record_algebra *algebra) {
     struct record_small_motions *motions = &model->motions;
     motions->accelerates = true;

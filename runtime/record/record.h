@@ -357,14 +357,14 @@ void record_find_freedom(struct record_freedom *freedom, const struct record_alg
  *     position rows: u x = 0,   velocity rows: u x' + psi_q x = 0 */
 struct record_linear {
     int n, m;
-    int *place;               /* (n) of the coordinates not held, in q */
-    double *M, *D, *K;        /* (n x n) */
-    double *u, *psi_q;        /* (m x n) */
-    double *G_q, *G_qd;       /* (m x n) derivatives of u qdd - k */
+    int *place;                   /* (n) of the coordinates not held, in q */
+    double *M, *D, *K;            /* (n x n) */
+    double *u, *psi_q;            /* (m x n) */
+    double *G_q, *G_qd;           /* (m x n) derivatives of u qdd - k */
     enum refdyn_row_level *level; /* (m) */
-    double *given;            /* (3 n + 1 + m, all coordinates) qd, qdd, power, lambda of the state */
-    double *force;            /* (n) h + Q + u^T lambda - M qdd, the unbalanced force */
-    double residual;          /* the largest of these */
+    double *given;                /* (3 n + 1 + m, all coordinates) qd, qdd, power, lambda of the state */
+    double *force;                /* (n) h + Q + u^T lambda - M qdd, the unbalanced force */
+    double residual;              /* the largest of these */
 };
 
 /* Spectrum of small motions x = shape e^(eigenvalue t) (theory, sect. 8.10). Each occurs once: of a conjugate
@@ -424,19 +424,19 @@ void record_put_small_motions(const struct record_small_motions *motions, int co
 struct record_linear_model {
     struct record_small_motions motions; /* its first fields are given, as for record_find_small_motions */
     bool moves_held; /* held coordinates may move, while the forces that hold them stay as they are */
-    int size, position_count;            /* states; those that are coordinates */
-    int *state;                          /* (size) coordinate of each state */
+    int size, position_count; /* states; those that are coordinates */
+    int *state;               /* (size) coordinate of each state */
     int output_count;
-    double *A, *B, *C, *D; /* (size x size), (size x inputs), (outputs x size), (outputs x inputs) */
-    double *rate;          /* (size) */
+    double *A, *B, *C, *D;       /* (size x size), (size x inputs), (outputs x size), (outputs x inputs) */
+    double *rate;                /* (size) */
     double complex *eigenvalues; /* (size) by size, ascending; of A */
     int moved_row;               /* a row of positions or velocities that an input moves: there is no such */
     int moving_input;            /* model, and only these two are set; otherwise -1 */
 };
 
-/* Returns a status of the runtime. The model must have tangent, d_rows with rows, tangent_x with inputs, C and
- * the blocks q and qd of d_points with points, and the blocks q, qd and x of d_course with courses. Leaves the
- * gains of all rows 0. */
+/* Returns a status of the runtime. The model must have tangent, d_rows with rows, tangent_x with inputs, C
+ * and the blocks q and qd of d_points with points, and the blocks q, qd and x of d_course with courses.
+ * Leaves the gains of all rows 0. */
 int record_find_linear_model(struct record_linear_model *model, const struct record_algebra *algebra);
 /* Writes states, inputs, outputs, A, B, C, D, rate, q, qd, t and eigenvalues. */
 void record_put_linear_model(const struct record_linear_model *model, const struct record_writer *writer);

@@ -57,8 +57,8 @@ static int find_multipliers(const struct record_algebra *algebra, const struct r
     return REFDYN_OK;
 }
 
-/* M qdd = f + u^T lambda with u qdd = k for the coordinates that are not held, the others at rest: qdd = N a +
- * c with u c = k and u N = 0, N^T M N a = N^T (f - M c). */
+/* M qdd = f + u^T lambda with u qdd = k for the coordinates that are not held, the others at rest: qdd = N a
+ * + c with u c = k and u N = 0, N^T M N a = N^T (f - M c). */
 static int find_accelerations(const struct record_algebra *algebra, const struct record_linear *linear,
                               const double *f, const double *k, double *qdd) {
     const int n = linear->n, m = linear->m;
@@ -126,8 +126,9 @@ static int finish(struct record_small_motions *motions, const struct record_alge
     const struct refdyn_model *model = motions->work->model;
     const int n = linear->n, m = linear->m, all = model->n;
     double *tangent =
-        record_allocate_matrix(algebra, 1, all + m + 3 * (all + m) * all);   /* f_t g_t G_q G_qd u K D M */
-    double *rows = record_allocate_matrix(algebra, 3 * m, 2 * all + model->input_count); /* psi_q psi_qd ... */
+        record_allocate_matrix(algebra, 1, all + m + 3 * (all + m) * all); /* f_t g_t G_q G_qd u K D M */
+    double *rows =
+        record_allocate_matrix(algebra, 3 * m, 2 * all + model->input_count); /* psi_q psi_qd ... */
     call(motions, model->tangent, linear->given, tangent);
     if (m)
         call(motions, model->d_rows, motions->qd, rows);

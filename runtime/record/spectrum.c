@@ -151,7 +151,8 @@ static int build_pencil(struct pencil *pencil, const struct record_algebra *alge
     pencil->A = record_allocate_matrix(pencil->algebra, pencil->size, pencil->size);
     pencil->E = record_allocate_matrix(pencil->algebra, pencil->size, pencil->size);
     const int positions = pencil->position_count, rates = pencil->size - positions;
-    double *drift = record_product(pencil->algebra, pencil->velocity.drift, pencil->position.basis, n, n, positions);
+    double *drift =
+        record_product(pencil->algebra, pencil->velocity.drift, pencil->position.basis, n, n, positions);
     put_rates(pencil, drift, rates);
     return put_motion(pencil, drift, rates);
 }
@@ -161,7 +162,8 @@ static int build_pencil(struct pencil *pencil, const struct record_algebra *alge
 static int solve_pencil(struct pencil *pencil) {
     const struct record_algebra *algebra = pencil->algebra;
     const int size = pencil->size;
-    double *T = record_allocate_matrix(algebra, size, size), *shifted = record_allocate_matrix(algebra, size, size);
+    double *T = record_allocate_matrix(algebra, size, size),
+           *shifted = record_allocate_matrix(algebra, size, size);
     pencil->tau_re = record_allocate_matrix(algebra, size, 1);
     pencil->tau_im = record_allocate_matrix(algebra, size, 1);
     pencil->left = record_allocate_matrix(algebra, size, size);

@@ -232,7 +232,8 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
         : needs & NEEDS_LINEAR   ? ",tangent"
                                  : ",implicit",
         needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "",
-        needs & NEEDS_LINEAR && rows ? ",d_rows.q,d_rows.qd,d_rows.x" : "", needs & NEEDS_LINEAR && points ? ",C" : "",
+        needs & NEEDS_LINEAR && rows ? ",d_rows.q,d_rows.qd,d_rows.x" : "",
+        needs & NEEDS_LINEAR && points ? ",C" : "",
         needs & NEEDS_POINT_RATES && has_angular_points(model) ? ",J,Jd_qd" : "",
         needs & NEEDS_OUTPUTS && points ? ",d_points.q,d_points.qd" : "",
         needs & NEEDS_OUTPUTS && model->course_count ? ",d_course.q,d_course.qd,d_course.x" : "",

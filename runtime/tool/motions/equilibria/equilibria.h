@@ -33,8 +33,8 @@ enum status equilibria_find(struct scene *scene, const struct options *options,
                             struct equilibrium *equilibrium);
 /* The state of --at: "statics" (default), "initial" or the path of a STATE.json. */
 const char *equilibria_place(const struct options *options);
-/* Sets q and qd from that state, the rates of an equilibrium being 0, and marks the coordinates to hold in held
- * (n). Reports failures. */
+/* Sets q and qd from that state, the rates of an equilibrium being 0, and marks the coordinates to hold in
+ * held (n). Reports failures. */
 enum status equilibria_choose_state(struct scene *scene, const struct options *options, const char *at,
                                     int *held);
 /* Linear algebra by LAPACK, with memory of the program. */

@@ -1,4 +1,5 @@
-/* `refdyn linearise`: the linear model about a state, in independent coordinates under the rows; prints JSON. */
+/* `refdyn linearise`: the linear model about a state, in independent coordinates under the rows; prints JSON.
+ */
 #include <math.h>
 
 #include "runtime/tool/motions/equilibria/equilibria.h"
@@ -8,25 +9,25 @@
 
 static enum status refuse_moved_row(struct scene *scene, const struct record_linear_model *linear) {
     const struct model *model = &scene->generation.model;
-    return scene_refuse(scene, &model->rows[linear->moved_row],
-                        format_text("the input %s moves this row, so that its rates would be inputs, too; use a "
-                                    "parameter or a function of time",
-                                    model->inputs[linear->moving_input].name));
+    return scene_refuse(
+        scene, &model->rows[linear->moved_row],
+        format_text("the input %s moves this row, so that its rates would be inputs, too; use a "
+                    "parameter or a function of time",
+                    model->inputs[linear->moving_input].name));
 }
 
-/* An input that moves nothing usually acts on a held coordinate. */
+/* Such an input usually acts on a held coordinate. */
 static void warn_of_idle_inputs(const struct record_linear_model *linear, const struct refdyn_model *model) {
     for (int k = 0; k < model->input_count; k++) {
-        double size = 0;
+        double largest = 0;
         for (int i = 0; i < linear->size; i++)
-            size = fmax(size, fabs(linear->B[i * model->input_count + k]));
-        for (int i = 0; i < linear->output_count; i++)
-            size = fmax(size, fabs(linear->D[i * model->input_count + k]));
-        if (size == 0)
-            fprintf(stderr,
-                    "refdyn: warning: the input %s has no effect: it acts on held coordinates alone (free them with "
-                    "--move-held), or not at this state\n",
-                    model->inputs[k].name);
+            largest = fmax(largest, fabs(linear->B[i * model->input_count + k]));
+        if (largest == 0)
+            fprintf(
+                stderr,
+                "refdyn: warning: the input %s moves no state: it acts on held coordinates (--move-held lets "
+                "them move), or on nothing\n",
+                model->inputs[k].name);
     }
 }
 
@@ -56,12 +57,9 @@ static enum status find_and_print(struct scene *scene, const struct options *opt
     if (status != STATUS_DONE)
         return status;
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
-    struct record_linear_model linear = {.motions = {.work = &scene->work,
-                                                     .t = scene->state.t,
-                                                     .q = scene->q,
-                                                     .qd = scene->qd,
-                                                     .held = held},
-                                         .moves_held = options_has(options, "move-held")};
+    struct record_linear_model linear = {
+        .motions = {.work = &scene->work, .t = scene->state.t, .q = scene->q, .qd = scene->qd, .held = held},
+        .moves_held = options_has(options, "move-held")};
     const int result = record_find_linear_model(&linear, &equilibria_algebra);
     if (result != REFDYN_OK)
         return scene_numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
@@ -90,12 +88,15 @@ const struct command linearise_command = {
     .tables = {linearise_rules, equilibria_rules, scene_rules},
     .output = "FILE",
     .purpose = "linear state-space model about a state",
-    .help = "Prints JSON: states (independent coordinates, then independent rates), inputs, outputs (points with "
-            "rates and\n"
-            "accelerations, courses), A, B, C, D, rate, q, qd, t, eigenvalues [re, im]. For small changes s of the "
-            "states, x of the\n"
-            "inputs and y of the outputs: s' = A s + B x + rate, y = C s + D x. rate is 0 at an equilibrium. Held "
-            "coordinates keep\n"
-            "their value, constraint rows act without stabilisation.\n\n"
-            "  refdyn linearise models/crane.lua\n"
-            "  refdyn linearise models/manipulator.lua --set drive=input --move-held -o linear.json\n"};
+    .help =
+        "Prints JSON: states (independent coordinates, then independent rates), inputs, outputs (points with "
+        "rates and\n"
+        "accelerations, courses), A, B, C, D, rate, q, qd, t, eigenvalues [re, im]. For small changes s of "
+        "the "
+        "states, x of the\n"
+        "inputs and y of the outputs: s' = A s + B x + rate, y = C s + D x. rate is 0 at an equilibrium. "
+        "Held "
+        "coordinates keep\n"
+        "their value, constraint rows act without stabilisation.\n\n"
+        "  refdyn linearise models/crane.lua\n"
+        "  refdyn linearise models/manipulator.lua --set drive=input --move-held -o linear.json\n"};

@@ -38,7 +38,8 @@ static void stop(struct scene *scene, const char *path) {
     for (int i = 0; i < scene->model->n; i++)
         moves |= scene->qd[i] != 0;
     if (moves && path)
-        fprintf(stderr, "%s: warning: qd: modes are small motions about rest; all rates are set to 0\n", path);
+        fprintf(stderr, "%s: warning: qd: modes are small motions about rest; all rates are set to 0\n",
+                path);
     memset(scene->qd, 0, (size_t)scene->model->n * sizeof *scene->qd);
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
 }

@@ -15,7 +15,8 @@ static const char *const way_words[] = {
 
 const struct option_rule equilibria_rules[] = {
     {"hold", "a,b", OPTION_FREEING_LIST,
-     "coordinates held in statics, modes and linear models, instead of the model's ('' frees all)", NULL, NULL},
+     "coordinates held in statics, modes and linear models, instead of the model's ('' frees all)", NULL,
+     NULL},
     {"release", "a,b", OPTION_LIST, "constraint rows that do not hold in statics", NULL, NULL},
     {"way", "HOW", OPTION_TEXT,
      "how statics finds the equilibrium: load (default) raises the load and jumps where it cannot be "
