@@ -264,9 +264,9 @@ class Emitted:
         """Parts of a result and their lengths, from the header."""
         header = (self.folder / f"{self.name}.h").read_text()
         body = re.search(rf"struct {self.name}_{quantity}_result \{{(.*?)\}};", header, re.S)
-        alone = re.search(rf" {self.name}_{quantity}\([^;]*double f_x\[(\d+)\]\);", header)  # without rows it is the only part
+        alone = re.search(rf" {self.name}_{quantity}\([^;]*double f_x\[(\d+) \* (\d+)\]\);", header)  # without rows it is the only part
         if alone:
-            return [("f_x", int(alone[1]))]
+            return [("f_x", int(alone[1]) * int(alone[2]))]
         return [(name, int(count)) for name, count in re.findall(r"double (\w+)\[(\d+)\];", body[1])] if body else []
 
     def values(self, quantity, state, count, by=None, index=0):

@@ -116,7 +116,7 @@ def test_frequency_response(omega):
     """Five outputs at each of two frequencies: a small sine of the input in `sim`, once transients are over."""
     found, _ = linear(ARM)
     amplitude, period, count = 1e-3, 2 * math.pi / omega, 64
-    run, _, _ = motion(ARM, "--set", f"sine={amplitude}", "--set", f"omega={omega}", "--from", "statics", "--until", period * math.ceil(40 / period),
+    run, _, _ = motion(ARM, "--set", f"sine={amplitude}", "--set", f"omega={omega}", "--from", "statics", "--until", period * math.ceil(90 / period),
                  "--every", period / count, "--method", "rk8", "--tol", 1e-11)
     response = found["C"] @ numpy.linalg.solve(1j * omega * numpy.eye(len(found["A"])) - found["A"], found["B"]) + found["D"]
     lines = []
