@@ -310,7 +310,7 @@ class Model:
         """
         if not isinstance(at, (str, os.PathLike)):
             raise TypeError(f"at: {type(at).__name__}; must be a name or a file; give a state as q=")
-        check_place("at", at, [name for name, value in (("q", q), ("qd", qd)) if value is not None])
+        check_place("at", at, [])
         values, constants = self._values("parameter", parameters), self._values("input", inputs)
         is_found = q is None and qd is None and at == "statics"
         if is_found and t is not None:
