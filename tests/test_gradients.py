@@ -237,3 +237,28 @@ def test_wrong_names(names, message, tmp_path):
 def test_wrong_combinations(arguments, message, tmp_path):
     done = refdyn("sim", REFERENCE, "--set", "n_rfe=2", "--until", 0.1, "--derivatives", "base_z", *arguments, "-o", tmp_path / "x.csv", status=2)
     assert message in done.stderr, done.stderr
+
+
+# ---- Batches ----
+
+def test_batch_keeps_derivatives(tmp_path):
+    """Those of each case are those of its own motion."""
+    sweep = tmp_path / "sweep.lua"
+    sweep.write_text('''local rd = require "refdyn"
+return rd.sweep { vary = { a = { 0.19, 0.2, 0.205 } }, t_end = 0.4, keep = { final = true, derivatives = { "a", "torque", "crank_psi_d" } } }''')
+    refdyn("batch", MODELS / "fourbar.lua", sweep, "--lanes", 1, "--threads", 2, "-o", tmp_path / "runs.csv")
+    with open(tmp_path / "runs.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 3
+    for row in rows:
+        found, said = derive(MODELS / "fourbar.lua", "--set", f"a={row['a']}", "--until", 0.4, "--every", 0.4, names=["a", "torque", "crank_psi_d"], folder=tmp_path)
+        for column in ("crank_psi", "crank_psi_d"):
+            for name in ("a", "torque", "crank_psi_d"):
+                assert abs(float(row[f"d_{column}_by_{name}"]) / found[f"d_{column}_by_{name}"][-1] - 1) < 1e-6
+
+
+def test_batch_refuses_wrong_names(tmp_path):
+    sweep = tmp_path / "sweep.lua"
+    sweep.write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = { a = { 0.19 } }, t_end = 0.4,\n  keep = { derivatives = { "nope" } } }')
+    done = refdyn("batch", MODELS / "fourbar.lua", sweep, "-o", tmp_path / "runs.csv", status=1)
+    assert re.search(r"sweep.lua:3: keep.derivatives: 'nope' is no parameter that the model reads, input, coordinate or rate NAME_d", done.stderr), done.stderr

@@ -63,30 +63,33 @@ static enum status refuse_name(const struct scene *scene, const struct options *
         name, nearest);
 }
 
-/* Finds the only meaning of a name. */
-static enum status find_variable(const struct scene *scene, const struct options *options, const char *name,
-                                 struct refdyn_variable *variable) {
-    const struct refdyn_model *model = scene->model;
+int simulate_derivatives_find(const struct refdyn_model *model, const char *name,
+                              struct refdyn_variable *variable) {
     const struct refdyn_variable meanings[] = {
         {REFDYN_VARIED_PARAMETER, refdyn_find_name(model->parameters, model->parameter_count, name)},
         {REFDYN_VARIED_INPUT, refdyn_find_name(model->inputs, model->input_count, name)},
         {REFDYN_VARIED_COORDINATE, refdyn_find_name(model->coordinates, model->n, name)},
         {REFDYN_VARIED_RATE, find_rate(model, name)}};
-    static const char *const texts[] = {"a parameter", "an input", "a coordinate", "a coordinate's rate"};
-    int found = -1;
-    for (int i = 0; i < 4; i++) {
+    int count = 0;
+    for (int i = 0; i < (int)(sizeof meanings / sizeof *meanings); i++) {
         if (meanings[i].place < 0)
             continue;
-        if (found >= 0)
-            return options_error(options, "derivatives",
-                                 ": the model uses the name %s for %s and for %s; rename one of them", name,
-                                 texts[found], texts[i]);
-        found = i;
+        if (variable && count == 0)
+            *variable = meanings[i];
+        count++;
     }
-    if (found < 0)
+    return count;
+}
+
+static enum status find_variable(const struct scene *scene, const struct options *options, const char *name,
+                                 struct refdyn_variable *variable) {
+    const int count = simulate_derivatives_find(scene->model, name, variable);
+    if (count == 0)
         return refuse_name(scene, options, name);
-    *variable = meanings[found];
-    return STATUS_DONE;
+    return count == 1
+               ? STATUS_DONE
+               : options_error(options, "derivatives",
+                               ": the model uses the name %s for several values; rename one of them", name);
 }
 
 enum status simulate_derivatives_read(struct motion_derivatives *derivatives, const struct scene *scene,

@@ -226,6 +226,10 @@ struct motion_derivatives {
     double cpu_s, part; /* of all [s]; of the copies, in motions */
 };
 
+/* Finds by what a name lets a motion be differentiated. Returns how many meanings it has in the model: 1 sets
+ * *variable, which may be NULL. */
+int simulate_derivatives_find(const struct refdyn_model *model, const char *name,
+                              struct refdyn_variable *variable);
 /* Finds the names of --derivatives; reports unknown ones. */
 enum status simulate_derivatives_read(struct motion_derivatives *derivatives, const struct scene *scene,
                                       const struct options *options);
