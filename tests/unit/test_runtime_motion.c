@@ -475,6 +475,65 @@ static void test_exchange_refused(void) {
     CHECK(refdyn_exchange_model(&work, &other) == REFDYN_BAD_MEMORY && work.model == &first);
 }
 
+/* ---- Calls before the start ---- */
+
+/* All calls that need a motion return NOT_STARTED and write nothing. */
+static void expect_not_started(struct refdyn_integrator *integrator, const struct refdyn_model *model) {
+    const struct refdyn_integrator before = *integrator;
+    const double untouched[] = {0.713, -1.37, 0.317};
+    double force[SPRING_N], contact[SPRING_N];
+    struct refdyn_energy energy;
+    memcpy(force, untouched, sizeof untouched);
+    memcpy(contact, untouched, sizeof untouched);
+    CHECK(refdyn_integrator_to(integrator, 0.713) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_to(integrator, -0.713) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_step(integrator, 0.713, 3) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_look(integrator, 0) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_refresh(integrator) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_until(integrator, 0.713) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_limit(integrator, 0.713) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_force(integrator, force) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_contact_forces(integrator, contact) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_energy_start(&energy, integrator) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_energy_add(&energy, integrator) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_energy_scale(&energy, integrator) == REFDYN_NOT_STARTED && energy.unit == 0);
+    CHECK(memcmp(force, untouched, sizeof untouched) == 0 &&
+          memcmp(contact, untouched, sizeof untouched) == 0);
+    CHECK(memcmp(integrator, &before, sizeof before) == 0);
+    if (integrator->motion)
+        return;
+    const double state[SPRING_N] = {0.2317, -0.713, 0.617};
+    CHECK(refdyn_integrator_start(integrator, 0, state, state) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_exchange_model(integrator, model) == REFDYN_NOT_STARTED);
+    CHECK(memcmp(integrator, &before, sizeof before) == 0);
+}
+
+static void test_not_started(void) {
+    const struct refdyn_options options = refdyn_options_default(REFDYN_RK8);
+    struct refdyn_integrator integrator;
+    struct rig rig;
+    memset(&integrator, 0, sizeof integrator);
+    rig_open(&rig, spring_model(2));
+    expect_not_started(&integrator, &rig.model); /* never initialised */
+    CHECK(refdyn_integrator_init(&integrator, &rig.work, &options, NULL, 0) == REFDYN_BAD_MEMORY);
+    expect_not_started(&integrator, &rig.model); /* initialised in vain */
+    CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
+    expect_not_started(&rig.integrator, &rig.model); /* initialised, not started */
+    CHECK(rig_close(&rig));
+
+    const double qd[] = {0.713};
+    rig_open(&rig, film_model());
+    CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
+    CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_OK);
+    rig.work.x[0] = -1;
+    CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_NOT_FINITE);
+    expect_not_started(&rig.integrator, &rig.model); /* started in vain, after a start that succeeded */
+    rig.work.x[0] = 2;
+    CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.713) == REFDYN_OK);
+    CHECK(rig_close(&rig));
+}
+
 /* ---- Failures ---- */
 
 static void test_undefined_mid_run(void) {
@@ -637,6 +696,7 @@ int main(void) {
     test_passing();
     test_exchange();
     test_exchange_refused();
+    test_not_started();
     test_undefined_mid_run();
     test_unstable();
     test_limits();

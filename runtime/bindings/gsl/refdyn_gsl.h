@@ -58,7 +58,8 @@ struct refdyn_gsl {
  * refdyn_integrator_limit and refdyn_integrator_until; the method restarts after it. A step that is long
  * compared with the curvature of the motion may cross such a state unnoticed.
  *
- * Errors: BAD_OPTION; BAD_MEMORY (GSL got none). Call refdyn_gsl_release in any case.
+ * Errors: BAD_OPTION; BAD_MEMORY (GSL got none); NOT_STARTED if refdyn_integrator_init has failed. Call
+ * refdyn_gsl_release in any case.
  */
 int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_integrator *integrator,
                     enum refdyn_gsl_method method);

@@ -7,7 +7,7 @@ const char *refdyn_version(void) {
     return REFDYN_VERSION;
 }
 
-enum { LOWEST = REFDYN_REFUSED };
+enum { LOWEST = REFDYN_NOT_STARTED };
 
 static const char *const texts[] = {
     [REFDYN_OK - LOWEST] = "done",
@@ -39,6 +39,8 @@ static const char *const texts[] = {
     [REFDYN_CONTACT_DRIVEN - LOWEST] = "the programme drives the bodies of a closed contact into each other",
     [REFDYN_CONTACTS_UNMET - LOWEST] = "no impulses or forces keep all closed contacts from closing further",
     [REFDYN_REFUSED - LOWEST] = "the model refuses a value of its parameters",
+    [REFDYN_NOT_STARTED - LOWEST] = "the motion has not started: refdyn_integrator_init and then "
+                                    "refdyn_integrator_start must succeed first",
     [REFDYN_EVENT_NOT_MET - LOWEST] = "what an event sets is not finite, or the rows do not allow it",
 };
 

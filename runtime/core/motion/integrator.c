@@ -126,6 +126,10 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
 
 /* ---- What the caller reads ---- */
 
+int refdyn_integrator_status(const struct refdyn_integrator *integrator) {
+    return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
+}
+
 /* Begins a call: from here to `leave` the workspace has the motion's parameters. */
 static struct refdyn_motion *enter(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
@@ -293,6 +297,8 @@ static int start(struct refdyn_integrator *integrator) {
 
 int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
                             const double *qd) {
+    if (!integrator->motion)
+        return REFDYN_NOT_STARTED;
     const size_t bytes = (size_t)integrator->work->n * sizeof *q;
     memcpy(integrator->q, q, bytes);
     memcpy(integrator->qd, qd, bytes);
@@ -308,14 +314,18 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     take_parameters(integrator);
     const int status = start(integrator);
     note_moves(integrator, status != REFDYN_OK);
+    integrator->motion->is_started = status == REFDYN_OK;
     return leave(integrator, status, t);
 }
 
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
+    int status = refdyn_integrator_status(integrator);
+    if (status)
+        return status;
     struct refdyn_motion *motion = enter(integrator);
     refdyn_partition_bound_rank(integrator->work, integrator->work->m);
     take_parameters(integrator);
-    int status = refdyn_check_parameters(integrator->work);
+    status = refdyn_check_parameters(integrator->work);
     if (!status)
         status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
     if (!status)
@@ -328,20 +338,25 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
 }
 
 int refdyn_integrator_exchange_model(struct refdyn_integrator *integrator, const struct refdyn_model *model) {
-    const int status = refdyn_exchange_model(integrator->work, model);
-    if (!status && integrator->motion)
+    const int status =
+        integrator->motion ? refdyn_exchange_model(integrator->work, model) : REFDYN_NOT_STARTED;
+    if (!status)
         integrator->motion->linear.chain.model = model;
     return status;
 }
 
-void refdyn_integrator_until(struct refdyn_integrator *integrator, double t) {
-    if (integrator->motion)
+int refdyn_integrator_until(struct refdyn_integrator *integrator, double t) {
+    const int status = refdyn_integrator_status(integrator);
+    if (!status)
         integrator->motion->t_final = t;
+    return status;
 }
 
-void refdyn_integrator_limit(struct refdyn_integrator *integrator, double t) {
-    if (integrator->motion)
+int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t) {
+    const int status = refdyn_integrator_status(integrator);
+    if (!status)
         integrator->motion->t_most = t;
+    return status;
 }
 
 /* ---- States at outputs ---- */
@@ -478,11 +493,13 @@ static int conclude(struct refdyn_integrator *integrator, double t_out, int fail
 }
 
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps) {
+    int status = refdyn_integrator_status(integrator);
+    if (status)
+        return status;
     if (!(isfinite(t_out) && t_out >= integrator->t))
         return REFDYN_BAD_OPTION;
     struct refdyn_motion *motion = enter(integrator);
     struct refdyn_attempt attempt = {.is_over = 1};
-    int status = REFDYN_OK;
     for (; steps > 0 && is_before(motion, t_out) && !status; steps--)
         status = refdyn_accept_step(motion, t_out, 0, &attempt);
     return conclude(integrator, t_out, status);
@@ -521,6 +538,9 @@ int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
 
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
     const struct refdyn_motion *motion = integrator->motion;
+    const int status = refdyn_integrator_status(integrator);
+    if (status)
+        return status;
     if (!(refdyn_time_events_right_of(&motion->time_events, t) >= motion->step.t_begin &&
           t <= fmax(motion->step.t_end, integrator->t)))
         return REFDYN_BAD_OPTION;
@@ -528,25 +548,31 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
     return leave(integrator, show(integrator, t), t);
 }
 
-void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces) {
+int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces) {
+    if (refdyn_integrator_status(integrator))
+        return REFDYN_NOT_STARTED;
     const struct refdyn_workspace *work = integrator->work;
     struct refdyn_state_events *events = &integrator->motion->state_events;
     struct refdyn_contacts *contacts = &events->contacts;
     memcpy(forces, integrator->lambda + contacts->first_row, (size_t)contacts->count * sizeof *forces);
     if (contacts->are_unique)
-        return;
+        return REFDYN_OK;
     work->model->event_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd,
                              events->terms);
     refdyn_contacts_spread(contacts, work->model, events->terms, forces);
+    return REFDYN_OK;
 }
 
-void refdyn_integrator_force(struct refdyn_integrator *integrator, double *force) {
+int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force) {
+    if (refdyn_integrator_status(integrator))
+        return REFDYN_NOT_STARTED;
     const struct refdyn_workspace *work = integrator->work;
     const int n = work->n;
     if (!integrator->is_undetermined) {
         refdyn_programme_force(work, integrator->lambda, force);
-        return;
+        return REFDYN_OK;
     }
     for (int i = 0; i < n; i++)
         force[i] = dense_dot(work->M + i * n, integrator->qdd, n) - work->f[i];
+    return REFDYN_OK;
 }

@@ -73,6 +73,9 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
 /* Returns whether options.step_limit steps have been tried. */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 
+/* Returns OK, or NOT_STARTED before a start that has succeeded. */
+int refdyn_integrator_status(const struct refdyn_integrator *integrator);
+
 /* Motions whose steps a batch takes side by side: statuses in addition to those of refdyn.h. LEFT_TO_MOTION:
  * the motion takes the step itself, because the others cannot share it or its numbers are not finite. */
 enum { REFDYN_HALTED = 1000, REFDYN_LEFT_TO_MOTION };
@@ -586,6 +589,7 @@ struct refdyn_motion {
     int rows_change;             /* at the time event where the last step ended */
     double t_final, t_most;      /* end of the motion and limit: refdyn_integrator_until, _limit [s] */
     long evaluations_before;     /* of the workspace, at the start */
+    int is_started;              /* refdyn_integrator_start has succeeded */
 };
 
 /* The longest ordinary step: half of the way to an obstacle whose special step has failed [s]. */
