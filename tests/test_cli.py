@@ -81,6 +81,17 @@ def test_wrong_usage(arguments, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("arguments, said", [
+    ("gen m.lua --emit -o o1", "--emit needs a value before '-o'"), ("gen m.lua -o --emit M", "-o needs a value before '--emit'"),
+    ("sim m.lua --until -h", "--until needs a value before '-h'"), ("sim m.lua --set --until 1", "--set needs a value before '--until'"),
+    ("sim m.lua --until -1 -o x.csv", "--until: '-1' is not a positive number"), ("gen m.lua --emit=-o o1", "unexpected operand 'o1'; give only MODEL.lua"),
+])
+def test_an_option_is_no_value_of_another(arguments, said, tmp_path):
+    """Negative numbers and what follows an equals sign are values."""
+    done = refdyn(*arguments.split(), status=2, cwd=tmp_path)
+    assert done.stderr.splitlines()[0] == f"refdyn {arguments.split()[0]}: {said}" and not list(tmp_path.iterdir())
+
+
 def test_unknown_setting():
     done = refdyn("check", REFERENCE, "--set", "n_rfes=3", status=1)
     assert "n_rfes" in done.stderr and "n_rfe" in done.stderr.replace("n_rfes", "")

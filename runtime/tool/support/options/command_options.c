@@ -374,6 +374,12 @@ static enum status add_text(struct options *options, const struct option_rule *r
     return STATUS_DONE;
 }
 
+/* Is this word an option that getopt_long took as the value of the one before it? Negative numbers are
+ * values. A value that looks like an option is written after an equals sign: --NAME=VALUE. */
+static bool is_option(const char *word) {
+    return strncmp(word, "--", 2) == 0 || strcmp(word, "-o") == 0 || strcmp(word, "-h") == 0;
+}
+
 static enum status read_option(struct options *options, const struct option_rule *rule) {
     if (!option_may_repeat(rule) && options_has(options, rule->name))
         return options_usage_error(options->command, "%s is given twice", option_shown(rule));
@@ -478,7 +484,10 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
         else if (answer == 'h' || reading.known[answer - FIRST_ANSWER].rule->kind == OPTION_HELP) {
             print_command_help(options->command);
             return false;
-        } else
+        } else if (optarg && optarg == argv[optind - 1] && is_option(optarg))
+            *status = options_usage_error(options->command, "%s needs a value before '%s'",
+                                          option_shown(reading.known[answer - FIRST_ANSWER].rule), optarg);
+        else
             *status = read_option(options, reading.known[answer - FIRST_ANSWER].rule);
     }
     options->operands = (const char **)argv + optind;
