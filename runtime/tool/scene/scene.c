@@ -62,7 +62,7 @@ const struct option_rule scene_rules[] = {
      "compute steps of 1, 2, 4 or 8 cases side by side (default: chosen from vectors, model and "
      "number of cases)",
      NULL, NULL},
-    {"set", "NAME=VALUE", OPTION_SETTING, "set an option or a parameter of the model (repeatable)", NULL,
+    {"set", "NAME=VALUE", OPTION_SETTING, "set an option, a parameter or an input of the model (repeatable)", NULL,
      NULL},
     {"loops", "WHEN", OPTION_TEXT,
      "auto (default), always or never: loops over equal elements instead of code for each", loop_words, NULL},

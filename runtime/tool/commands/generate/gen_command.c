@@ -121,12 +121,12 @@ static enum status read_real(const struct options *options, bool *is_single) {
 
 static enum status generate(struct scene *scene, const struct options *options) {
     const char *emit = options_text(options, "emit");
-    const char *wrong = emit ? gen_wrong_emit(&scene->generation, emit) : NULL;
-    if (wrong)
-        return options_usage_error(options->command, "--emit: %s", wrong);
     const enum status status = read_real(options, &scene->generation.is_single);
     if (status != STATUS_DONE)
         return status;
+    const char *wrong = emit ? gen_wrong_emit(&scene->generation, emit) : NULL;
+    if (wrong)
+        return options_usage_error(options->command, "--emit: %s", wrong);
     return options_text(options, "explain") ? explain_pass(scene, options) : emit_scene(scene, options);
 }
 

@@ -285,7 +285,15 @@ static void make_table(struct reading *reading) {
     reading->table[reading->known_count] = (struct option){.name = NULL};
 }
 
+/* Names of options in Python and in other programs. */
+static const char *const other_names[][2] = {
+    {"dt", "step"}, {"rtol", "tol"}, {"t-end", "until"}, {"t_end", "until"}};
+
 static const char *nearest_option(const struct reading *reading, const char *given) {
+    for (size_t i = 0; i < sizeof other_names / sizeof *other_names; i++)
+        for (int k = 0; strcmp(given, other_names[i][0]) == 0 && k < reading->known_count; k++)
+            if (strcmp(reading->known[k].rule->name, other_names[i][1]) == 0)
+                return other_names[i][1];
     const char *names[OPTIONS_MOST];
     for (int i = 0; i < reading->known_count; i++)
         names[i] = reading->known[i].rule->name;
@@ -335,6 +343,9 @@ enum status options_check_list(const struct command *command, const char *name, 
     for (int i = 0; items[i]; i++) {
         if (!*items[i])
             return options_usage_error(command, "--%s: '%s' has an empty item", name, list);
+        if (*items[i] == ' ' || items[i][strlen(items[i]) - 1] == ' ')
+            return options_usage_error(
+                command, "--%s: '%s' has a blank next to a comma or at an end; remove it", name, list);
         if (text_index(items[i], items, i) >= 0)
             return options_usage_error(command, "--%s: '%s' is given twice; give it once", name, items[i]);
     }
