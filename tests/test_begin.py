@@ -369,10 +369,39 @@ int main(void) {
     assert "refdyn_generate(mine): two models of one name write cart.h; each model of a target needs its own name" in said
 
 
+def test_project_in_single_precision(project, prefix):
+    """Nothing of the runtime is linked, as on a microcontroller."""
+    (project / "CMakeLists.txt").write_text("""cmake_minimum_required(VERSION 3.25)
+project(mine LANGUAGES C)
+find_package(refdyn REQUIRED)
+refdyn_generate(mine arm.lua REAL float EMIT energy SET m_load=1.25)
+get_target_property(linked mine LINK_LIBRARIES)
+message(STATUS "links ${linked}")
+add_executable(user main.c)
+target_link_libraries(user mine m)
+""")
+    (project / "main.c").write_text("""#include "arm.h"
+#include <stdio.h>
+int main(void) {
+    struct arm_parameters p;
+    arm_defaults(&p);
+    printf("%g %zu\\n", p.m_load, sizeof p.m_load);
+    return 0;
+}
+""")
+    assert "links linked-NOTFOUND" in configure(project, prefix)
+    build(project)
+    assert run(project / "build" / "user") == "1.25 4\n"
+
+
 WRONG_CALLS = {
     "arm arm.lua": "the project has to enable C: project(... LANGUAGES C ...)",
-    "arm arm.lua LANE": "what is not known: 'LANE', what has no value: ''; known are SET NAME=VALUE",
-    "arm arm.lua SET": "what is not known: '', what has no value: 'SET'",
+    "arm arm.lua LANE m=1": "LANE, m=1: unknown; known are SET NAME=VALUE ..., EMIT QUANTITY ..., LANES, FOLD, ACCELERATIONS HOW, LOOPS WHEN, REAL TYPE",
+    "arm arm.lua SET": "SET: the value is missing",
+    "arm arm.lua FOLD REAL": "REAL: the value is missing",
+    "arm arm.lua REAL ${nothing} FOLD": "REAL: the value is missing",
+    'arm arm.lua REAL "${nothing}"': "argument 4 is an empty text; does a variable have no value?",
+    'arm ""': "argument 2 is an empty text; does a variable have no value?",
 }
 
 
