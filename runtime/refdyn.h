@@ -552,8 +552,9 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
  * Errors: > 0 from a fixed step whose evaluation failed, or a tangent at the beginning of a step;
  * STEP_TOO_SMALL, TOO_MANY_STEPS; EVENT_ENDS, at the time of the event; EVENTS_ACCUMULATE, EVENT_NOT_MET,
  * SLIDES; REFUSED at an event that sets a parameter, where work->p then has the refused value; BAD_OPTION if
- * t_out is before t; NOT_STARTED. The integrator then stays at the last accepted state, with cause and
- * failed_t set; refdyn_integrator_refresh evaluates that state again. */
+ * t_out is before t; NOT_STARTED; those of refdyn_integrator_refresh if the caller has changed inputs or
+ * parameters. The integrator then stays at the last accepted state, with cause and failed_t set;
+ * refdyn_integrator_refresh evaluates that state again. */
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
 /** Sets the end of the motion: no step reaches beyond t, and the automatic choice tries no method that cannot
  * pay off before. INFINITY: not known, as at the start. Error: NOT_STARTED. */
@@ -574,9 +575,10 @@ int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force)
  * [N for a gap in m]; 0 for contacts that do not rest. If forces are not unique, these are the smallest ones,
  * unless one of them would pull. Error: NOT_STARTED. */
 int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
-/** Continues from changed values. Call it after changing work->x, work->p (after refdyn_prepare) or the
- * integrator's q and qd between steps. The gains are those that options.stabilise requests. Errors: REFUSED,
- * those of refdyn_accelerate; NOT_STARTED. */
+/** Continues from changed values: evaluates the shown state again. Call it after changing the integrator's q
+ * and qd between steps. After changes of work->x or work->p (then refdyn_prepare) the next call that advances
+ * the motion does so; call it for the accelerations before. The gains are those that options.stabilise
+ * requests. Errors: REFUSED, those of refdyn_accelerate; NOT_STARTED. */
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
 
 /** refdyn_exchange_model for a motion: its next step evaluates the functions of the other table. Call it

@@ -154,7 +154,10 @@ static void emit_input_struct(struct emission *x, struct text *text) {
         text_add(text, "struct %s_inputs; /* there are none: pass NULL */\n\n", x->name);
         return;
     }
-    text_add(text, "struct %s_inputs {\n", x->name);
+    text_add(text,
+             "/* Pass them as x to every function: NULL is for models without inputs only. */\nstruct "
+             "%s_inputs {\n",
+             x->name);
     for (int i = 0; i < model->input_count; i++)
         text_add(text, "    %s %s; /* [%s] */\n", x->number, model->inputs[i].name,
                  text_comment(text->memory, model->inputs[i].unit));

@@ -534,6 +534,46 @@ static void test_not_started(void) {
     CHECK(rig_close(&rig));
 }
 
+/* ---- Changed values ---- */
+
+/* The state after a motion whose input, or first parameter, has changed on the way. */
+static void change_on_the_way(struct refdyn_model model, int changes_input, int has_refresh, double *state) {
+    const struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+    const double qd[SPRING_N] = {0.713, -0.317, 0.137};
+    struct rig rig;
+    CHECK(rig_start(&rig, model, options, 0.01, qd) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.0713) == REFDYN_OK);
+    *(changes_input ? rig.work.x : rig.work.p) *= 1.317;
+    refdyn_prepare(&rig.work);
+    if (has_refresh)
+        CHECK(refdyn_integrator_refresh(&rig.integrator) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.1713) == REFDYN_OK);
+    const long steps = rig.integrator.statistics.evaluations;
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.1713) == REFDYN_OK);
+    CHECK(rig.integrator.statistics.evaluations == steps); /* noticed once */
+    memcpy(state, rig.integrator.q, 2 * (size_t)model.n * sizeof *state);
+    CHECK(rig_close(&rig));
+}
+
+/* A step begins with changed inputs and parameters as after a refresh, with the same bits. */
+static void test_changed_values(void) {
+    double refreshed[2 * SPRING_N] = {0}, noticed[2 * SPRING_N] = {0};
+    change_on_the_way(film_model(), 1, 1, refreshed);
+    change_on_the_way(film_model(), 1, 0, noticed);
+    CHECK(memcmp(refreshed, noticed, sizeof noticed) == 0);
+    change_on_the_way(rod_model(NULL), 0, 1, refreshed);
+    change_on_the_way(rod_model(NULL), 0, 0, noticed);
+    CHECK(memcmp(refreshed, noticed, sizeof noticed) == 0);
+
+    struct rig rig;
+    const double qd[] = {0.713};
+    CHECK(rig_start(&rig, film_model(), refdyn_options_default(REFDYN_RK54), 0, qd) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.0713) == REFDYN_OK);
+    rig.work.x[0] = -1;
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.1) == REFDYN_NOT_FINITE && rig.integrator.t == 0.0713);
+    CHECK(rig_close(&rig));
+}
+
 /* ---- Failures ---- */
 
 static void test_undefined_mid_run(void) {
@@ -696,6 +736,7 @@ int main(void) {
     test_passing();
     test_exchange();
     test_exchange_refused();
+    test_changed_values();
     test_not_started();
     test_undefined_mid_run();
     test_unstable();

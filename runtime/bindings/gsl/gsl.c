@@ -249,6 +249,9 @@ int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
     struct refdyn_motion *motion = integrator->motion;
     if (!(isfinite(t_out) && t_out >= integrator->t))
         return REFDYN_BAD_OPTION;
+    status = refdyn_integrator_notice(integrator);
+    if (status)
+        return status;
     refdyn_parameters_enter(&motion->parameters, motion->work);
     for (; steps > 0 && t_out - motion->step.t_end > refdyn_motion_resolution(motion, t_out) && !status;
          steps--)

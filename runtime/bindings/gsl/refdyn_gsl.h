@@ -64,9 +64,9 @@ struct refdyn_gsl {
 int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_integrator *integrator,
                     enum refdyn_gsl_method method);
 /**
- * Advances like refdyn_integrator_step, after refdyn_integrator_start and, if the caller changed something,
- * refdyn_integrator_refresh. After these calls, and after each time event, the method restarts. Steps end at
- * t_out and nothing is interpolated: refdyn_integrator_until and _limit are not needed, and
+ * Advances like refdyn_integrator_step, after refdyn_integrator_start and, if the caller changed the state,
+ * refdyn_integrator_refresh. After these calls, changed values, and each time event, the method restarts.
+ * Steps end at t_out and nothing is interpolated: refdyn_integrator_until and _limit are not needed, and
  * refdyn_integrator_look does not apply to these steps. Errors as in refdyn_integrator_step.
  */
 int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps);

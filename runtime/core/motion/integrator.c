@@ -229,7 +229,7 @@ static int begin_here(struct refdyn_integrator *integrator) {
 static void take_parameters(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     const double next = motion->control.next;
-    refdyn_parameters_take(&motion->parameters, motion->work->model);
+    refdyn_parameters_take(&motion->parameters, motion->work);
     refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
                                 next > 0 ? next : INFINITY);
     refdyn_time_events_take(&motion->time_events, motion->work, integrator->t, integrator->q, integrator->qd);
@@ -335,6 +335,12 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
         status = begin_here(integrator);
     refdyn_state_events_look_again(&motion->state_events);
     return leave(integrator, status, integrator->t);
+}
+
+int refdyn_integrator_notice(struct refdyn_integrator *integrator) {
+    return refdyn_parameters_have_changed(&integrator->motion->parameters, integrator->work)
+               ? refdyn_integrator_refresh(integrator)
+               : REFDYN_OK;
 }
 
 int refdyn_integrator_exchange_model(struct refdyn_integrator *integrator, const struct refdyn_model *model) {
@@ -498,6 +504,9 @@ int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, l
         return status;
     if (!(isfinite(t_out) && t_out >= integrator->t))
         return REFDYN_BAD_OPTION;
+    status = refdyn_integrator_notice(integrator);
+    if (status)
+        return status;
     struct refdyn_motion *motion = enter(integrator);
     struct refdyn_attempt attempt = {.is_over = 1};
     for (; steps > 0 && is_before(motion, t_out) && !status; steps--)

@@ -75,6 +75,8 @@ int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 
 /* Returns OK, or NOT_STARTED before a start that has succeeded. */
 int refdyn_integrator_status(const struct refdyn_integrator *integrator);
+/* refdyn_integrator_refresh if the caller has changed inputs or parameters since the last one. */
+int refdyn_integrator_notice(struct refdyn_integrator *integrator);
 
 /* Motions whose steps a batch takes side by side: statuses in addition to those of refdyn.h. LEFT_TO_MOTION:
  * the motion takes the step itself, because the others cannot share it or its numbers are not finite. */
@@ -234,6 +236,7 @@ double refdyn_programme_moved_most(const struct refdyn_step *step);
  * `struct refdyn_parameters` is written only by motion_options.c. */
 struct refdyn_parameters {
     double *own, *callers; /* as work->p; work->p while `own` are in use */
+    double *taken;         /* the caller's parameters, then the inputs, when they were taken */
 };
 
 void refdyn_parameters_lay_out(struct refdyn_parameters *parameters, const struct refdyn_model *model,
@@ -242,10 +245,14 @@ void refdyn_parameters_lay_out(struct refdyn_parameters *parameters, const struc
 void refdyn_parameters_enter(struct refdyn_parameters *parameters, struct refdyn_workspace *work);
 void refdyn_parameters_leave(struct refdyn_parameters *parameters, struct refdyn_workspace *work);
 /* Between the two calls: the first sets the caller's parameter at a place of p and copies the caller's
- * values; the second only copies them. */
+ * values; the second only copies them, and notes the inputs. */
 void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_workspace *work, int place,
                            double value);
-void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_model *model);
+void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_workspace *work);
+/* Returns whether the caller has changed a parameter or an input since then. Call it outside the two calls.
+ */
+int refdyn_parameters_have_changed(const struct refdyn_parameters *parameters,
+                                   const struct refdyn_workspace *work);
 /* Sets the gains that the options request for a step of h; INFINITY: no gains. */
 void refdyn_parameters_set_gains(struct refdyn_parameters *parameters, const struct refdyn_model *model,
                                  const struct refdyn_options *options, double h);
