@@ -200,7 +200,7 @@ const struct command gen_command = {
     .output = "DIR",
     .purpose = "write the C code of a model",
     .help = "Writes NAME.h and NAME.c, and further .c files if they are long, into the folder of -o. Prints "
-            "what was emitted.\n\n"
+            "what was emitted. docs/commands.md lists the quantities of --emit.\n\n"
             "  refdyn gen models/manipulator.lua -o out\n"
             "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"
             "  refdyn gen models/manipulator.lua --emit qdd_free,constrained --for-lanes -o out\n"
