@@ -65,7 +65,7 @@ enum refdyn_status {
                                        integrator.cause */
     REFDYN_TANGENT_SINGULAR = -2, /**< statics: nothing holds fault.coordinate */
     REFDYN_BAD_OPTION = -3,       /**< an option is out of range; refdyn_options_validate says which */
-    REFDYN_BAD_MEMORY = -4,       /**< memory is NULL, misaligned or too small */
+    REFDYN_BAD_MEMORY = -4,       /**< memory is NULL or misaligned, or an initialisation has failed */
     REFDYN_FUNCTION_MISSING = -5, /**< the model lacks an emitted function that this call needs */
     REFDYN_TOO_MANY_STEPS = -6,   /**< options.step_limit reached */
     REFDYN_UNKNOWN_NAME = -7,     /**< no value has this name, or no emitted function reads it */
@@ -86,8 +86,11 @@ enum refdyn_status {
     REFDYN_CONTACTS_UNMET =
         -18,              /**< no impulses or forces keep all closed contacts from closing; fault.row */
     REFDYN_REFUSED = -19, /**< the model refuses a parameter value, such as a negative mass; work->refused */
-    REFDYN_NOT_STARTED = -20 /**< refdyn_integrator_init or refdyn_integrator_start has failed, or was not
-                                  called */
+    REFDYN_NOT_STARTED = -20, /**< refdyn_integrator_init or refdyn_integrator_start has failed, or was not
+                                   called */
+    REFDYN_BAD_TIME =
+        -21, /**< a requested time is not finite, before integrator.t, or outside the last step */
+    REFDYN_MEMORY_TOO_SMALL = -22 /**< memory is smaller than the size function of the call requires */
 };
 
 /** One line of text for a status, without a full stop. Never NULL. */
@@ -184,7 +187,8 @@ size_t refdyn_workspace_size(const struct refdyn_model *model);
 /** Lays the workspace out in memory and sets parameters and inputs to their defaults.
  *
  * Errors: OTHER_VERSION; BAD_MODEL, also if n, m and coupling_count exceed 15,000 in all; BAD_ARITHMETIC;
- * BAD_MEMORY; FUNCTION_MISSING if the model has neither `equations` nor all of M h Q and, with rows, u v k.
+ * BAD_MEMORY, MEMORY_TOO_SMALL; FUNCTION_MISSING if the model has neither `equations` nor all of M h Q and,
+ * with rows, u v k.
  */
 int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
                           size_t size);
@@ -534,8 +538,8 @@ struct refdyn_integrator {
 
 /** Bytes that refdyn_integrator_init needs; 0 if the model or an option is refused. */
 size_t refdyn_integrator_size(const struct refdyn_model *model, const struct refdyn_options *options);
-/** Lays the integrator out in memory. Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (refdyn_can_run);
- * OTHER_VERSION, BAD_MODEL. */
+/** Lays the integrator out in memory. Errors: BAD_OPTION, BAD_MEMORY, MEMORY_TOO_SMALL, FUNCTION_MISSING
+ * (refdyn_can_run); OTHER_VERSION, BAD_MODEL. */
 int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_workspace *work,
                            const struct refdyn_options *options, void *memory, size_t size);
 /** Copies the state, evaluates it and clears the statistics. With options.project_start it first projects the
@@ -551,7 +555,7 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
  *
  * Errors: > 0 from a fixed step whose evaluation failed, or a tangent at the beginning of a step;
  * STEP_TOO_SMALL, TOO_MANY_STEPS; EVENT_ENDS, at the time of the event; EVENTS_ACCUMULATE, EVENT_NOT_MET,
- * SLIDES; REFUSED at an event that sets a parameter, where work->p then has the refused value; BAD_OPTION if
+ * SLIDES; REFUSED at an event that sets a parameter, where work->p then has the refused value; BAD_TIME if
  * t_out is before t; NOT_STARTED; those of refdyn_integrator_refresh if the caller has changed inputs or
  * parameters. The integrator then stays at the last accepted state, with cause and failed_t set;
  * refdyn_integrator_refresh evaluates that state again. */
@@ -565,7 +569,7 @@ int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t);
 /** Advances to t_out through all events. Errors as in refdyn_integrator_step. */
 int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out);
 /** Shows the state at t in the last step, t_begin <= t <= t_end, as at an output. The next step continues
- * from the end of the last one. Errors: BAD_OPTION if t is outside; those of refdyn_accelerate and
+ * from the end of the last one. Errors: BAD_TIME if t is outside; those of refdyn_accelerate and
  * refdyn_project; NOT_STARTED. */
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 /** Computes the programme force r (n) at the shown state [N, N m], as refdyn_programme_force, or as M qdd - f
@@ -714,8 +718,8 @@ size_t refdyn_statics_size(const struct refdyn_model *model);
  * work->fault.coordinate); TANGENT_SINGULAR (work->fault.coordinate); ROWS_INCONSISTENT (work->fault.row);
  * BAD_OPTION, also if a held coordinate is not in 0 ... n - 1, or if a row that holds is not in 0 ... m - 1,
  * is not of position level or is given twice; CONTACTS_UNMET (work->fault.row) if no set of contacts carries;
- * REFUSED; BAD_MEMORY; FUNCTION_MISSING (Q, and Q_q or, with rows that hold, tangent or tangent_vectors);
- * OTHER_VERSION, BAD_MODEL.
+ * REFUSED; BAD_MEMORY, MEMORY_TOO_SMALL; FUNCTION_MISSING (Q, and Q_q or, with rows that hold, tangent or
+ * tangent_vectors); OTHER_VERSION, BAD_MODEL.
  */
 int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_options *options,
                    const int *held, int held_count, double *q, double *hold_force,

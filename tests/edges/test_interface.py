@@ -275,7 +275,7 @@ static void largest_models(void) {
                 CHECK(refdyn_workspace_size(&large) > (size_t)large.n * (size_t)large.n * sizeof(double));
                 CHECK(refdyn_statics_size(&large) > (size_t)large.n * (size_t)large.n * sizeof(double));
                 CHECK(refdyn_integrator_size(&large, &options) > (size_t)large.n * sizeof(double));
-                CHECK(refdyn_workspace_init(&work, &large, memory, 8) == REFDYN_BAD_MEMORY);
+                CHECK(refdyn_workspace_init(&work, &large, memory, 8) == REFDYN_MEMORY_TOO_SMALL);
             }
     free(parents);
     free(gains);
@@ -295,12 +295,12 @@ static void workspace_without_memory(void) {
 }
 
 static void every_status_has_a_text(void) {
-    for (int status = REFDYN_NOT_STARTED; status <= REFDYN_ROWS_UNMET; status++) {
+    for (int status = REFDYN_MEMORY_TOO_SMALL; status <= REFDYN_ROWS_UNMET; status++) {
         CHECK(strcmp(refdyn_status_text(status), refdyn_status_text(1000)) != 0);
-        for (int other = REFDYN_NOT_STARTED; other < status; other++)
+        for (int other = REFDYN_MEMORY_TOO_SMALL; other < status; other++)
             CHECK(strcmp(refdyn_status_text(status), refdyn_status_text(other)) != 0);
     }
-    CHECK(strcmp(refdyn_status_text(REFDYN_NOT_STARTED - 1), refdyn_status_text(1000)) == 0);
+    CHECK(strcmp(refdyn_status_text(REFDYN_MEMORY_TOO_SMALL - 1), refdyn_status_text(1000)) == 0);
 }
 
 static const struct {

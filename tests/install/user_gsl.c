@@ -34,7 +34,7 @@ static int run(struct refdyn_integrator *integrator, struct refdyn_workspace *wo
             status = refdyn_integrator_refresh(integrator);
         if (!status)
             status = refdyn_gsl_to(&gsl, 0.5);
-        if (!status && (integrator->t != 0.5 || refdyn_gsl_to(&gsl, 0.4) != REFDYN_BAD_OPTION))
+        if (!status && (integrator->t != 0.5 || refdyn_gsl_to(&gsl, 0.4) != REFDYN_BAD_TIME))
             status = -1000;
         printf("%s %.17g %.17g\n", refdyn_gsl_method_name((int)method), integrator->q[0], integrator->qd[0]);
         refdyn_gsl_release(&gsl);

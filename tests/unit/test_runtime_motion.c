@@ -96,9 +96,9 @@ static void test_landing(void) {
     /* two at the start, one for each output */
     CHECK(rig.integrator.statistics.evaluations == 4 * rig.integrator.statistics.steps + 2 + 30);
     CHECK(refdyn_integrator_to(&rig.integrator, 3) == REFDYN_OK); /* already there */
-    CHECK(refdyn_integrator_to(&rig.integrator, 2.9) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_integrator_to(&rig.integrator, NAN) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_integrator_to(&rig.integrator, INFINITY) == REFDYN_BAD_OPTION);
+    CHECK(refdyn_integrator_to(&rig.integrator, 2.9) == REFDYN_BAD_TIME);
+    CHECK(refdyn_integrator_to(&rig.integrator, NAN) == REFDYN_BAD_TIME);
+    CHECK(refdyn_integrator_to(&rig.integrator, INFINITY) == REFDYN_BAD_TIME);
     CHECK(rig_close(&rig));
     /* an interval that is a multiple of the step, up to rounding, takes exactly this many steps */
     options.step = 1e-5;
@@ -152,9 +152,9 @@ static void check_look(enum refdyn_method method) {
           rig.integrator.t == rig.integrator.t_begin);
     CHECK(refdyn_integrator_look(&rig.integrator, 0.5) == REFDYN_OK && rig.integrator.t == 0.5);
     CHECK(largest_difference(at_output, rig.integrator.q, 3) < 1e-9);
-    CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_end, 2)) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_begin, 0)) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_integrator_look(&rig.integrator, NAN) == REFDYN_BAD_OPTION && rig.integrator.t == 0.5);
+    CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_end, 2)) == REFDYN_BAD_TIME);
+    CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_begin, 0)) == REFDYN_BAD_TIME);
+    CHECK(refdyn_integrator_look(&rig.integrator, NAN) == REFDYN_BAD_TIME && rig.integrator.t == 0.5);
     CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_OK);
     CHECK(largest_difference(end, rig.integrator.q, 3) < 1e-9);
     CHECK(rig_close(&rig));
@@ -715,7 +715,7 @@ static void test_options(void) {
     CHECK(rig_integrator(&rig, &options) == REFDYN_BAD_OPTION);
     CHECK(rig_integrator(&rig, &fixed) == REFDYN_OK);
     CHECK(refdyn_integrator_init(&rig.integrator, &rig.work, &fixed, inside(rig.integrator_memory), 8) ==
-          REFDYN_BAD_MEMORY);
+          REFDYN_MEMORY_TOO_SMALL);
     CHECK(rig_close(&rig));
 }
 

@@ -248,7 +248,7 @@ int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
         return status;
     struct refdyn_motion *motion = integrator->motion;
     if (!(isfinite(t_out) && t_out >= integrator->t))
-        return REFDYN_BAD_OPTION;
+        return REFDYN_BAD_TIME;
     status = refdyn_integrator_notice(integrator);
     if (status)
         return status;

@@ -108,7 +108,7 @@ static void connect(struct refdyn_integrator *integrator) {
 int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_workspace *work,
                            const struct refdyn_options *options, void *memory, size_t size) {
     *integrator = (struct refdyn_integrator){.work = work, .options = *options};
-    const int status = refdyn_workspace_status(work);
+    int status = refdyn_workspace_status(work);
     if (status)
         return status;
     if (refdyn_options_validate(options, NULL))
@@ -116,8 +116,9 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
     if (!refdyn_can_run(work->model, options->method))
         return REFDYN_FUNCTION_MISSING;
     const size_t needed = refdyn_integrator_size(work->model, options);
-    if (!layout_fits(memory, size, needed))
-        return REFDYN_BAD_MEMORY;
+    status = layout_status(memory, size, needed);
+    if (status)
+        return status;
     memset(memory, 0, needed);
     lay_out(integrator, work->model, options, memory);
     connect(integrator);
@@ -503,7 +504,7 @@ int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, l
     if (status)
         return status;
     if (!(isfinite(t_out) && t_out >= integrator->t))
-        return REFDYN_BAD_OPTION;
+        return REFDYN_BAD_TIME;
     status = refdyn_integrator_notice(integrator);
     if (status)
         return status;
@@ -552,7 +553,7 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
         return status;
     if (!(refdyn_time_events_right_of(&motion->time_events, t) >= motion->step.t_begin &&
           t <= fmax(motion->step.t_end, integrator->t)))
-        return REFDYN_BAD_OPTION;
+        return REFDYN_BAD_TIME;
     enter(integrator);
     return leave(integrator, show(integrator, t), t);
 }
