@@ -113,8 +113,9 @@ static void emit_cost_list(struct emission *x, struct text *text) {
              x->plan->is_single ? " on Arm Cortex-M" : "");
     for (int f = 0; f < x->plan->function_count; f++) {
         const struct operation_count *count = &x->plan->functions[f].operations;
-        text_add(text, " *   %-10s %6ld %6ld %4ld %4ld %7ld\n", count->quantity, count->adds, count->muls,
-                 count->divs, count->functions, emit_stack(x, &x->plan->functions[f]));
+        text_add(text, " *   %-*s %6ld %6ld %4ld %4ld %7ld\n", emit_name_width(x->plan), count->quantity,
+                 count->adds, count->muls, count->divs, count->functions,
+                 emit_stack(x, &x->plan->functions[f]));
     }
     if (x->plan->choices)
         text_add(text, " * Choices by counted operations: %s.\n", x->plan->choices);
