@@ -1,5 +1,5 @@
 # refdyn_generate(TARGET MODEL.lua [SET NAME=VALUE ...] [EMIT QUANTITY ...] [LANES] [FOLD] [ACCELERATIONS HOW] [LOOPS WHEN]
-#                 [REAL TYPE])
+#                 [REAL TYPE] [NAME NAME])
 #
 # Takes a model; adds its C to TARGET, a program or library of the project, which is made as a library where it is not
 # there yet, and links refdyn::runtime to it (with LANES refdyn::batch, too; with REAL float nothing). Words are those of `refdyn gen`; LANES
@@ -120,7 +120,7 @@ function(_refdyn_check_names target folder)
         foreach(name IN LISTS names)
             if(EXISTS ${other}/${name})
                 message(FATAL_ERROR "refdyn_generate(${target}): two models of one name write ${name}; "
-                                    "each model of a target needs its own name")
+                                    "each model of a target needs its own name, for instance by NAME")
             endif()
         endforeach()
     endforeach()
@@ -128,14 +128,14 @@ endfunction()
 
 # The words of `refdyn gen` for what refdyn_generate was given.
 macro(_refdyn_take_arguments)
-    cmake_parse_arguments(PARSE_ARGV 2 given "LANES;FOLD" "ACCELERATIONS;LOOPS;REAL" "SET;EMIT")
+    cmake_parse_arguments(PARSE_ARGV 2 given "LANES;FOLD" "ACCELERATIONS;LOOPS;REAL;NAME" "SET;EMIT")
     if(DEFINED given_KEYWORDS_MISSING_VALUES)
         list(JOIN given_KEYWORDS_MISSING_VALUES ", " words)
         message(FATAL_ERROR "refdyn_generate(${target}): ${words}: the value is missing")
     elseif(DEFINED given_UNPARSED_ARGUMENTS)
         list(JOIN given_UNPARSED_ARGUMENTS ", " words)
         message(FATAL_ERROR "refdyn_generate(${target}): ${words}: unknown; known are SET NAME=VALUE ..., EMIT QUANTITY ..., "
-                            "LANES, FOLD, ACCELERATIONS HOW, LOOPS WHEN, REAL TYPE")
+                            "LANES, FOLD, ACCELERATIONS HOW, LOOPS WHEN, REAL TYPE, NAME NAME")
     endif()
     set(words)
     foreach(setting IN LISTS given_SET)
@@ -156,6 +156,9 @@ macro(_refdyn_take_arguments)
     endif()
     if(given_LOOPS)
         list(APPEND words --loops ${given_LOOPS})
+    endif()
+    if(given_NAME)
+        list(APPEND words --name ${given_NAME})
     endif()
     if(given_REAL)
         list(APPEND words --real ${given_REAL})

@@ -175,6 +175,10 @@ static const char *list_passes(const struct command *command) {
 }
 
 static const struct option_rule gen_rules[] = {
+    {"name", "NAME", OPTION_TEXT,
+     "the name of the files and of all names in the C, instead of the model's: for two structures in one "
+     "program",
+     NULL, NULL},
     {"real", "TYPE", OPTION_TEXT,
      "double (default) or float: the type of numbers in the C; float: single precision for "
      "microcontrollers, without the table for the runtime",
@@ -194,7 +198,7 @@ const struct command gen_command = {
     .name = "gen",
     .run = run_gen,
     .operands = "MODEL.lua",
-    .options = "output! emit real for-lanes for-casadi depfile explain set loops accelerations fold",
+    .options = "output! name emit real for-lanes for-casadi depfile explain set loops accelerations fold",
     .tables = {gen_rules, scene_rules},
     .replaces_needed = "explain",
     .output = "DIR",
