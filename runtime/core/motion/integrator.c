@@ -127,10 +127,6 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
 
 /* ---- What the caller reads ---- */
 
-int refdyn_integrator_status(const struct refdyn_integrator *integrator) {
-    return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
-}
-
 /* Begins a call: from here to `leave` the workspace has the motion's parameters. */
 static struct refdyn_motion *enter(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;

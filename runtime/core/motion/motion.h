@@ -73,8 +73,6 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
 /* Returns whether options.step_limit steps have been tried. */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 
-/* Returns OK, or NOT_STARTED before a start that has succeeded. */
-int refdyn_integrator_status(const struct refdyn_integrator *integrator);
 /* refdyn_integrator_refresh if the caller has changed inputs or parameters since the last one. */
 int refdyn_integrator_notice(struct refdyn_integrator *integrator);
 
@@ -598,6 +596,11 @@ struct refdyn_motion {
     long evaluations_before;     /* of the workspace, at the start */
     int is_started;              /* refdyn_integrator_start has succeeded */
 };
+
+/* Returns OK, or NOT_STARTED before a start that has succeeded. */
+static inline int refdyn_integrator_status(const struct refdyn_integrator *integrator) {
+    return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
+}
 
 /* The longest ordinary step: half of the way to an obstacle whose special step has failed [s]. */
 static inline double refdyn_ahead_longest(const struct refdyn_motion *motion,
