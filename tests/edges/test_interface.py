@@ -275,7 +275,7 @@ static void largest_models(void) {
                 CHECK(refdyn_workspace_size(&large) > (size_t)large.n * (size_t)large.n * sizeof(double));
                 CHECK(refdyn_statics_size(&large) > (size_t)large.n * (size_t)large.n * sizeof(double));
                 CHECK(refdyn_integrator_size(&large, &options) > (size_t)large.n * sizeof(double));
-                CHECK(refdyn_workspace_init(&work, &large, memory, 8) == REFDYN_MEMORY_TOO_SMALL);
+                CHECK(refdyn_workspace_init(&work, &large, memory, 8) == REFDYN_BAD_MEMORY);
             }
     free(parents);
     free(gains);
