@@ -232,7 +232,7 @@ def test_wrong_names(names, message, tmp_path):
 
 
 @pytest.mark.parametrize("arguments, message", [
-    (["--accuracy", 1e-3], "--derivatives excludes --accuracy"), (["--method", "msbdf"], "--derivatives"),
+    (["--accuracy", 1e-3], "--derivatives excludes --accuracy"), (["--lanes", 3], "--lanes: 3 is not a lane width; use 1, 2, 4 or 8"), (["--method", "msbdf"], "--derivatives"),
     (["--from", "statics"], "statics moves the coordinate base_z; add it to --hold or omit it")])
 def test_wrong_combinations(arguments, message, tmp_path):
     done = refdyn("sim", REFERENCE, "--set", "n_rfe=2", "--until", 0.1, "--derivatives", "base_z", *arguments, "-o", tmp_path / "x.csv", status=2)

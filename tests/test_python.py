@@ -647,7 +647,7 @@ def test_models_at_fault(package, tmp_path):
     with pytest.raises(package.ModelError, match=re.escape("<text>:3: links[1].mas: unknown field; did you mean \"mass\"?")) as told:
         package.Model.from_text(GOOD.replace("mass", "mas"))
     assert (told.value.file, told.value.line) == ("<text>", 3)
-    with pytest.raises(ValueError, match="^m_e: unknown option or parameter; did you mean 'm_E'"):
+    with pytest.raises(ValueError, match="^m_e: unknown option, parameter or input; did you mean 'm_E'"):
         package.Model(REFERENCE, m_e=2)
     with pytest.raises(ValueError, match="^cases: m_E: 'nan' is not a finite number"):
         package.Model(REFERENCE).batch({"m_E": [np.nan]}, t_end=1)

@@ -208,7 +208,7 @@ WRONG = {
     "normal: standard deviation -1; must not be negative": (ValueError, lambda ball: sys.modules["refdyn"].normal(0, -1)),
     "normal: a number is beyond 1e300; numbers must be smaller": (ValueError, lambda ball: sys.modules["refdyn"].normal(1e301, 1)),
     "normal: a number is not finite; numbers must be finite": (ValueError, lambda ball: sys.modules["refdyn"].normal(np.nan, 1)),
-    "mm: unknown option or parameter; did you mean 'm'?": (ValueError, lambda ball: type(ball).from_text(BALL, mm=2)),
+    "mm: unknown option, parameter or input; did you mean 'm'?": (ValueError, lambda ball: type(ball).from_text(BALL, mm=2)),
     "shape: value \"oval\"; must be one of round, flat": (ValueError, lambda ball: type(ball).from_text(BALL, shape="oval")),
     "view: int; must be a dataset of arm.simulate, or several by name or in a list": (TypeError, lambda ball: ball.view(3, "ball.html")),
 }

@@ -120,7 +120,7 @@ WRONG = {
     "flexible: add section": (ValueError, [ROBOTS / "two.urdf", {"fore": {"E": 7e10}}], {}),
     "right_angles: 3 rad is larger than any rounding of an angle; must be at most 0.01": (ValueError, [ROBOTS / "two.urdf"], {"right_angles": 3}),
     "from_urdf() got an unexpected keyword argument 'drive'; did you mean 'drives'?": (TypeError, [ROBOTS / "two.urdf"], {"drive": True}),
-    "n_rf: the model has no option or parameter of this name": (ValueError, [ROBOTS / "two.urdf"], {"n_rf": 3}),
+    "n_rf: the model has no option, parameter or input of this name": (ValueError, [ROBOTS / "two.urdf"], {"n_rf": 3}),
 }
 
 

@@ -274,8 +274,12 @@ static enum status check_error_options(const struct options *options,
                                                                                : NULL;
     if (options_text(options, "derivatives") && excluded)
         return options_usage_error(options->command, "--derivatives excludes %s", excluded);
-    if (options_number(options, "lanes") > 0 && !options_text(options, "derivatives"))
+    const double lanes = options_number(options, "lanes");
+    if (lanes > 0 && !options_text(options, "derivatives"))
         return options_usage_error(options->command, "--lanes needs --derivatives");
+    if (lanes > 0 && lanes != 1 && lanes != 2 && lanes != 4 && lanes != 8)
+        return options_usage_error(options->command, "--lanes: %.0f is not a lane width; use 1, 2, 4 or 8",
+                                   lanes);
     if (options_number(options, "accuracy") > 0 && (tol > 0 || integration->tol == 0))
         return options_usage_error(options->command,
                                    "--accuracy chooses the tolerance itself; it excludes %s",
