@@ -183,7 +183,7 @@ static enum status describe(const struct trial *trial, const struct task *task,
                                    .q = scene->state.q,
                                    .qd = scene->state.qd,
                                    .t = scene->state.t,
-                                   .threads = (int)fmax(1, options_number(task->options, "threads"))};
+                                   .threads = 1};
     if (scene->inputs) {
         batch->samples = &scene->inputs->samples;
         batch->sample_count = 1;
@@ -223,7 +223,6 @@ enum status simulate_derivatives_run(struct motion_derivatives *derivatives, str
                                        .derivatives = derivatives->values,
                                        .underivable = derivatives->underivable};
     const int result = batch.time_count > 0 ? refdyn_derivatives_run(&given) : REFDYN_OK;
-    derivatives->outputs = given.outputs;
     derivatives->copies = given.copies;
     derivatives->cpu_s = given.cpu_s + given.copies_cpu_s;
     derivatives->part = given.copies_cpu_s / given.cpu_s;

@@ -221,7 +221,6 @@ struct motion_derivatives {
     int width, rows;                        /* columns of the motion; rows that `values` has */
     double *values;                         /* (count x rows x width) */
     struct refdyn_underivable *underivable; /* (count) */
-    int outputs;
     long copies;        /* motions that were computed beside the nominal one */
     double cpu_s, part; /* of all [s]; of the copies, in motions */
 };
