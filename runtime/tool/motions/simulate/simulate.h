@@ -221,8 +221,8 @@ struct motion_derivatives {
     int width, rows;                        /* columns of the motion; rows that `values` has */
     double *values;                         /* (count x rows x width) */
     struct refdyn_underivable *underivable; /* (count) */
-    long copies;        /* motions that were computed beside the nominal one */
-    double cpu_s, part; /* of all [s]; of the copies, in motions */
+    long copies;                            /* motions that were computed beside the nominal one */
+    double cpu_s, part;                     /* of all [s]; of the copies, in motions */
 };
 
 /* Finds by what a name lets a motion be differentiated. Returns how many meanings it has in the model: 1 sets
