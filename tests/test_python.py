@@ -202,6 +202,8 @@ def test_wheel_on_a_bare_debian(wheel, tmp_path):
     shutil.copytree(MODELS, given / "models")
     texts = [text for _, text in blocks("python") if "inputs=None" not in text]
     (given / "page.py").write_text("\n".join(texts))
+    for name, text in blocks("xml"):
+        (given / name).write_text(text)
     (given / "commands").write_text("""cd /given && python3 -m venv v && v/bin/pip install -q --no-index --find-links . 'refdyn[batch]' && v/bin/python page.py
 v/bin/refdyn sim models/midspan.lua --until 0.1 -o run.h5 && v/bin/refdyn view run.h5 -o page.html && ls page.html""")
     said = run("unshare", "--pid", "--fork", f"--mount-proc={root}/proc", "chroot", root, "sh", "-e", "/given/commands", timeout=1500).split()
