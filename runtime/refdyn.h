@@ -649,6 +649,10 @@ struct refdyn_statics_options {
     const int *rows;   /**< (row_count) position rows that hold; NULL: none. The others have no effect */
     int row_count;     /**< number of these rows */
     enum refdyn_statics_way way; /**< the way from the start to the equilibrium */
+    /** Asked before each evaluation, NULL: never. Once it returns a status other than 0, it must repeat it;
+     * statics then fails soon, with this status or another one. */
+    int (*ask)(void *context);
+    void *context; /**< of ask */
 };
 
 /** How the stability of an equilibrium is judged. */

@@ -1,10 +1,10 @@
-"""Compiles emitted C, without warnings, and calls it: every quantity of a model, without the runtime."""
+"""Compiles emitted C and calls it: every quantity of a model, without the runtime."""
 import ctypes
 import subprocess
 
 import numpy
 
-from program import SOURCE, refdyn
+from program import HAS_TCC, SOURCE, UNOPTIMISED, refdyn
 
 WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 
@@ -78,7 +78,7 @@ class Compiled:
         refdyn("gen", path, *options, "-o", folder)
         name = min(folder.glob("*.h"), key=lambda file: len(file.name)).stem  # the names of companions are longer
         (folder / "shim.c").write_text(SHIM.replace("MODEL", name))
-        subprocess.run(["gcc", "-std=c11", "-O0", "-ffp-contract=off", *WARNINGS, "-fPIC", "-shared", "-I", SOURCE / "runtime", "-o",
+        subprocess.run([*UNOPTIMISED, *([] if HAS_TCC else WARNINGS), "-shared", "-I", SOURCE / "runtime", "-o",
                         folder / "model.so", *folder.glob("*.c"), "-lm"], check=True)
         self.library = ctypes.CDLL(str(folder / "model.so"))
         self.library.name_of.restype = self.library.name_of_point.restype = ctypes.c_char_p

@@ -2,7 +2,9 @@
 import json
 import os
 import pathlib
+import platform
 import re
+import shutil
 import subprocess
 import tempfile
 
@@ -21,6 +23,12 @@ VERSION = ".".join(re.findall(r"^#define REFDYN_VERSION_(?:MAJOR|MINOR|PATCH) (\
 REFERENCE = MODELS / "manipulator.lua"
 # tests/long: all models instead of a few representatives.
 LONG = "REFDYN_LONG" in os.environ
+# tcc compiles emitted C in a hundredth of the time of gcc -O2, and computes the same bits on x86-64 (test_tiers.py). tests/run uses it
+# except where the subject is the compiler, or where a motion takes longer than the compilation (`optimised` in CMakeLists.txt).
+HAS_TCC = platform.machine() == "x86_64" and shutil.which("tcc") is not None and not LONG
+UNOPTIMISED = ["tcc", "-w"] if HAS_TCC else ["gcc", "-std=gnu11", "-O0", "-ffp-contract=off", "-fPIC"]
+if HAS_TCC:
+    os.environ.setdefault("CC", str(TESTS / "quick_cc"))
 # A build with sanitizers finds faults in memory; numbers and bounds are compared in the other build. LEAN is such a build in
 # tests/run, which leaves the slowest cases to tests/long.
 SANITIZED = "REFDYN_SLOWNESS" in os.environ

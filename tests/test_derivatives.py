@@ -13,7 +13,7 @@ import numpy
 import pytest
 
 from compiled import WARNINGS, array, pointer
-from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, few_models_of_tests, refdyn, some
+from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, UNOPTIMISED, all_models, check, close, few_models_of_tests, refdyn, some
 from random_models import as_lua, random_model, random_state
 
 DERIVATIVES = ["tangent", "tangent_x", "d_qdd", "d_qdd_free", "d_force", "d_inverse", "d_statics", "d_rows", "d_points", "d_course"]
@@ -238,8 +238,8 @@ class Emitted:
         for source in folder.glob("*.c"):
             text = source.read_text()
             (folder / width / source.name).write_text(re.sub("<= (0.785|100000.0);", "< 0;", text) if width == "wide" else text)
-        subprocess.run(["gcc", "-std=gnu11", "-O0", "-ffp-contract=off", "-fPIC", "-shared", "-include", folder / f"{width}.h", "-I",
-                        folder, "-I", SOURCE / "runtime", "-o", folder / f"{width}.so", *(folder / width).glob("*.c"), "-lm"], check=True)
+        compiler = ["gcc", "-std=gnu11", "-O0", "-ffp-contract=off", "-fPIC"] if width == "wide" else UNOPTIMISED
+        subprocess.run([*compiler, "-shared", "-include", folder / f"{width}.h", "-I", folder, "-I", SOURCE / "runtime", "-o", folder / f"{width}.so", *(folder / width).glob("*.c"), "-lm"], check=True)
         self.library = ctypes.CDLL(str(folder / f"{width}.so"))
         sizes = (ctypes.c_int * 6)()
         self.library.sizes(sizes)

@@ -9,7 +9,7 @@ import subprocess
 import numpy
 import pytest
 
-from program import CORE_SOURCES, MODELS, REFERENCE, SCALE, SOURCE, TESTS, check, close, motion, refdyn, settings
+from program import CORE_SOURCES, MODELS, REFERENCE, SCALE, SOURCE, TESTS, UNOPTIMISED, check, close, motion, refdyn, settings
 
 BEAM = TESTS / "models" / "clamped_beam.lua"
 CHAIN = TESTS / "models" / "hanging_chain.lua"
@@ -428,7 +428,8 @@ ARM = TESTS / "models" / "suite" / "arm.lua"
 def core(tmp_path_factory):
     """Objects of the runtime core."""
     folder = tmp_path_factory.mktemp("core")
-    subprocess.run(["gcc", "-std=c11", "-O0", "-fPIC", "-I", SOURCE, "-I", SOURCE / "runtime", "-c", *CORE_SOURCES], cwd=folder, check=True)
+    for source in CORE_SOURCES:
+        subprocess.run([*UNOPTIMISED, "-I", SOURCE, "-I", SOURCE / "runtime", "-c", source, "-o", folder / f"{source.stem}.o"], check=True)
     return sorted(folder.glob("*.o"))
 
 
@@ -442,7 +443,7 @@ def test_spectrum(model, values, core, tmp_path):
     refdyn("gen", model, *settings(values), "--emit", "all,tangent", "-o", tmp_path)
     name = next(tmp_path.glob("*.h")).stem
     (tmp_path / "spectrum.c").write_text(SPECTRUM.replace("MODEL", name))
-    subprocess.run(["gcc", "-std=c11", "-O0", "-fPIC", "-shared", "-I", SOURCE, "-I", SOURCE / "runtime", "-o", tmp_path / "spectrum.so",
+    subprocess.run([*UNOPTIMISED, "-shared", "-I", SOURCE, "-I", SOURCE / "runtime", "-o", tmp_path / "spectrum.so",
                     *tmp_path.glob("*.c"), *core, "-lm"], check=True)
     q, rate, damping = (ctypes.c_double * len(found["q"]))(*found["q"]), ctypes.c_double(), ctypes.c_double()
     assert ctypes.CDLL(str(tmp_path / "spectrum.so")).spectrum(q, ctypes.byref(rate), ctypes.byref(damping)) == 0

@@ -88,6 +88,20 @@ def test_data_frames(ball):
     assert runs.to_dataframe().shape[0] == 2
 
 
+def test_data_frames_of_start_values(ball):
+    """Columns may have the names of a result, so that its data frame is a table of cases again."""
+    pandas = pytest.importorskip("pandas")
+    columns = {"m": [1.5, 2.5, 3.5], "ball_x": [0.13, 0.27, 0.31], "ball_x_d": [0.7, -0.2, 0.4]}
+    expected = ball.batch(columns, 0.1)
+    frame = pandas.DataFrame({"m": columns["m"], "ball_x_start": columns["ball_x"], "ball_x_d_start": columns["ball_x_d"]}, index=["a", "b", "c"])
+    first = ball.batch(frame, 0.1)
+    again = ball.batch(first[["m", "ball_x_start", "ball_x_d_start"]].to_dataframe(), 0.1)
+    for runs in (first, again):
+        assert runs.drop_vars("cpu_s").equals(expected.drop_vars("cpu_s")) and same(runs.ball_x_d_start, columns["ball_x_d"])
+    with pytest.raises(ValueError, match="cases: ball_x_start and ball_x are the same start value; give one of them"):
+        ball.batch(frame.assign(ball_x=0.2), 0.1)
+
+
 def test_files_of_inputs(ball, tmp_path, monkeypatch):
     """Their names are relative to the folder of the caller."""
     monkeypatch.chdir(tmp_path)

@@ -102,6 +102,14 @@ def test_warnings_of_the_import(package, tmp_path):
     assert told[0].filename == __file__
 
 
+def test_one_warning_for_all_limits(package, seven):
+    """A motion that exceeds several limits warns once, with a line for each."""
+    with pytest.warns(package.ModelWarning) as told:
+        seven.simulate(0.02, every=0.01, qd=np.full(7, 40.3))
+    lines = str(told[0].message).splitlines()
+    assert len(told) == 1 and told[0].filename == __file__ and sum("exceeds its limits: " in line for line in lines) >= 2, lines
+
+
 def test_names_of_joints_and_inputs(seven):
     for values, name, message in ((seven.joints, "elbw", "elbw: unknown joint; did you mean 'elbow'?"), (seven.inputs, "elbow", "elbow: unknown input; did you mean 'tau_elbow'?"),
                                   (seven.parameters, "mass", "mass: unknown parameter; the model has no parameter")):

@@ -22,6 +22,12 @@ OTHER = 54321  # a user that does not exist
 SOON, NEVER = "0.05", "1e5"  # [s] a motion that ends at once, and a long one
 
 
+@pytest.fixture(autouse=True)
+def default_compiler(monkeypatch):
+    """The cache is that of `cc`; tcc refuses some of the names of folders."""
+    monkeypatch.delenv("CC", raising=False)
+
+
 def run(*arguments, **keywords):
     keywords.setdefault("stderr", subprocess.PIPE)
     return subprocess.run([REFDYN, *map(str, arguments)], text=True, timeout=100, **keywords)

@@ -275,6 +275,8 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
     balance->t = options->t;
     balance->rows = options->rows;
     balance->row_count = options->row_count;
+    balance->ask = options->ask;
+    balance->context = options->context;
     list_free(balance, held, held_count, options->length);
     return refdyn_carrying_begin(&statics) ? solve_on_contacts(&statics, q, hold_force)
                                            : solve(&statics, q, hold_force);
