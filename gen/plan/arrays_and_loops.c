@@ -12,6 +12,12 @@
  * parent: moment += shift x force. Moving from joint to joint, instead of through the ground's origin, keeps
  * the digits of short elements. Vectors are stored by position, an order in which all coordinates beyond a
  * joint follow it.
+ *
+ * SWEEPS computes derivatives of accelerations on chains that begin on the ground. It visits the stages
+ * (joints, or three turns at one point) outward. For each coordinate j nearer to the ground it carries the
+ * change of acceleration A that the column of j makes, and the acceleration z that a unit force on j makes.
+ * A yields the entries of the stage's rows, z those of its columns, as a product with the wrench that the
+ * stage passes on. Then the columns of the stage's own joints begin.
  */
 #include "gen/plan/plan.h"
 
@@ -178,6 +184,83 @@ static void count_solving(const struct function *f, const struct solving *solvin
     count->muls += n * n * columns;
 }
 
+struct sweep_state sweeps_state(const struct sweeps *s, int column) {
+    const struct sweep_column *of = column < 0 ? NULL : &s->columns[column];
+    const struct vector_arrays *angular = of ? &of->start_angular : &s->start_angular,
+                               *linear = of ? &of->start_linear : &s->start_linear;
+    struct sweep_state state = {.angular = {false}};
+    bool has_ball = false, has_slide = false, has_turn = false;
+    for (int i = 0; i < s->n; i++) {
+        has_ball = has_ball || s->kind[i] == STAGE_BALL;
+        has_turn = has_turn || s->kind[i] == STAGE_TURN;
+        has_slide = has_slide || s->kind[i] == STAGE_SLIDE;
+    }
+    for (int a = 0; a < 3; a++) {
+        state.spin[a] = of && of->spin.at[a] != NOTHING;
+        state.turned[a] = of && of->turned.at[a] != NOTHING;
+        state.angular[a] =
+            has_ball || angular->at[a] != NOTHING || (has_turn && s->turn.at[a] != NOTHING);
+    }
+    for (int a = 0; a < 3; a++) {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        state.linear[a] = linear->at[a] != NOTHING || (has_slide && s->turn.at[a] != NOTHING) ||
+                          (state.angular[b] && s->shift.at[c] != NOTHING) ||
+                          (state.angular[c] && s->shift.at[b] != NOTHING) ||
+                          (state.spin[b] && s->swing.at[c] != NOTHING) ||
+                          (state.spin[c] && s->swing.at[b] != NOTHING);
+    }
+    return state;
+}
+
+static int met(const bool state[3], const struct vector_arrays *arrays) {
+    int count = 0;
+    for (int a = 0; a < 3; a++)
+        count += state[a] && arrays->at[a] != NOTHING;
+    return count;
+}
+
+static int crossed(const bool state[3], const struct vector_arrays *arrays) {
+    int count = 0;
+    for (int a = 0; a < 3; a++) {
+        count += state[(a + 1) % 3] && arrays->at[(a + 2) % 3] != NOTHING;
+        count += state[(a + 2) % 3] && arrays->at[(a + 1) % 3] != NOTHING;
+    }
+    return count;
+}
+
+/* Products of one state at the stage of position i; in a sum each product comes with an addition. */
+static int products_of_state(const struct sweeps *s, const struct sweep_state *state, int i) {
+    const int force = met(state->linear, &s->hold_force),
+              changes = met(state->spin, &s->hold_spin) + met(state->turned, &s->hold_turned);
+    const int moved =
+        s->moves_on[i] ? crossed(state->angular, &s->shift) + crossed(state->spin, &s->swing) : 0;
+    if (s->kind[i] == STAGE_BALL)
+        return moved + 3 * (force + changes);
+    return moved + force + changes + met(state->angular, &s->hold_moment) +
+           met(s->kind[i] == STAGE_TURN ? state->angular : state->linear, &s->turn);
+}
+
+static void count_sweeps(const struct sweeps *s, struct operation_count *count) {
+    const struct sweep_state response = sweeps_state(s, -1);
+    for (int i = 0; i < s->n; i += sweeps_joints_at(s, i)) {
+        const long before = i - s->root[i], joints = sweeps_joints_at(s, i);
+        long products = products_of_state(s, &response, i), more = 0;
+        for (int c = 0; c < s->column_count; c++) {
+            const struct sweep_column *column = &s->columns[c];
+            const struct sweep_state state = sweeps_state(s, c);
+            products += products_of_state(s, &state, i);
+            products += joints * (met(response.angular, &column->push_moment) +
+                                  met(response.linear, &column->push_force));
+            if (s->kind[i] == STAGE_BALL) { /* x = turn . change of A */
+                products += joints * met(state.angular, &s->turn);
+                more += joints;
+            }
+        }
+        count->adds += before * (products + more);
+        count->muls += before * products;
+    }
+}
+
 void loops_count_operations(const struct function *function, const struct loop *loop,
                             struct operation_count *count) {
     switch (loop->kind) {
@@ -192,6 +275,9 @@ void loops_count_operations(const struct function *function, const struct loop *
         return;
     case LOOP_SOLVING:
         count_solving(function, &loop->of.solving, count);
+        return;
+    case LOOP_SWEEPS:
+        count_sweeps(&loop->of.sweeps, count);
     }
 }
 
@@ -223,6 +309,23 @@ static void list_pairs(struct array_list *list, struct pairs *pairs) {
     }
 }
 
+static void list_sweeps(struct array_list *list, struct sweeps *s) {
+    struct vector_arrays *const shared[] = {&s->turn,      &s->shift,       &s->swing,
+                                            &s->hold_moment, &s->hold_force,  &s->hold_spin,
+                                            &s->hold_turned, &s->start_angular, &s->start_linear};
+    for (size_t i = 0; i < sizeof shared / sizeof *shared; i++)
+        list_vectors(list, shared[i]);
+    for (int c = 0; c < s->column_count; c++) {
+        struct sweep_column *column = &s->columns[c];
+        struct vector_arrays *const own[] = {&column->spin,       &column->turned,
+                                             &column->push_moment, &column->push_force,
+                                             &column->start_angular, &column->start_linear};
+        list->arrays[list->count++] = &column->array;
+        for (size_t i = 0; i < sizeof own / sizeof *own; i++)
+            list_vectors(list, own[i]);
+    }
+}
+
 struct array_list loops_list_arrays(struct loop *loop) {
     struct product *product = &loop->of.product;
     struct solving *solving = &loop->of.solving;
@@ -237,6 +340,9 @@ struct array_list loops_list_arrays(struct loop *loop) {
         return (struct array_list){{&loop->of.factoring.matrix}, 1};
     case LOOP_SOLVING:
         return (struct array_list){{&solving->matrix, &solving->array}, 2};
+    case LOOP_SWEEPS:
+        list_sweeps(&list, &loop->of.sweeps);
+        return list;
     }
     return list;
 }

@@ -559,6 +559,19 @@ struct row_arrays {
     int u, responses, inverse; /* m x n; M^-1 u^T, n x m; (u M^-1 u^T)^-1, m x m */
 };
 
+/* (u M^-1 u^T)^-1 */
+static int add_inverse(struct builder *b) {
+    struct derivation *d = b->d;
+    const int m = d->m, inverse = add_matrix(d, b->f, "inverse", m, m);
+    for (int row = 0; row < m; row++) {
+        expression *unit = derivation_new_values(d, m);
+        unit[row] = EXPR_ONE;
+        accelerations_solve_rows(d, d->solution->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
+        plan_set_entries(d->memory, b->f, inverse, row * m, unit, m);
+    }
+    return inverse;
+}
+
 static struct row_arrays add_row_arrays(struct builder *b) {
     struct derivation *d = b->d;
     const int n = d->n, m = d->m;
@@ -568,13 +581,7 @@ static struct row_arrays add_row_arrays(struct builder *b) {
     a.responses = add_matrix(d, b->f, "responses", n, m);
     for (int i = 0; i < m; i++)
         derivation_spread(d, b->f, a.responses, i, m, d->solution->responses[i]);
-    a.inverse = add_matrix(d, b->f, "inverse", m, m);
-    for (int row = 0; row < m; row++) {
-        expression *unit = derivation_new_values(d, m);
-        unit[row] = EXPR_ONE;
-        accelerations_solve_rows(d, d->solution->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
-        plan_set_entries(d->memory, b->f, a.inverse, row * m, unit, m);
-    }
+    a.inverse = add_inverse(b);
     return a;
 }
 
@@ -616,21 +623,67 @@ static struct row_arrays add_multiplier_blocks(struct builder *b, const struct t
     return arrays;
 }
 
-/* Replaces r by dqdd = -M^-1 (r - u^T dlambda): theory, sect. 7.7. */
-static void build_acceleration_derivatives(struct derivation *d, struct function *f, bool has_rows) {
-    int widths[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
-    struct builder b = start(d, f, has_rows);
-    struct terms terms = motion_terms(&b);
-    open_blocks(d, &terms, widths);
+/* The same from the derivatives at given lambda, dqdd0 = -M^-1 r: (u M^-1 u^T) dlambda = -u dqdd0 - g, and dqdd =
+ * dqdd0 + M^-1 u^T dlambda. */
+static void add_row_corrections(struct builder *b, const struct terms *terms, const int widths[BLOCK_COUNT],
+                                const int dqdd[BLOCK_COUNT]) {
+    struct derivation *d = b->d;
+    const int n = d->n, m = d->m;
+    int minus_g[BLOCK_COUNT], dlambda[BLOCK_COUNT];
+    const int u = add_matrix(d, b->f, "u", n, m), responses = add_matrix(d, b->f, "responses", m, n);
+    for (int i = 0; i < m; i++) {
+        derivation_spread(d, b->f, u, i, m, derivation_rows(d)[i].u);
+        derivation_spread(d, b->f, responses, i * n, 1, d->solution->responses[i]);
+    }
+    const int inverse = add_inverse(b);
+    add_blocks(d, b->f, "rows_", NULL, m, widths, minus_g);
+    add_blocks(d, b->f, "lambda_", NULL, m, widths, dlambda);
+    fill_minus_g(b, terms, minus_g);
+    for (int k = 0; k < BLOCK_COUNT; k++) {
+        if (dqdd[k] == NOTHING)
+            continue;
+        const char *about = memory_format(d->memory, "derivatives of lambda %s", blocks[k].about);
+        force_derivatives_add_product(b, minus_g[k], u, dqdd[k], -1, about);
+        force_derivatives_add_product(b, dlambda[k], inverse, minus_g[k], 1, "(u M^-1 u^T)^-1");
+        force_derivatives_add_product(b, dqdd[k], responses, dlambda[k], 1, "M^-1 u^T dlambda");
+    }
+}
+
+/* dqdd by sweeps, and by solutions of M x = f for the other blocks: theory, sect. 7.7. */
+static void add_by_sweeps(struct builder *b, const struct terms *terms, const int widths[BLOCK_COUNT],
+                          bool has_rows) {
+    struct derivation *d = b->d;
+    int dqdd[BLOCK_COUNT];
+    add_blocks(d, b->f, "", "d(qdd)", d->n, widths, dqdd);
+    acceleration_sweeps_add(b, dqdd[BY_Q], dqdd[BY_QD]);
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        for (int column = 0; column < widths[k]; column++) {
+            const struct right_side side = {.f = terms->derivatives[k] + column * terms->count +
+                                                 parts_of(d).motion};
+            const expression *solved =
+                articulated_body_solve(&d->kinematics, accelerations_elimination(d), side, NULL);
+            derivation_spread(d, b->f, dqdd[k], column, widths[k], force_derivatives_scaled(d, -1, solved));
+        }
+    if (has_rows)
+        add_row_corrections(b, terms, widths, dqdd);
+    pair_loops_drop_unread(d->memory, b->f);
+}
+
+/* Replaces r by dqdd = -M^-1 (r - u^T dlambda) with the matrix M: theory, sect. 7.7. */
+static void add_by_matrix(struct builder *b, const struct terms *terms, const int widths[BLOCK_COUNT],
+                          bool has_rows) {
+    struct derivation *d = b->d;
+    struct function *f = b->f;
+    int r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
     add_blocks(d, f, "", "d(qdd)", d->n, widths, r);
     const int M = add_matrix(d, f, "M", d->n, d->n);
-    add_block_derivatives(&b, &terms, parts_of(d).motion, r,
+    add_block_derivatives(b, terms, parts_of(d).motion, r,
                           (struct targets){.mass = M, .has_inertia = true, .sign = -1});
     if (has_rows) {
-        const struct row_arrays arrays = add_multiplier_blocks(&b, &terms, widths, r, dlambda);
+        const struct row_arrays arrays = add_multiplier_blocks(b, terms, widths, r, dlambda);
         for (int k = 0; k < BLOCK_COUNT; k++)
             if (r[k] != NOTHING)
-                force_derivatives_add_product(&b, r[k], arrays.u, dlambda[k], -1,
+                force_derivatives_add_product(b, r[k], arrays.u, dlambda[k], -1,
                                               "programme forces u^T dlambda");
     }
     pair_loops_add_loop(d->memory, f, LOOP_FACTORING, "M = L^T D L (5.7)")->of.factoring =
@@ -640,6 +693,39 @@ static void build_acceleration_derivatives(struct derivation *d, struct function
             pair_loops_add_loop(d->memory, f, LOOP_SOLVING, "accelerations")->of.solving =
                 (struct solving){M, r[k]};
     pair_loops_drop_unread(d->memory, f);
+}
+
+/* The cheaper form by counted operations. A matrix of many coordinates always costs more. */
+static void build_acceleration_derivatives(struct derivation *d, struct function *f, bool has_rows) {
+    int widths[BLOCK_COUNT];
+    struct builder b = start(d, f, has_rows);
+    struct terms terms = motion_terms(&b);
+    struct function by_sweeps = *f, by_matrix = *f;
+    long sweeps = 0, matrix = 0;
+    open_blocks(d, &terms, widths);
+    const bool fits = d->model->accelerations != ACCELERATIONS_DENSE && acceleration_sweeps_fit(d);
+    if (fits) {
+        b.f = &by_sweeps;
+        add_by_sweeps(&b, &terms, widths, has_rows);
+        sweeps = operation_cost_with_loops(d, &by_sweeps);
+    }
+    const bool is_certain = d->n > MOST_WRITTEN_OUT || d->model->accelerations == ACCELERATIONS_RECURSIVE;
+    if (!fits || !is_certain) {
+        b.f = &by_matrix;
+        add_by_matrix(&b, &terms, widths, has_rows);
+        matrix = operation_cost_with_loops(d, &by_matrix);
+    }
+    *f = fits && (is_certain || sweeps <= matrix) ? by_sweeps : by_matrix;
+    if (fits && !is_certain)
+        operation_cost_note_choice(
+            d, memory_format(d->memory, "%s %s, %ld (%s %ld)", f->quantity,
+                             sweeps <= matrix ? "in sweeps" : "with the matrix",
+                             sweeps <= matrix ? sweeps : matrix,
+                             sweeps <= matrix ? "with the matrix" : "in sweeps",
+                             sweeps <= matrix ? matrix : sweeps));
+    else
+        operation_cost_note_choice(
+            d, memory_format(d->memory, "%s %s", f->quantity, fits ? "in sweeps" : "with the matrix"));
 }
 
 void quantity_d_qdd(struct derivation *d, struct function *f) {

@@ -191,6 +191,17 @@ long operation_cost_of_results(const struct derivation *d, const struct function
     return operations;
 }
 
+/* Compilers turn loops over arrays into vector instructions, so that this many of their operations count as
+ * one. */
+enum { LOOP_ADVANTAGE = 2 };
+
+long operation_cost_with_loops(const struct derivation *d, const struct function *function) {
+    struct operation_count count = {.quantity = function->quantity};
+    for (int i = 0; i < function->loop_count; i++)
+        loops_count_operations(function, &function->loops[i], &count);
+    return operation_cost_of_results(d, function) + (count.adds + count.muls) / LOOP_ADVANTAGE;
+}
+
 void operation_cost_note_choice(struct derivation *d, const char *choice) {
     struct plan *plan = d->plan;
     if (d->is_second)
