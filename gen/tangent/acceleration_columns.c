@@ -111,6 +111,46 @@ static struct matrix matrix_to_ground(const struct kinematics *k, int i, struct 
     return matrix_product(k->g, half.at, turned.at);
 }
 
+/* ---- Ball joints ---- */
+
+static struct vector into(const struct kinematics *k, int from, int last, struct vector a) {
+    for (int i = from + 1; i <= last; i++)
+        a = kinematics_to_child(k, i, a);
+    return a;
+}
+
+/* A ball joint in the axes of its last frame: the axes e of its turns, and the rows that turn a relative
+ * angular acceleration into those of the coordinates. */
+struct turns {
+    struct vector axis[3], row[3];
+};
+
+static struct turns turns_of(const struct kinematics *k, const struct stage *stage) {
+    struct graph *g = k->g;
+    const struct frame *frames = k->tree->frames;
+    const int first = stage->first, middle = first + 1, last = stage->last;
+    const struct vector along_first = vector_scale(g, stage->ball.cos_inverse,
+                                                   vector_unit(frames[first].joint.axis)),
+                        along_last = vector_unit(frames[last].joint.axis);
+    const struct vector rows[3] = {
+        along_first, vector_unit(frames[middle].joint.axis),
+        vector_sub(g, along_last, vector_scale(g, stage->ball.tilt, along_first))};
+    struct turns turns;
+    for (int r = 0; r < 3; r++) {
+        turns.axis[r] = into(k, first + r, last, vector_unit(frames[first + r].joint.axis));
+        turns.row[r] = kinematics_to_child(k, last, rows[r]);
+    }
+    return turns;
+}
+
+/* The moment that has these components along the three axes. */
+static struct vector moment_of(struct graph *g, const struct turns *turns, const expression f[3]) {
+    struct vector moment = {{0, 0, 0}};
+    for (int r = 0; r < 3; r++)
+        moment = vector_add(g, moment, vector_scale(g, f[r], turns->row[r]));
+    return moment;
+}
+
 /* ---- Changes of velocity and of direction, from the tips ---- */
 
 static struct wrenches wrenches_add(struct graph *g, struct wrenches a, struct wrenches b) {
@@ -237,8 +277,33 @@ static struct felt felt_add(struct graph *g, struct felt a, struct felt b) {
     return (struct felt){wrench_add(g, a.load, b.load), wrenches_add(g, a.turned, b.turned)};
 }
 
+/* The load's moments along the axes of its joints are the forces on these coordinates. A sum of the moments of
+ * all bodies beyond would be rounded in proportion to the largest of them. */
+static struct vector balanced(const struct columns *c, int i, const expression *forces, struct wrench load) {
+    const struct kinematics *k = c->k;
+    const struct stage *stage = &c->elimination->stages[i];
+    const struct joint *joint = &k->tree->frames[i].joint;
+    if (stage->last > stage->first) {
+        const struct turns turns = turns_of(k, stage);
+        return moment_of(k->g, &turns, forces + stage->first);
+    }
+    if (joint->is_revolute)
+        load.moment.at[joint->axis] =
+            expr_sub(k->g, forces[i], expr_mul(k->g, joint->rotor, c->given->accelerations[i]));
+    return load.moment;
+}
+
+/* The forces on coordinates alone. */
+static const expression *coordinate_forces(const struct columns *c, const struct applied_forces *applied) {
+    struct applied_forces *alone = tangent_no_forces(c->k);
+    alone->has_springs = applied->has_springs;
+    alone->coordinates = applied->coordinates;
+    return tangent_generalized_forces(c->given, alone);
+}
+
 static void sum_loads(struct columns *c, const struct applied_forces *applied) {
     const struct kinematics *k = c->k;
+    const expression *forces = coordinate_forces(c, applied);
     struct felt *beyond = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *beyond);
     struct felt *own = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *own);
     for (int p = 0; p < k->model->marker_count; p++) {
@@ -253,6 +318,8 @@ static void sum_loads(struct columns *c, const struct applied_forces *applied) {
         struct felt felt = felt_add(k->g, own[i], beyond[i]);
         if (k->tree->frames[i].kind == FRAME_JOINT)
             felt.load = wrench_add(k->g, felt.load, tangent_own_flow(c->given, i).load);
+        if (c->elimination->ends_stage[i])
+            felt.load.moment = balanced(c, i, forces, felt.load);
         c->load[i] = felt.load;
         c->turned[i] = felt.turned;
         if (c->elimination->ends_stage[i])
@@ -309,12 +376,6 @@ struct carried_change {
     struct wrench alpha; /* (angular, linear) */
     struct vector beta, gamma;
 };
-
-static struct vector into(const struct kinematics *k, int from, int last, struct vector a) {
-    for (int i = from + 1; i <= last; i++)
-        a = kinematics_to_child(k, i, a);
-    return a;
-}
 
 static struct carried_change change_of(const struct columns *c, int j, int last, int order) {
     const struct kinematics *k = c->k;
@@ -455,38 +516,6 @@ static void begin_single(struct columns *c, int j) {
         at = &response->H.at[joint->is_revolute ? 3 * i + axis : 3 * axis + i];
         *at = expr_sub(g, *at, across.at[i]);
     }
-}
-
-/* A ball joint in the axes of its last frame: the axes e of its turns, and the rows that turn a relative
- * angular acceleration into those of the coordinates. */
-struct turns {
-    struct vector axis[3], row[3];
-};
-
-static struct turns turns_of(const struct kinematics *k, const struct stage *stage) {
-    struct graph *g = k->g;
-    const struct frame *frames = k->tree->frames;
-    const int first = stage->first, middle = first + 1, last = stage->last;
-    const struct vector along_first = vector_scale(g, stage->ball.cos_inverse,
-                                                   vector_unit(frames[first].joint.axis)),
-                        along_last = vector_unit(frames[last].joint.axis);
-    const struct vector rows[3] = {
-        along_first, vector_unit(frames[middle].joint.axis),
-        vector_sub(g, along_last, vector_scale(g, stage->ball.tilt, along_first))};
-    struct turns turns;
-    for (int r = 0; r < 3; r++) {
-        turns.axis[r] = into(k, first + r, last, vector_unit(frames[first + r].joint.axis));
-        turns.row[r] = kinematics_to_child(k, last, rows[r]);
-    }
-    return turns;
-}
-
-/* The moment that has these components along the three axes. */
-static struct vector moment_of(struct graph *g, const struct turns *turns, const expression f[3]) {
-    struct vector moment = {{0, 0, 0}};
-    for (int r = 0; r < 3; r++)
-        moment = vector_add(g, moment, vector_scale(g, f[r], turns->row[r]));
-    return moment;
 }
 
 /* With the moment m in the joint and p of the bodies beyond: y = J^-1 (m - n_p), f_p + H^T y is passed on,
