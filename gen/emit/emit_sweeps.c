@@ -8,7 +8,7 @@
  */
 #include "gen/emit/emit.h"
 
-enum { BLOCK = 8 }; /* columns: the widest vectors of doubles */
+enum { BLOCK = 4 }; /* columns; with 8, short chains take longer */
 
 struct printer {
     struct emission *x;
@@ -135,13 +135,21 @@ static void put_constants(const struct printer *p, const char *title, const stru
                      name(p, arrays->at[a]), r);
 }
 
+enum { TERMS_ON_A_LINE = 4 };
+
+static const char *separator(const struct printer *p, int count) {
+    if (!count)
+        return "";
+    return count % TERMS_ON_A_LINE ? " + " : memory_format(p->x->plan->memory, " +\n%s    ", margin(p));
+}
+
 /* Adds the terms of a dot product of constants and components of a state to a sum of `count` terms. */
 static int put_terms(const struct printer *p, int count, const char *title, int r,
                      const struct vector_arrays *arrays, const char *values, const bool has[3],
                      const char *index) {
     for (int a = 0; a < 3; a++)
         if (has[a] && arrays->at[a] != NOTHING)
-            text_add(p->text, "%s%s_%d%c * %s_%c%s", count++ ? " + " : "", title, r, axes[a], values, axes[a],
+            text_add(p->text, "%s%s_%d%c * %s_%c%s", separator(p, count++), title, r, axes[a], values, axes[a],
                      index);
     return count;
 }
@@ -156,7 +164,7 @@ static int put_cross(const struct printer *p, int count, const char *title, cons
     const bool plus = has[b] && arrays->at[c] != NOTHING, minus = has[c] && arrays->at[b] != NOTHING;
     if (!plus && !minus)
         return count;
-    text_add(p->text, "%s(", count ? " + " : "");
+    text_add(p->text, "%s(", separator(p, count * TERMS_ON_A_LINE));
     if (plus)
         text_add(p->text, "%s_%c[j] * %s_0%c", values, axes[b], title, axes[c]);
     if (minus)
