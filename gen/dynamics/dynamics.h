@@ -198,9 +198,9 @@ struct stage {
 
 struct elimination {
     const struct kinematics *k;
-    struct stage *stages;       /* by the frame that ends the stage; the others are empty */
-    bool *ends_stage;           /* by frame */
-    struct articulated *beyond; /* by frame: the contribution of everything beyond it */
+    struct stage *stages;               /* by the frame that ends the stage; the others are empty */
+    bool *ends_stage;                   /* by frame */
+    struct articulated *beyond;         /* by frame: the contribution of everything beyond it */
     struct articulated *whole, *passed; /* by frame: IA before and after its stage is eliminated */
 };
 

@@ -8,6 +8,8 @@
  */
 #include "gen/emit/emit.h"
 
+#include <string.h>
+
 enum { BLOCK = 4 }; /* columns; with 8, short chains take longer */
 
 struct printer {
@@ -37,9 +39,9 @@ enum { MOST_STATES = 3 };
 static int list_states(const struct printer *p, struct state states[MOST_STATES]) {
     states[0] = (struct state){"response", sweeps_state(p->s, -1)};
     for (int c = 0; c < p->s->column_count; c++)
-        states[c + 1] = (struct state){memory_format(p->x->plan->memory, "by_%s",
-                                                     p->function->arrays[p->s->columns[c].array].name),
-                                       sweeps_state(p->s, c)};
+        states[c + 1] = (struct state){
+            memory_format(p->x->plan->memory, "by_%s", p->function->arrays[p->s->columns[c].array].name),
+            sweeps_state(p->s, c)};
     return p->s->column_count + 1;
 }
 
@@ -50,9 +52,11 @@ struct state_part {
     const struct vector_arrays *start;
 };
 
-static int list_parts(const struct printer *p, const struct state *state, int column, struct state_part parts[4]) {
+static int list_parts(const struct printer *p, const struct state *state, int column,
+                      struct state_part parts[4]) {
     const struct sweep_column *of = column < 0 ? NULL : &p->s->columns[column];
-    parts[0] = (struct state_part){"angular", state->has.angular, of ? &of->start_angular : &p->s->start_angular};
+    parts[0] =
+        (struct state_part){"angular", state->has.angular, of ? &of->start_angular : &p->s->start_angular};
     parts[1] = (struct state_part){"linear", state->has.linear, of ? &of->start_linear : &p->s->start_linear};
     if (!of)
         return 2;
@@ -65,9 +69,9 @@ static int padded(const struct printer *p) {
     return p->x->is_lanes ? p->s->n : (p->s->n + BLOCK - 1) / BLOCK * BLOCK;
 }
 
-static bool has_ball(const struct sweeps *s) {
+static bool has_kind(const struct sweeps *s, enum stage_kind kind) {
     for (int i = 0; i < s->n; i++)
-        if (s->kind[i] == STAGE_BALL)
+        if (s->kind[i] == (int)kind)
             return true;
     return false;
 }
@@ -83,7 +87,7 @@ static void put_arrays(const struct printer *p, const struct state *states, int 
                 if (parts[part].has[a])
                     text_add(p->text, "        %s %s_%s_%c[%d];\n", p->x->number, states[k].prefix,
                              parts[part].name, axes[a], size);
-        for (int r = 0; r < (has_ball(p->s) ? 3 : 1) && k; r++) {
+        for (int r = 0; r < (has_kind(p->s, STAGE_BALL) ? 3 : 1) && k; r++) {
             text_add(p->text, "        %s %s_row_%d[%d];\n", p->x->number, states[k].prefix, r, size);
             text_add(p->text, "        %s %s_column_%d[%d];\n", p->x->number, states[k].prefix, r, size);
         }
@@ -114,8 +118,8 @@ static void open_columns(const struct printer *p) {
         text_add(p->text, "                for (int j = root; j < i; j++) {\n");
         return;
     }
-    text_add(p->text, "                for (int block = root / %d * %d; block < i; block += %d)\n", BLOCK, BLOCK,
-             BLOCK);
+    text_add(p->text, "                for (int block = root / %d * %d; block < i; block += %d)\n", BLOCK,
+             BLOCK, BLOCK);
     text_add(p->text, "                    for (int j = block; j < block + %d; j++) {\n", BLOCK);
 }
 
@@ -127,12 +131,28 @@ static const char *margin(const struct printer *p) {
     return p->x->is_lanes ? "                    " : "                        ";
 }
 
-/* Copies values of position i + r to constants, so that the loop over columns does not read them again. */
-static void put_constants(const struct printer *p, const char *title, const struct vector_arrays *arrays, int r) {
-    for (int a = 0; a < 3; a++)
-        if (arrays->at[a] != NOTHING)
-            text_add(p->text, "                const %s %s_%d%c = %s[i + %d];\n", p->x->number, title, r, axes[a],
-                     name(p, arrays->at[a]), r);
+/* Returns whether a text uses a name. */
+static bool uses(const char *text, const char *name) {
+    const size_t length = strlen(name);
+    for (const char *at = text; (at = strstr(at, name)); at += length)
+        if (at[-1] == ' ' || at[-1] == '(' || at[-1] == '-')
+            if (at[length] == ' ' || at[length] == ';' || at[length] == ')')
+                return true;
+    return false;
+}
+
+/* Copies values of position i + r to constants that the loops over columns use. They are not read again for
+ * each block. */
+static void put_constants(const struct printer *p, const char *loops, const char *title,
+                          const struct vector_arrays *arrays, int r) {
+    for (int a = 0; a < 3; a++) {
+        const char *constant = memory_format(p->x->plan->memory, "%s_%d%c", title, r, axes[a]);
+        if (arrays->at[a] == NOTHING || !uses(loops, constant))
+            continue;
+        text_add(p->text, "                const %s %s = %s[i", p->x->number, constant,
+                 name(p, arrays->at[a]));
+        text_add(p->text, r ? " + %d];\n" : "];\n", r);
+    }
 }
 
 enum { TERMS_ON_A_LINE = 4 };
@@ -149,8 +169,8 @@ static int put_terms(const struct printer *p, int count, const char *title, int 
                      const char *index) {
     for (int a = 0; a < 3; a++)
         if (has[a] && arrays->at[a] != NOTHING)
-            text_add(p->text, "%s%s_%d%c * %s_%c%s", separator(p, count++), title, r, axes[a], values, axes[a],
-                     index);
+            text_add(p->text, "%s%s_%d%c * %s_%c%s", separator(p, count++), title, r, axes[a], values,
+                     axes[a], index);
     return count;
 }
 
@@ -158,8 +178,8 @@ static const char *part_of(const struct printer *p, const struct state *state, c
     return memory_format(p->x->plan->memory, "%s_%s", state->prefix, part);
 }
 
-static int put_cross(const struct printer *p, int count, const char *title, const struct vector_arrays *arrays,
-                     const char *values, const bool has[3], int a) {
+static int put_cross(const struct printer *p, int count, const char *title,
+                     const struct vector_arrays *arrays, const char *values, const bool has[3], int a) {
     const int b = (a + 1) % 3, c = (a + 2) % 3;
     const bool plus = has[b] && arrays->at[c] != NOTHING, minus = has[c] && arrays->at[b] != NOTHING;
     if (!plus && !minus)
@@ -181,35 +201,41 @@ static bool has_cross(const struct vector_arrays *arrays, const bool has[3], int
 /* The linear acceleration of the stage's origin. */
 static void put_move(const struct printer *p, const struct state *state) {
     for (int a = 0; a < 3; a++) {
-        if (!has_cross(&p->s->shift, state->has.angular, a) && !has_cross(&p->s->swing, state->has.spin, a))
+        if (!state->has.linear[a] ||
+            (!has_cross(&p->s->shift, state->has.angular, a) && !has_cross(&p->s->swing, state->has.spin, a)))
             continue;
         text_add(p->text, "%s%s_linear_%c[j] += ", margin(p), state->prefix, axes[a]);
-        const int count = put_cross(p, 0, "shift", &p->s->shift, part_of(p, state, "angular"),
-                                    state->has.angular, a);
+        const int count =
+            put_cross(p, 0, "shift", &p->s->shift, part_of(p, state, "angular"), state->has.angular, a);
         put_cross(p, count, "swing", &p->s->swing, part_of(p, state, "spin"), state->has.spin, a);
         text_add(p->text, ";\n");
     }
 }
 
-static bool moves(const struct sweeps *s) {
-    for (int i = 0; i < s->n; i++)
-        if (s->moves_on[i])
-            return true;
+static bool moves(const struct printer *p, const struct state *states, int count) {
+    for (int k = 0; k < count; k++)
+        for (int a = 0; a < 3; a++)
+            if (states[k].has.linear[a] && (has_cross(&p->s->shift, states[k].has.angular, a) ||
+                                            has_cross(&p->s->swing, states[k].has.spin, a)))
+                return true;
     return false;
 }
 
 static void put_moves(const struct printer *p, const struct state *states, int count) {
-    if (!moves(p->s))
+    struct text loops = {.memory = p->text->memory};
+    struct printer inner = *p;
+    inner.text = &loops;
+    if (!moves(p, states, count))
         return;
-    text_add(p->text, "            if (moves_on[i]) {\n");
-    put_constants(p, "shift", &p->s->shift, 0);
-    put_constants(p, "swing", &p->s->swing, 0);
     for (int k = 0; k < count; k++) {
-        open_columns(p);
-        put_move(p, &states[k]);
-        close_columns(p);
+        open_columns(&inner);
+        put_move(&inner, &states[k]);
+        close_columns(&inner);
     }
-    text_add(p->text, "            }\n");
+    text_add(p->text, "            if (moves_on[i]) {\n");
+    put_constants(p, loops.data, "shift", &p->s->shift, 0);
+    put_constants(p, loops.data, "swing", &p->s->swing, 0);
+    text_add(p->text, "%s            }\n", loops.data);
 }
 
 /* "= 0" in place of a sum without terms. */
@@ -233,7 +259,8 @@ static void put_columns(const struct printer *p, const struct state *response, c
 /* What the joint holds against its carrier's acceleration, and against changes of velocity and direction. */
 static int put_held(const struct printer *p, const struct state *state, int r) {
     const struct sweeps *s = p->s;
-    int count = put_terms(p, 0, "force", r, &s->hold_force, part_of(p, state, "linear"), state->has.linear, "[j]");
+    int count =
+        put_terms(p, 0, "force", r, &s->hold_force, part_of(p, state, "linear"), state->has.linear, "[j]");
     count = put_terms(p, count, "spin", r, &s->hold_spin, part_of(p, state, "spin"), state->has.spin, "[j]");
     return put_terms(p, count, "turned", r, &s->hold_turned, part_of(p, state, "turned"), state->has.turned,
                      "[j]");
@@ -272,27 +299,12 @@ static void put_ball(const struct printer *p, const struct state *state, bool is
         text_add(p->text, "%s%s_angular_%c[j] = -after_%c;\n", margin(p), state->prefix, axes[r], axes[r]);
 }
 
-static void put_stage(const struct printer *p, const struct state *states, int count, enum stage_kind kind) {
+static void put_stage_loops(const struct printer *p, const struct state *states, int count,
+                            enum stage_kind kind) {
     const struct sweeps *s = p->s;
-    struct memory *memory = p->x->plan->memory;
-    const int joints = kind == STAGE_BALL ? 3 : 1;
-    for (int r = 0; r < joints; r++) {
-        put_constants(p, "turn", &s->turn, r);
-        put_constants(p, "force", &s->hold_force, r);
-        put_constants(p, "spin", &s->hold_spin, r);
-        put_constants(p, "turned", &s->hold_turned, r);
-        if (kind != STAGE_BALL)
-            put_constants(p, "moment", &s->hold_moment, r);
-        for (int c = 0; c < s->column_count; c++) {
-            put_constants(p, memory_format(memory, "%s_moment", states[c + 1].prefix),
-                          &s->columns[c].push_moment, r);
-            put_constants(p, memory_format(memory, "%s_force", states[c + 1].prefix), &s->columns[c].push_force,
-                          r);
-        }
-    }
     for (int c = 0; c < s->column_count; c++) {
         open_columns(p);
-        put_columns(p, &states[0], &states[c + 1], &s->columns[c], joints);
+        put_columns(p, &states[0], &states[c + 1], &s->columns[c], kind == STAGE_BALL ? 3 : 1);
         close_columns(p);
     }
     for (int k = 0; k < count; k++) {
@@ -305,14 +317,31 @@ static void put_stage(const struct printer *p, const struct state *states, int c
     }
 }
 
-/* ---- The loop ---- */
-
-static bool has_kind(const struct sweeps *s, enum stage_kind kind) {
-    for (int i = 0; i < s->n; i++)
-        if (s->kind[i] == (int)kind)
-            return true;
-    return false;
+static void put_stage(const struct printer *p, const struct state *states, int count, enum stage_kind kind) {
+    const struct sweeps *s = p->s;
+    struct memory *memory = p->x->plan->memory;
+    struct text loops = {.memory = p->text->memory};
+    struct printer inner = *p;
+    inner.text = &loops;
+    put_stage_loops(&inner, states, count, kind);
+    for (int r = 0; r < (kind == STAGE_BALL ? 3 : 1); r++) {
+        put_constants(p, loops.data, "turn", &s->turn, r);
+        put_constants(p, loops.data, "moment", &s->hold_moment, r);
+        put_constants(p, loops.data, "force", &s->hold_force, r);
+        put_constants(p, loops.data, "spin", &s->hold_spin, r);
+        put_constants(p, loops.data, "turned", &s->hold_turned, r);
+        for (int c = 0; c < s->column_count; c++) {
+            const char *prefix = states[c + 1].prefix;
+            put_constants(p, loops.data, memory_format(memory, "%s_moment", prefix),
+                          &s->columns[c].push_moment, r);
+            put_constants(p, loops.data, memory_format(memory, "%s_force", prefix), &s->columns[c].push_force,
+                          r);
+        }
+    }
+    text_add(p->text, "%s", loops.data);
 }
+
+/* ---- The loop ---- */
 
 static void put_stages(const struct printer *p, const struct state *states, int count) {
     int left = has_kind(p->s, STAGE_TURN) + has_kind(p->s, STAGE_SLIDE) + has_kind(p->s, STAGE_BALL);
@@ -343,7 +372,7 @@ static void put_stores(const struct printer *p, const struct state *states, int 
     const int n = p->s->n;
     const bool ordered = is_ordered(p->s);
     const char *row = ordered ? "i" : "order[i]", *column = ordered ? "j" : "order[j]";
-    const int most = has_ball(p->s) ? 3 : 1;
+    const int most = has_kind(p->s, STAGE_BALL) ? 3 : 1;
     for (int r = 0; r < most; r++) {
         const char *of = r ? memory_format(p->x->plan->memory, "(%s + %d)", row, r) : row;
         const char *indent = r ? "                " : "            ";
@@ -388,17 +417,18 @@ static bool is_single_chain(const struct sweeps *s) {
     return true;
 }
 
-static void put_tables(const struct printer *p) {
+static void put_tables(const struct printer *p, const struct state *states, int count) {
     const struct sweeps *s = p->s;
     int *values = memory_get(p->x->plan->memory, ((size_t)s->n + 1) * sizeof *values);
     if (!is_ordered(s))
         emit_local_table(p->text, "int", "order", s->order, s->n);
     if (!is_single_chain(s))
         emit_local_table(p->text, "int", "roots", s->root, s->n);
-    emit_local_table(p->text, "unsigned char", "kind", s->kind, s->n);
+    if (has_kind(s, STAGE_BALL) || has_kind(s, STAGE_TURN) == has_kind(s, STAGE_SLIDE))
+        emit_local_table(p->text, "unsigned char", "kind", s->kind, s->n);
     for (int i = 0; i < s->n; i++)
         values[i] = s->moves_on[i];
-    if (moves(s))
+    if (moves(p, states, count))
         emit_local_table(p->text, "unsigned char", "moves_on", values, s->n);
 }
 
@@ -407,12 +437,13 @@ void emit_sweeps(struct emission *x, struct text *text, const struct function *f
     const struct printer p = {x, text, function, local, sweeps};
     struct state states[MOST_STATES];
     const int count = list_states(&p, states);
-    put_tables(&p);
+    put_tables(&p, states, count);
     put_arrays(&p, states, count);
     put_zeros(&p, states, count);
     text_add(text, "        for (int i = 0; i < %d;) {\n", sweeps->n);
     text_add(text, "            const int root = %s, joints = %s;\n",
-             is_single_chain(sweeps) ? "0" : "roots[i]", has_ball(sweeps) ? "kind[i] == 2 ? 3 : 1" : "1");
+             is_single_chain(sweeps) ? "0" : "roots[i]",
+             has_kind(sweeps, STAGE_BALL) ? "kind[i] == 2 ? 3 : 1" : "1");
     put_moves(&p, states, count);
     put_stages(&p, states, count);
     put_stores(&p, states, count);

@@ -19,21 +19,6 @@ static int *first_frames(struct derivation *d, const struct elimination *elimina
     return firsts;
 }
 
-/* Solutions joint by joint divide by the mass that a joint carries. */
-static bool has_mass_beyond_all(const struct derivation *d) {
-    const struct tree *tree = d->kinematics.tree;
-    bool *has_mass = memory_get(d->memory, ((size_t)tree->count + 1) * sizeof *has_mass);
-    for (int i = tree->count - 1; i >= 0; i--) {
-        const struct frame *frame = &tree->frames[i];
-        has_mass[i] |= !inertia_is_zero(&frame->inertia);
-        if (!has_mass[i] && frame->kind == FRAME_JOINT)
-            return false;
-        if (frame->parent >= 0)
-            has_mass[frame->parent] |= has_mass[i];
-    }
-    return true;
-}
-
 static bool has_branches(const struct tree *tree) {
     for (int i = 0; i < tree->count; i++)
         for (int j = i + 1; j < tree->count; j++)
@@ -54,7 +39,7 @@ static bool strains_are_stages(struct derivation *d) {
 }
 
 bool acceleration_sweeps_fit(struct derivation *d) {
-    return !has_branches(d->kinematics.tree) && has_mass_beyond_all(d) && strains_are_stages(d);
+    return !has_branches(d->kinematics.tree) && !derivation_has_massless_joint(d) && strains_are_stages(d);
 }
 
 /* ---- Arrays ---- */
@@ -95,8 +80,8 @@ static struct sweep_column add_column(const struct writer *w, int array, int ord
     const char *by = order ? "qd" : "q";
     const size_t from = offsetof(struct acceleration_columns, by) + (size_t)order * sizeof w->columns->by[0];
     struct sweep_column column = {.array = array, .turned = no_arrays};
-    column.spin =
-        add_arrays(w, memory_format(memory, "%s_spin", by), from + offsetof(struct acceleration_column, spin));
+    column.spin = add_arrays(w, memory_format(memory, "%s_spin", by),
+                             from + offsetof(struct acceleration_column, spin));
     column.push_moment = add_arrays(w, memory_format(memory, "%s_push_moment", by),
                                     from + offsetof(struct acceleration_column, push_moment));
     column.push_force = add_arrays(w, memory_format(memory, "%s_push_force", by),
@@ -124,8 +109,9 @@ static void mark_stages(const struct writer *w, int *kind) {
     const struct tree *tree = d->kinematics.tree;
     for (int i = 0; i < d->frames; i++) {
         const struct frame *frame = &tree->frames[i];
-        const int elements =
-            frame->kind != FRAME_JOINT ? 0 : frame->run < 0 ? 1 : tree->runs[frame->run].count;
+        const int elements = frame->kind != FRAME_JOINT ? 0
+                             : frame->run < 0           ? 1
+                                                        : tree->runs[frame->run].count;
         const int first = w->firsts[i];
         const bool is_ball = elements && first + 2 < d->frames && w->elimination->ends_stage[first + 2] &&
                              w->elimination->stages[first + 2].first == first;
@@ -159,11 +145,11 @@ static void add_loop(const struct writer *w, const int arrays[2]) {
     for (int order = 0; order < 2; order++)
         if (arrays[order] != NOTHING)
             s.columns[s.column_count++] = add_column(w, arrays[order], order);
-    if (arrays[0] != NOTHING && (s.hold_turned.at[0] != NOTHING || s.hold_turned.at[1] != NOTHING ||
-                                 s.hold_turned.at[2] != NOTHING))
+    if (arrays[0] != NOTHING &&
+        (s.hold_turned.at[0] != NOTHING || s.hold_turned.at[1] != NOTHING || s.hold_turned.at[2] != NOTHING))
         s.columns[0].turned = add_arrays(w, "turned", offsetof(struct acceleration_columns, turned));
-    pair_loops_add_loop(b->d->memory, b->f, LOOP_SWEEPS, "columns of d(qdd) (7.7), from the ground")->of.sweeps =
-        s;
+    pair_loops_add_loop(b->d->memory, b->f, LOOP_SWEEPS, "columns of d(qdd) (7.7), from the ground")
+        ->of.sweeps = s;
 }
 
 void acceleration_sweeps_add(struct builder *b, int by_q, int by_qd) {

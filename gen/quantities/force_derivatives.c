@@ -356,7 +356,8 @@ int force_derivatives_add_couplings(struct builder *b, double sign) {
     return derivatives.count;
 }
 
-struct vector *force_derivatives_of_stages(const struct builder *b, const int *firsts, int order, double sign) {
+struct vector *force_derivatives_of_stages(const struct builder *b, const int *firsts, int order,
+                                           double sign) {
     struct vector *own = new_vectors(b->d, b->d->frames);
     for (int i = -1; recursion_next_joint(b->d->g, b->d->kinematics.tree, &i);) {
         const struct own_derivatives of = own_derivatives_of(b, i, order, sign);
@@ -378,13 +379,13 @@ void force_derivatives_add_coupled_accelerations(struct builder *b, const struct
     const int responses = pair_loops_add_local(d->memory, b->f, "pulled", derivatives.count * d->n, d->n);
     for (int s = 0; s < derivatives.count; s++) {
         const struct right_side side = {.f = derivatives.list[s].column};
-        derivation_spread(b->d, b->f, responses, s * d->n, 1,
-                          articulated_body_solve(&d->kinematics, accelerations_elimination(b->d), side, NULL));
+        derivation_spread(
+            b->d, b->f, responses, s * d->n, 1,
+            articulated_body_solve(&d->kinematics, accelerations_elimination(b->d), side, NULL));
     }
     for (int order = 0; order < 2; order++)
         if (arrays[order] != NOTHING && has_derivative(b, &derivatives, order))
-            force_derivatives_add_product(b, arrays[order], responses,
-                                          add_derivative_array(b, &derivatives, names[order], order), 1,
-                                          order ? "forces that couple coordinates, by qd"
-                                                : "forces that couple coordinates, by q");
+            force_derivatives_add_product(
+                b, arrays[order], responses, add_derivative_array(b, &derivatives, names[order], order), 1,
+                order ? "forces that couple coordinates, by qd" : "forces that couple coordinates, by q");
 }

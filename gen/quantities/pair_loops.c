@@ -196,6 +196,8 @@ static void use_pairs(struct pairs *pairs, bool *used) {
 }
 
 static void use_loop(struct loop *loop, bool *used) {
+    if (loop->kind == LOOP_SWEEPS)
+        sweeps_drop_unread(&loop->of.sweeps);
     const struct array_list list = loops_list_arrays(loop);
     if (loop->kind == LOOP_PAIRS)
         use_pairs(&loop->of.pairs, used);

@@ -84,6 +84,9 @@ expression *derivation_bias_forces(struct derivation *d);
 expression *derivation_generalized_forces(struct derivation *d);
 expression *derivation_all_forces(struct derivation *d);
 
+/* Returns whether a joint moves no mass: solutions joint by joint divide by the mass that a joint carries. */
+bool derivation_has_massless_joint(const struct derivation *d);
+
 /* accelerations.c: by frame. */
 const expression *accelerations_free(struct derivation *d);
 /* qdd_free by recursion, even where the matrix is cheaper. */
@@ -123,7 +126,7 @@ void mass_matrix_fill_statics_tangent(struct derivation *d, struct function *f, 
 /* ---- Derivatives ---- */
 
 /* Returns whether an implicit step needs fewer operations with `tangent_vectors` than with `tangent`. */
-bool derivatives_prefer_vectors(struct derivation *d);
+bool tangent_prefers_vectors(struct derivation *d);
 /* The name of block 0, 1 ... of these derivatives, "q", "qd", "t", "x" (the inputs) and "p" (the
  * parameters); NULL after the last one. */
 const char *derivatives_block_name(int block);
@@ -212,7 +215,8 @@ struct strain_derivatives force_derivatives_strains(const struct builder *b, dou
 int force_derivatives_add_couplings(struct builder *b, double sign);
 /* By frame: derivatives of the forces on joint i by the coordinates of its stage (order 0) or their rates,
  * without those that couple more coordinates; `firsts`: the first frame of the stage of each frame. */
-struct vector *force_derivatives_of_stages(const struct builder *b, const int *firsts, int order, double sign);
+struct vector *force_derivatives_of_stages(const struct builder *b, const int *firsts, int order,
+                                           double sign);
 /* Adds products for all forces that couple coordinates, times M^-1: derivatives of accelerations. */
 void force_derivatives_add_coupled_accelerations(struct builder *b, const struct targets *targets);
 /* Adds forces and torques at points, after all arrays of the result. */
@@ -220,12 +224,19 @@ void force_derivatives_add_loops(struct builder *b, const struct targets *target
 void force_derivatives_add_product(struct builder *b, int target, int left, int right, double factor,
                                    const char *about);
 
+/* Starts at accelerations, and multipliers of rows, that the caller provides. */
+struct builder derivatives_start_given(struct derivation *d, struct function *f, enum given given);
+/* Adds what both forms of the tangent share: derivatives by time, and the rows. */
+void derivatives_add_given_results(struct builder *b);
+/* Adds all loops and straight-line entries of M qdd - h - Q by q and qd, and of M. */
+void tangent_add_loops(struct builder *b, const struct targets *targets);
+
 /* ---- Derivatives of accelerations in sweeps over chains: theory, sect. 7.7 ---- */
 
 /* Returns whether all joints are in chains that begin on the ground, and carry mass. */
 bool acceleration_sweeps_fit(struct derivation *d);
-/* Adds -M^-1 times the derivatives of the equations of motion by q and qd, for the builder's applied forces, to
- * these arrays of its function; NOTHING: left out. */
+/* Adds -M^-1 times the derivatives of the equations of motion by q and qd, for the builder's applied forces,
+ * to these arrays of its function; NOTHING: left out. */
 void acceleration_sweeps_add(struct builder *b, int by_q, int by_qd);
 
 /* ---- Rules for parameters, spatial Jacobians, times of kinks ---- */

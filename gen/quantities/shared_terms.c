@@ -208,3 +208,17 @@ void operation_cost_note_choice(struct derivation *d, const char *choice) {
         return;
     plan->choices = plan->choices ? memory_format(plan->memory, "%s; %s", plan->choices, choice) : choice;
 }
+
+bool derivation_has_massless_joint(const struct derivation *d) {
+    const struct tree *tree = d->kinematics.tree;
+    bool *has_mass = memory_get(d->memory, ((size_t)tree->count + 1) * sizeof *has_mass);
+    for (int i = tree->count - 1; i >= 0; i--) {
+        const struct frame *frame = &tree->frames[i];
+        has_mass[i] |= !inertia_is_zero(&frame->inertia);
+        if (!has_mass[i] && frame->kind == FRAME_JOINT)
+            return true;
+        if (frame->parent >= 0)
+            has_mass[frame->parent] |= has_mass[i];
+    }
+    return false;
+}

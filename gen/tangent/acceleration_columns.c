@@ -1,15 +1,15 @@
 /*
- * The vectors from which the derivatives of accelerations by q and qd are computed column by column, without M
- * and without derivatives of the equations of motion: theory, sect. 7.7.
+ * The vectors from which the derivatives of accelerations by q and qd are computed column by column, without
+ * M and without derivatives of the equations of motion: theory, sect. 7.7.
  *
  * Input: the motion at given qdd, articulated inertias, applied forces. Output: for each joint the beginning
  * of its two columns, and the vectors with which loops (plan.h) continue them to all other joints.
  *
- * Seen by the bodies beyond joint j, a change of q_j or qd_j is a change (alpha, beta) of the acceleration and
- * the angular velocity with which they are carried, and a turn gamma of the forces that keep their direction
- * in space. A mass element at rho then gains the acceleration A_linear + A_angular x rho + 2 beta x rho'. All
- * factors are computed in the axes of the frames, where the small inertia of a slender element about its axis
- * is not mixed with the others, and turned into the ground's axes at the end.
+ * Seen by the bodies beyond joint j, a change of q_j or qd_j is a change (alpha, beta) of the acceleration
+ * and the angular velocity with which they are carried, and a turn gamma of the forces that keep their
+ * direction in space. A mass element at rho then gains the acceleration A_linear + A_angular x rho + 2 beta x
+ * rho'. All factors are computed in the axes of the frames, where the small inertia of a slender element
+ * about its axis is not mixed with the others, and turned into the ground's axes at the end.
  */
 #include "gen/tangent/tangent.h"
 
@@ -25,7 +25,8 @@ struct felt {
 };
 
 /* (angular, linear) acceleration of a frame by a (moment, force) on it. As [J H; H^T M] of an articulated
- * inertia, with the two halves exchanged: J = linear by force, H = linear by moment, M = angular by moment. */
+ * inertia, with the two halves exchanged: J = linear by force, H = linear by moment, M = angular by moment.
+ */
 struct columns {
     const struct given_motion *given;
     const struct kinematics *k;
@@ -57,8 +58,7 @@ static struct matrix subtracted(struct graph *g, struct matrix a, struct matrix 
 }
 
 static struct matrix transposed(struct matrix a) {
-    return (struct matrix){
-        {a.at[0], a.at[3], a.at[6], a.at[1], a.at[4], a.at[7], a.at[2], a.at[5], a.at[8]}};
+    return (struct matrix){{a.at[0], a.at[3], a.at[6], a.at[1], a.at[4], a.at[7], a.at[2], a.at[5], a.at[8]}};
 }
 
 static struct matrix full(struct tensor t) {
@@ -129,12 +129,11 @@ static struct turns turns_of(const struct kinematics *k, const struct stage *sta
     struct graph *g = k->g;
     const struct frame *frames = k->tree->frames;
     const int first = stage->first, middle = first + 1, last = stage->last;
-    const struct vector along_first = vector_scale(g, stage->ball.cos_inverse,
-                                                   vector_unit(frames[first].joint.axis)),
+    const struct vector along_first =
+                            vector_scale(g, stage->ball.cos_inverse, vector_unit(frames[first].joint.axis)),
                         along_last = vector_unit(frames[last].joint.axis);
-    const struct vector rows[3] = {
-        along_first, vector_unit(frames[middle].joint.axis),
-        vector_sub(g, along_last, vector_scale(g, stage->ball.tilt, along_first))};
+    const struct vector rows[3] = {along_first, vector_unit(frames[middle].joint.axis),
+                                   vector_sub(g, along_last, vector_scale(g, stage->ball.tilt, along_first))};
     struct turns turns;
     for (int r = 0; r < 3; r++) {
         turns.axis[r] = into(k, first + r, last, vector_unit(frames[first + r].joint.axis));
@@ -157,7 +156,8 @@ static struct wrenches wrenches_add(struct graph *g, struct wrenches a, struct w
     return (struct wrenches){added(g, a.moment, b.moment), added(g, a.force, b.force)};
 }
 
-/* 2 int rho x (beta x rho') dm = 2 (tr(E) 1 - E) beta, 2 int beta x rho' dm = 2 beta x b: theory, sect. 7.5. */
+/* 2 int rho x (beta x rho') dm = 2 (tr(E) 1 - E) beta, 2 int beta x rho' dm = 2 beta x b: theory, sect. 7.5.
+ */
 static struct wrenches own_spin(const struct columns *c, int i) {
     struct graph *g = c->k->g;
     const struct flow flow = tangent_own_flow(c->given, i);
@@ -260,10 +260,10 @@ static struct felt felt_from_point(const struct columns *c, const struct applied
     const struct vector none = {{0, 0, 0}};
     struct felt felt = {.turned = {{{0}}, {{0}}}};
     felt.load = (struct wrench){vector_add(g, vector_cross(g, rho, F), T), is_direction ? none : F};
-    felt.load = (struct wrench){vector_scale(g, minus, felt.load.moment),
-                                vector_scale(g, minus, felt.load.force)};
+    felt.load =
+        (struct wrench){vector_scale(g, minus, felt.load.moment), vector_scale(g, minus, felt.load.force)};
     const struct matrix turns_F = cross_matrix(g, vector_scale(g, minus, F)), /* gamma x F */
-                        turns_T = cross_matrix(g, vector_scale(g, minus, T));
+        turns_T = cross_matrix(g, vector_scale(g, minus, T));
     for (int column = 0; column < 3; column++) {
         const struct vector moment = vector_cross(g, rho, column_of(&turns_F, column));
         set_column(&felt.turned.moment, column, vector_add(g, moment, column_of(&turns_T, column)));
@@ -277,8 +277,8 @@ static struct felt felt_add(struct graph *g, struct felt a, struct felt b) {
     return (struct felt){wrench_add(g, a.load, b.load), wrenches_add(g, a.turned, b.turned)};
 }
 
-/* The load's moments along the axes of its joints are the forces on these coordinates. A sum of the moments of
- * all bodies beyond would be rounded in proportion to the largest of them. */
+/* The load's moments along the axes of its joints are the forces on these coordinates. A sum of the moments
+ * of all bodies beyond would be rounded in proportion to the largest of them. */
 static struct vector balanced(const struct columns *c, int i, const expression *forces, struct wrench load) {
     const struct kinematics *k = c->k;
     const struct stage *stage = &c->elimination->stages[i];
@@ -342,10 +342,10 @@ static struct wrench respond(struct graph *g, const struct articulated *response
 }
 
 static struct wrench press(struct graph *g, const struct articulated *inertia, struct wrench a) {
-    return (struct wrench){vector_add(g, tensor_times(g, inertia->J, a.moment),
-                                      matrix_times(g, inertia->H.at, a.force)),
-                           vector_add(g, matrix_transpose_times(g, inertia->H.at, a.moment),
-                                      tensor_times(g, inertia->M, a.force))};
+    return (struct wrench){
+        vector_add(g, tensor_times(g, inertia->J, a.moment), matrix_times(g, inertia->H.at, a.force)),
+        vector_add(g, matrix_transpose_times(g, inertia->H.at, a.moment),
+                   tensor_times(g, inertia->M, a.force))};
 }
 
 static struct wrench times(struct graph *g, const struct wrenches *w, struct vector by) {
@@ -370,8 +370,8 @@ static struct articulated carried_response(const struct columns *c, int i) {
 }
 
 /* The change of motion beyond joint j by q (order 0) or qd (order 1), in the axes of frame `last`:
- * q: alpha = (e'', lever), beta = e', gamma = e; qd: alpha = (2 e', 0), beta = e. A slide has alpha = (0, e'')
- * and (0, 2 e') alone. */
+ * q: alpha = (e'', lever), beta = e', gamma = e; qd: alpha = (2 e', 0), beta = e. A slide has alpha = (0,
+ * e'') and (0, 2 e') alone. */
 struct carried_change {
     struct wrench alpha; /* (angular, linear) */
     struct vector beta, gamma;
@@ -389,9 +389,8 @@ static struct carried_change change_of(const struct columns *c, int j, int last,
         return (struct carried_change){.alpha = {none, order ? twice : rate2}};
     if (order)
         return (struct carried_change){.alpha = {twice, none}, .beta = e};
-    return (struct carried_change){.alpha = {rate2, vector_cross(g, c->given->motions[last].less_gravity, e)},
-                           .beta = rate,
-                           .gamma = e};
+    return (struct carried_change){
+        .alpha = {rate2, vector_cross(g, c->given->motions[last].less_gravity, e)}, .beta = rate, .gamma = e};
 }
 
 /* The load that turns with joint j, or moves with it if it slides, as seen by what carries the joint. */
@@ -418,8 +417,9 @@ static struct wrench pressed(const struct columns *c, int last, const struct car
 }
 
 /* Turns one column into the ground's axes. push: what the stage passes on; start: A after it. */
-static void set_column_of(const struct columns *c, int j, int last, int order, const struct carried_change *change,
-                          struct wrench push, struct wrench start, struct vector own) {
+static void set_column_of(const struct columns *c, int j, int last, int order,
+                          const struct carried_change *change, struct wrench push, struct wrench start,
+                          struct vector own) {
     struct acceleration_column *column = &c->list[j].by[order];
     start = wrench_add(c->k->g, start, change->alpha);
     *column = (struct acceleration_column){.spin = to_ground(c->k, last, change->beta),
@@ -454,8 +454,8 @@ static struct wrench along(struct graph *g, const struct joint *joint, struct wr
     return a;
 }
 
-/* u = -change of the required force - e . p; p + U u / D is passed on, a' = -(response) of it, and x = u / D -
- * U . a' / D. */
+/* u = -change of the required force - e . p; p + U u / D is passed on, a' = -(response) of it, and x = u / D
+ * - U . a' / D. */
 static void begin_single_column(struct columns *c, const struct stage *stage,
                                 const struct articulated *carried, int order) {
     const struct kinematics *k = c->k;
@@ -554,8 +554,9 @@ static void hold_ball(struct columns *c, const struct stage *stage, const struct
     for (int column = 0; column < 3; column++) {
         set_column(&spin, column,
                    articulated_body_solve_ball(k->g, &stage->ball, column_of(&c->spin[last].moment, column)));
-        set_column(&turned, column,
-                   articulated_body_solve_ball(k->g, &stage->ball, column_of(&c->turned[last].moment, column)));
+        set_column(
+            &turned, column,
+            articulated_body_solve_ball(k->g, &stage->ball, column_of(&c->turned[last].moment, column)));
     }
     const struct matrix force = matrix_to_ground(k, last, stage->ball.J_inverse_H);
     spin = matrix_to_ground(k, last, spin);
@@ -581,7 +582,8 @@ static void begin_ball(struct columns *c, int last) {
     const struct turns turns = turns_of(k, stage);
     struct articulated *response = &c->response[last];
     const struct matrix Phi = full(carried.J), G = ball->J_inverse_H, GT = transposed(G),
-                        crossed = matrix_product(g, Phi.at, GT.at), more = matrix_product(g, G.at, crossed.at);
+                        crossed = matrix_product(g, Phi.at, GT.at),
+                        more = matrix_product(g, G.at, crossed.at);
     struct matrix J_inverse;
     hold_ball(c, stage, &turns);
     for (int column = 0; column < 3; column++)

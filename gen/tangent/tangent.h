@@ -106,8 +106,8 @@ struct acceleration_column {
 };
 
 /* Values of joint i, ground axes. In a single joint x = -(hold . A + hold_spin . beta + hold_turned . gamma)
- * and A gains `turn` x. In a ball joint the values of its joint number r are row r of A_angular = -(hold_force
- * A_linear + hold_spin beta + hold_turned gamma), and x = turn . (change of A_angular). */
+ * and A gains `turn` x. In a ball joint the values of its joint number r are row r of A_angular =
+ * -(hold_force A_linear + hold_spin beta + hold_turned gamma), and x = turn . (change of A_angular). */
 struct acceleration_columns {
     struct acceleration_column by[2];          /* by q, qd */
     struct vector turn;                        /* e, or row r of the matrix from turns to coordinates */
