@@ -2916,12 +2916,12 @@ static void manipulator_flexible_required_doubles(const double *p, const double 
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 5
-#error "manipulator_flexible was emitted for version 5 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
+#if REFDYN_MODEL_VERSION != 6
+#error "manipulator_flexible was emitted for version 6 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
 #endif
 
 const struct refdyn_model manipulator_flexible_model = {
-    SET(interface_version) 5,
+    SET(interface_version) 6,
     SET(name) "manipulator_flexible",
     SET(hash) "9064a3f37cccb7aa",
     SET(n) 13,
@@ -2992,12 +2992,15 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(accelerations) manipulator_flexible_accelerations_doubles,
     SET(tangent) 0,
     SET(tangent_vectors) 0,
+    SET(tangent_x) 0,
     SET(d_qdd) 0,
     SET(d_qdd_free) 0,
     SET(d_force) 0,
     SET(d_inverse) 0,
     SET(d_statics) 0,
     SET(d_rows) 0,
+    SET(d_points) 0,
+    SET(d_course) 0,
     SET(course) manipulator_flexible_course_doubles,
     SET(breaks) manipulator_flexible_breaks_doubles,
     SET(switches) 0,

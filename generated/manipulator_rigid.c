@@ -1055,12 +1055,12 @@ static void manipulator_rigid_required_doubles(const double *p, const double *x,
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 5
-#error "manipulator_rigid was emitted for version 5 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
+#if REFDYN_MODEL_VERSION != 6
+#error "manipulator_rigid was emitted for version 6 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
 #endif
 
 const struct refdyn_model manipulator_rigid_model = {
-    SET(interface_version) 5,
+    SET(interface_version) 6,
     SET(name) "manipulator_rigid",
     SET(hash) "dc3ea06afdc3a613",
     SET(n) 4,
@@ -1131,12 +1131,15 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(accelerations) manipulator_rigid_accelerations_doubles,
     SET(tangent) 0,
     SET(tangent_vectors) 0,
+    SET(tangent_x) 0,
     SET(d_qdd) 0,
     SET(d_qdd_free) 0,
     SET(d_force) 0,
     SET(d_inverse) 0,
     SET(d_statics) 0,
     SET(d_rows) 0,
+    SET(d_points) 0,
+    SET(d_course) 0,
     SET(course) manipulator_rigid_course_doubles,
     SET(breaks) manipulator_rigid_breaks_doubles,
     SET(switches) 0,

@@ -30,7 +30,7 @@
 
 /** Version of struct refdyn_model and of its functions. Emitted files contain the version that they were
  * written for: they do not compile with another one, and the runtime refuses tables of another one. */
-#define REFDYN_MODEL_VERSION 5
+#define REFDYN_MODEL_VERSION 6
 
 /** The form of all emitted functions. */
 typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd,
@@ -250,13 +250,17 @@ struct refdyn_model {
      * diagonals of K and D in addition to the vectors (n each), the arrays of vector_places, and K and D of
      * couplings: + pulled^T pull_by_q, ... */
     refdyn_function *tangent_vectors;
-    refdyn_function *d_qdd; /**< of qdd by q, qd, t, inputs, parameters; on request, parts as in NAME.h */
+    refdyn_function *tangent_x; /**< the same by the inputs, on request: f_x (n x inputs), g_x (m x inputs) */
+    refdyn_function *d_qdd;     /**< of qdd by q, qd, t, inputs, parameters; on request, parts as in NAME.h */
     refdyn_function *d_qdd_free; /**< of qdd_free by the same, on request */
     refdyn_function *d_force;    /**< of force by the same, on request */
     refdyn_function
         *d_inverse; /**< of inverse by q, qd, t, inputs, parameters, qdd, on request; qd as for inverse */
     refdyn_function *d_statics; /**< of Q at qd = 0 by q, t, inputs, parameters, on request */
     refdyn_function *d_rows;    /**< of phi, psi and k by q, qd, t, inputs, parameters, on request */
+    refdyn_function *d_points;  /**< of r and rd by q, qd, parameters, and of rdd at given qdd, on request; qd
+                                   as  for inverse */
+    refdyn_function *d_course;  /**< of course by q, qd, t, inputs, parameters, on request */
     refdyn_function *course;    /**< (course_count) courses, in the units of the model */
     refdyn_function *breaks; /**< (break_count) times of time events, in no order; reads p and x only [s] */
     refdyn_function
@@ -280,8 +284,8 @@ struct refdyn_model {
     REFDYN_ENTRY(qdd_free) REFDYN_ENTRY(qdd) REFDYN_ENTRY(force) REFDYN_ENTRY(inverse) REFDYN_ENTRY(equations) \
     REFDYN_ENTRY(M_h) REFDYN_ENTRY(f) REFDYN_ENTRY(row_terms) REFDYN_ENTRY(point_terms) \
     REFDYN_ENTRY(constrained) REFDYN_ENTRY(terms) REFDYN_ENTRY(accelerations) REFDYN_ENTRY(tangent) \
-    REFDYN_ENTRY(tangent_vectors) REFDYN_ENTRY(d_qdd) REFDYN_ENTRY(d_qdd_free) REFDYN_ENTRY(d_force) \
-    REFDYN_ENTRY(d_inverse) REFDYN_ENTRY(d_statics) REFDYN_ENTRY(d_rows) REFDYN_ENTRY(course) \
+    REFDYN_ENTRY(tangent_vectors) REFDYN_ENTRY(tangent_x) REFDYN_ENTRY(d_qdd) REFDYN_ENTRY(d_qdd_free) REFDYN_ENTRY(d_force) \
+    REFDYN_ENTRY(d_inverse) REFDYN_ENTRY(d_statics) REFDYN_ENTRY(d_rows) REFDYN_ENTRY(d_points) REFDYN_ENTRY(d_course) REFDYN_ENTRY(course) \
     REFDYN_ENTRY(breaks) REFDYN_ENTRY(switches) REFDYN_ENTRY(pace) REFDYN_ENTRY(event) \
     REFDYN_ENTRY(event_terms) REFDYN_ENTRY(required)
 /* clang-format on */

@@ -16,8 +16,8 @@ from compiled import WARNINGS, array, pointer
 from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, few_models_of_tests, refdyn, some
 from random_models import as_lua, random_model, random_state
 
-DERIVATIVES = ["tangent", "d_qdd", "d_qdd_free", "d_force", "d_inverse", "d_statics", "d_rows"]
-NEEDED = ["M", "h", "Q", "u", "v", "phi", "psi", "k", "qdd", "qdd_free", "force", "inverse", "constrained", "start"]
+DERIVATIVES = ["tangent", "tangent_x", "d_qdd", "d_qdd_free", "d_force", "d_inverse", "d_statics", "d_rows", "d_points", "d_course"]
+NEEDED = ["M", "h", "Q", "u", "v", "phi", "psi", "k", "r", "rd", "C", "d", "course", "qdd", "qdd_free", "force", "inverse", "constrained", "start"]
 COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
 FUNCTIONS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax".split()
 RANDOM = [6, 33, 48, 118, 301] if LONG else [6, 48, 301]
@@ -108,6 +108,16 @@ static void balance(const double *at, const double *inputs, double t, const doub
     }
 }
 
+/* Accelerations of the points at given qdd. */
+static void accelerate_points(const double *at, const double *inputs, double t, const double *q, const double *qd, double *out) {
+    const int n = model->n, count = 3 * model->point_count;
+    model->C(at, inputs, t, q, qd, room);
+    model->d(at, inputs, t, q, qd, out);
+    for (int i = 0; i < count; i++)
+        for (int j = 0; j < n; j++)
+            out[i] += room[i * n + j] * qdd[j];
+}
+
 /* Holds qdd and lambda of a state, or values off them. */
 static void hold(double t, const double *q, const double *qd) {
     const int n = model->n, m = model->m;
@@ -124,7 +134,11 @@ void hold_off(NARROW by) {
 
 /* Functions that read what is held after qd. */
 static int reads_held(const char *name) {
-    return !strcmp(name, "tangent") || !strcmp(name, "inverse") || !strcmp(name, "d_inverse");
+    static const char *const names[] = {"tangent", "tangent_x", "inverse", "d_inverse", "d_points"};
+    int reads = 0;
+    for (int i = 0; i < 5; i++)
+        reads |= !strcmp(name, names[i]);
+    return reads;
 }
 
 static void call_held(refdyn_function *f, const double *at, const double *inputs, double t, const double *q, const double *qd, double *out) {
@@ -138,7 +152,7 @@ static void call_held(refdyn_function *f, const double *at, const double *inputs
 
 static int call(const char *name, const double *at, const double *inputs, double t, const double *q, const double *qd,
                 double *out) {
-    refdyn_function *f = strcmp(name, "balance") ? function_of(name) : balance;
+    refdyn_function *f = !strcmp(name, "balance") ? balance : strcmp(name, "rdd") ? function_of(name) : model->C ? accelerate_points : NULL;
     if (f && reads_held(name))
         call_held(f, at, inputs, t, q, qd, out);
     else if (f)
@@ -147,7 +161,7 @@ static int call(const char *name, const double *at, const double *inputs, double
 }
 
 void sizes(int *out) {
-    const int values[] = {model->n, model->m, model->parameter_count, model->input_count};
+    const int values[] = {model->n, model->m, model->parameter_count, model->input_count, 3 * model->point_count, model->course_count};
     memcpy(out, values, sizeof values);
 }
 
@@ -159,7 +173,7 @@ void set_up(NARROW *start, NARROW *parameters) {
     x = calloc((size_t)model->input_count + 1, sizeof *x);
     qdd = calloc((size_t)n, sizeof *qdd);
     lambda = calloc((size_t)m + 1, sizeof *lambda);
-    room = calloc((size_t)(n * n + 4 * n + 2 * m * n + 3 * m + 1), sizeof *room);
+    room = calloc((size_t)(n * n + 4 * n + 2 * m * n + 3 * m + 1 + 3 * n * model->point_count), sizeof *room);
     for (int i = 0; i < model->parameter_count; i++)
         p[i] = model->parameters[i].value;
     for (int i = 0; i < model->input_count; i++)
@@ -190,7 +204,7 @@ int evaluate(const char *name, NARROW t_in, const NARROW *state, const char *by,
                            : !strcmp(by, "qdd") ? qdd + index : !strcmp(by, "t") ? &t : !strcmp(by, "x") ? x + index : p + index;
     for (int i = 0; i < 2 * n; i++)
         q[i] = state[i];
-    if (reads_held(name) || !strcmp(name, "balance"))
+    if (reads_held(name) || !strcmp(name, "balance") || !strcmp(name, "rdd"))
         hold(t, q, q + n);
     int known = call(name, p, x, t, q, q + n, now);
     if (known && from) {
@@ -232,9 +246,9 @@ class Emitted:
         subprocess.run(["gcc", "-std=gnu11", "-O0", "-ffp-contract=off", "-fPIC", "-shared", "-include", folder / f"{width}.h", "-I",
                         folder, "-I", SOURCE / "runtime", "-o", folder / f"{width}.so", *(folder / width).glob("*.c"), "-lm"], check=True)
         self.library = ctypes.CDLL(str(folder / f"{width}.so"))
-        sizes = (ctypes.c_int * 4)()
+        sizes = (ctypes.c_int * 6)()
         self.library.sizes(sizes)
-        self.n, self.m, parameters, inputs = sizes
+        self.n, self.m, parameters, inputs, self.of_points, self.courses = sizes
         self.counts = {"q": self.n, "qd": self.n, "qdd": self.n, "t": 1, "x": inputs, "p": parameters}
         self.start = array([0.0] * (2 * self.n))
         self.p = array([0.0] * parameters)
@@ -255,6 +269,9 @@ class Emitted:
         """Parts of a result and their lengths, from the header."""
         header = (self.folder / f"{self.name}.h").read_text()
         body = re.search(rf"struct {self.name}_{quantity}_result \{{(.*?)\}};", header, re.S)
+        alone = re.search(rf" {self.name}_{quantity}\([^;]*double f_x\[(\d+) \* (\d+)\]\);", header)  # without rows it is the only part
+        if alone:
+            return [("f_x", int(alone[1]) * int(alone[2]))]
         return [(name, int(count)) for name, count in re.findall(r"double (\w+)\[(\d+)\];", body[1])] if body else []
 
     def values(self, quantity, state, count, by=None, index=0):
@@ -308,8 +325,10 @@ def compare_tangent(wide, state, of_rows=0.0):
     n, m, parts = wide.n, wide.m, wide.result("tangent", state)
     if not parts:
         return []
-    by_q, by_qd, by_t = (wide.slopes("balance", state, n + m, by) for by in ("q", "qd", "t"))
-    lines = compare("K", parts["K"], by_q[:n]) + compare("D", parts["D"], by_qd[:n]) + compare("f_t", parts["f_t"], by_t[:n])
+    by_q, by_qd, by_t, by_x = (wide.slopes("balance", state, n + m, by) for by in ("q", "qd", "t", "x"))
+    of_inputs = wide.result("tangent_x", state)
+    lines = compare("f_x", of_inputs.get("f_x"), by_x[:n]) + compare("g_x", of_inputs.get("g_x"), by_x[n:], size=of_rows)
+    lines += compare("K", parts["K"], by_q[:n]) + compare("D", parts["D"], by_qd[:n]) + compare("f_t", parts["f_t"], by_t[:n])
     lines += compare("M", parts["M"], wide.values("M", state, n * n).reshape(n, n))
     if m:
         for part, slopes in ("G_q", by_q), ("G_qd", by_qd), ("g_t", by_t):
@@ -320,8 +339,9 @@ def compare_tangent(wide, state, of_rows=0.0):
 
 def size_of(wide, quantity, part, state):
     """Size of the values whose derivative a part is."""
-    of = part.rpartition("_")[0] if quantity == "d_rows" else {"d_statics": "Q", "tangent": "M"}.get(quantity, quantity[2:])
-    values = wide.values(of, state, wide.m if quantity == "d_rows" else wide.n ** 2 if of == "M" else wide.n)
+    of = part.rpartition("_")[0] if quantity in ("d_rows", "d_points") else {"d_statics": "Q", "tangent": "M", "tangent_x": "M"}.get(quantity, quantity[2:])
+    counts = {"d_rows": wide.m, "d_points": wide.of_points, "d_course": wide.courses}
+    values = wide.values(of, state, counts.get(quantity, wide.n ** 2 if of == "M" else wide.n))
     return 0 if values is None else abs(values).max()
 
 
@@ -366,6 +386,11 @@ def test_derivatives(compiled):
     for row in ("phi", "psi", "k"):
         if wide.values(row, state, m) is not None:
             lines += compare_blocks(wide, "d_rows", row, state, m, f"{row}_", ["qd"] if row == "phi" else [])
+    for value, without in ("r", ["qd", "t", "x"]), ("rd", ["t", "x"]), ("rdd", ["t", "x"]):
+        if wide.of_points:
+            lines += compare_blocks(wide, "d_points", value, state, wide.of_points, f"{value}_", without)
+    if wide.courses:
+        lines += compare_blocks(wide, "d_course", "course", state, wide.courses)
     for quantity in DERIVATIVES:
         exact, found = wide.result(quantity, state), narrow.result(quantity, state)
         for part in exact:

@@ -444,6 +444,19 @@ def test_statics_and_modes(arm):
     assert same(modes.q, told["q"]) and list(modes.unit.values[:2]) == ["m", "rad"]
 
 
+def test_linear_models(package):
+    """The matrices of the command, with names; about a state of the caller, too."""
+    moved = package.Model(REFERENCE, drive="input", program="none")
+    found, expected = moved.linearise(move_held=True), json.loads(refdyn("linearise", REFERENCE, "--set", "drive=input", "--set", "program=none", "--move-held").stdout)
+    for name, rows in (("A", "state"), ("B", "state"), ("C", "output"), ("D", "output")):
+        assert np.array_equal(found[name].values, np.array(expected[name]).reshape(found[name].shape)) and list(found[rows].values) == expected[f"{rows}s"]
+    assert np.array_equal(found.eigenvalue.values, [complex(*pair) for pair in expected["eigenvalues"]])
+    rates = np.linspace(-0.3, 0.4, len(moved.coordinates))
+    state = moved.linearise(q=moved.q0, qd=rates, hold=[], inputs={"tau": 2.5})
+    accelerations = moved.qdd(moved.q0, rates, 0.0, inputs={"tau": 2.5})
+    assert np.allclose(state.rate.values, np.concatenate([rates, accelerations]), rtol=1e-9, atol=1e-9)
+
+
 def test_motion(arm):
     columns, _, summary = motion(REFERENCE, "--until", 0.2, "--tol", "1e-7", "--from", "statics")
     found = arm.simulate(0.2, tol=1e-7, from_="statics")

@@ -12,9 +12,6 @@
 
 /* ---- Blocks: derivatives by q, qd, t, inputs and parameters, side by side in one function ---- */
 
-/* BY_QDD is a block of `d_inverse` alone. */
-enum block { BY_Q, BY_QD, BY_T, BY_X, BY_P, BLOCK_COUNT, BY_QDD = BLOCK_COUNT, NAMED_BLOCKS };
-
 struct block_kind {
     const char *name, *about;
     enum symbol_kind kind;
@@ -30,14 +27,6 @@ static const struct block_kind blocks[NAMED_BLOCKS] = {
 };
 
 /* ---- Terms that are differentiated by t, inputs and parameters ---- */
-
-/* Values at given accelerations and multipliers, and their derivatives: one row of `count` for each
- * variable. */
-struct terms {
-    expression *values;
-    int count;
-    expression *derivatives[BLOCK_COUNT];
-};
 
 /* A symbol with respect to which the terms are differentiated. */
 struct variable {
@@ -98,21 +87,19 @@ static int add_matrix(struct derivation *d, struct function *f, const char *name
     return pair_loops_add_local(d->memory, f, name, rows * columns, columns);
 }
 
-/* Adds arrays "q", "qd" ... of `rows` rows each: results, or local arrays if `what` is NULL. */
-static void add_blocks(struct derivation *d, struct function *f, const char *before, const char *what,
-                       int rows, const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
+void derivatives_add_blocks(struct derivation *d, struct function *f, const struct block_rows *rows,
+                            const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]) {
     static const char *const sizes[BLOCK_COUNT] = {"x n", "x n", "x 1", "x inputs", "x parameters"};
     for (int k = 0; k < BLOCK_COUNT; k++) {
-        const char *name = memory_format(d->memory, "%s%s", before, blocks[k].name);
+        const char *name = memory_format(d->memory, "%s%s", rows->before, blocks[k].name);
         arrays[k] = NOTHING;
         if (!widths[k])
             continue;
-        arrays[k] =
-            what ? derivation_add_array(d, f, name,
-                                        memory_format(d->memory, "(%s %s) %s %s", rows == d->n ? "n" : "m",
-                                                      sizes[k], what, blocks[k].about),
-                                        rows * widths[k], widths[k])
-                 : add_matrix(d, f, name, rows, widths[k]);
+        arrays[k] = rows->what ? derivation_add_array(d, f, name,
+                                                      memory_format(d->memory, "(%s %s) %s %s", rows->shape,
+                                                                    sizes[k], rows->what, blocks[k].about),
+                                                      rows->count * widths[k], widths[k])
+                               : add_matrix(d, f, name, rows->count, widths[k]);
         f->arrays[arrays[k]].by_parameter = k == BY_P;
     }
 }
@@ -126,27 +113,26 @@ static void spread_block(struct builder *b, const struct terms *terms, int first
                           terms->derivatives[block] + column * terms->count + first);
 }
 
-/* Writes factor * derivatives of terms [first, first + m), by row. */
-static void fill_block(struct builder *b, const struct terms *terms, int first, enum block block,
-                       double factor, int array) {
+void derivatives_fill_block(const struct builder *b, const struct terms *terms, int first, enum block block,
+                            double factor, int array) {
     struct graph *g = b->d->g;
     const int width = array == NOTHING ? 0 : b->f->arrays[array].columns;
+    const int rows = width ? b->f->arrays[array].count / width : 0;
     for (int column = 0; column < width; column++)
-        for (int i = 0; i < b->d->m; i++)
+        for (int i = 0; i < rows; i++)
             plan_set_entry(b->d->memory, b->f, array, i * width + column,
                            expr_mul(g, expr_number(g, factor),
                                     terms->derivatives[block][column * terms->count + first + i]));
 }
 
-/* Writes factor * derivatives of rows by q or qd, m x n. */
-static void spread_row_derivatives(struct builder *b, const expression *rows_in_symbols, int order,
-                                   double factor, int array) {
-    for (int i = 0; i < b->d->m && array != NOTHING; i++)
-        if (rows_in_symbols[i])
-            derivation_spread(
-                b->d, b->f, array, i * b->d->n, 1,
-                force_derivatives_scaled(b->d, factor,
-                                         given_motion_derivatives(b->given, rows_in_symbols[i], order)));
+void derivatives_fill_by_state(const struct builder *b, const expression *in_symbols, int order,
+                               double factor, int array) {
+    const int rows = array == NOTHING ? 0 : b->f->arrays[array].count / b->d->n;
+    for (int i = 0; i < rows; i++)
+        if (in_symbols[i])
+            derivation_spread(b->d, b->f, array, i * b->d->n, 1,
+                              force_derivatives_scaled(
+                                  b->d, factor, given_motion_derivatives(b->given, in_symbols[i], order)));
 }
 
 static void spread_u(struct derivation *d, struct function *f, int array) {
@@ -256,14 +242,30 @@ void derivatives_add_given_results(struct builder *b) {
     const int G_q = derivation_add_array(d, b->f, "G_q", "(m x n) the same by q", m * n, n);
     const int G_qd = derivation_add_array(d, b->f, "G_qd", "(m x n) the same by qd", m * n, n);
     const int u = derivation_add_array(d, b->f, "u", "(m x n) row coefficients", m * n, n);
-    fill_block(b, &terms, parts.rows, BY_T, 1, g_t);
-    spread_row_derivatives(b, balances, 0, 1, G_q);
-    spread_row_derivatives(b, balances, 1, 1, G_qd);
+    derivatives_fill_block(b, &terms, parts.rows, BY_T, 1, g_t);
+    derivatives_fill_by_state(b, balances, 0, 1, G_q);
+    derivatives_fill_by_state(b, balances, 1, 1, G_qd);
     spread_u(d, b->f, u);
 }
 
-/* Lists the columns of all blocks, and opens their derivatives. */
-static void open_blocks(struct derivation *d, struct terms *terms, int widths[BLOCK_COUNT]) {
+void quantity_tangent_x(struct derivation *d, struct function *f) {
+    const int inputs = d->model->input_count;
+    struct builder b = derivatives_start_given(d, f, GIVEN_MOTION);
+    const struct parts parts = parts_of(d);
+    struct terms terms = motion_terms(&b);
+    differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_X] = inputs});
+    const int f_x = derivation_add_array(d, f, "f_x",
+                                         "(n x inputs) d(M qdd - h - Q - u^T lambda)/dx at given qdd, lambda",
+                                         d->n * inputs, inputs);
+    spread_block(&b, &terms, parts.motion, BY_X, f_x);
+    if (!d->m)
+        return;
+    const int g_x =
+        derivation_add_array(d, f, "g_x", "(m x inputs) d(u qdd - k)/dx at given qdd", d->m * inputs, inputs);
+    derivatives_fill_block(&b, &terms, parts.rows, BY_X, 1, g_x);
+}
+
+void derivatives_open_blocks(struct derivation *d, struct terms *terms, int widths[BLOCK_COUNT]) {
     const bool has_parameters = reads_parameters(d, terms->values, terms->count);
     for (int k = 0; k < BLOCK_COUNT; k++)
         widths[k] = width_of(d, k, has_parameters);
@@ -330,10 +332,10 @@ static void add_multiplier_loops(struct builder *b, const struct row_arrays *a, 
 
 static void fill_minus_g(struct builder *b, const struct terms *terms, const int minus_g[BLOCK_COUNT]) {
     const expression *balance = tangent_row_balances(&b->d->kinematics);
-    spread_row_derivatives(b, balance, 0, -1, minus_g[BY_Q]);
-    spread_row_derivatives(b, balance, 1, -1, minus_g[BY_QD]);
+    derivatives_fill_by_state(b, balance, 0, -1, minus_g[BY_Q]);
+    derivatives_fill_by_state(b, balance, 1, -1, minus_g[BY_QD]);
     for (int k = BY_T; k < BLOCK_COUNT; k++)
-        fill_block(b, terms, parts_of(b->d).rows, k, -1, minus_g[k]);
+        derivatives_fill_block(b, terms, parts_of(b->d).rows, k, -1, minus_g[k]);
 }
 
 /* Derivatives of lambda, m x width each, from the derivatives `r` of the equations of motion. */
@@ -342,8 +344,10 @@ static struct row_arrays add_multiplier_blocks(struct builder *b, const struct t
                                                int dlambda[BLOCK_COUNT]) {
     int minus_g[BLOCK_COUNT];
     const struct row_arrays arrays = add_row_arrays(b);
-    add_blocks(b->d, b->f, "rows_", NULL, b->d->m, widths, minus_g);
-    add_blocks(b->d, b->f, "lambda_", NULL, b->d->m, widths, dlambda);
+    derivatives_add_blocks(b->d, b->f, &(struct block_rows){.before = "rows_", .count = b->d->m}, widths,
+                           minus_g);
+    derivatives_add_blocks(b->d, b->f, &(struct block_rows){.before = "lambda_", .count = b->d->m}, widths,
+                           dlambda);
     fill_minus_g(b, terms, minus_g);
     add_multiplier_loops(b, &arrays, r, minus_g, dlambda);
     return arrays;
@@ -362,8 +366,8 @@ static void add_row_corrections(struct builder *b, const struct terms *terms, co
         derivation_spread(d, b->f, responses, i * n, 1, d->solution->responses[i]);
     }
     const int inverse = add_inverse(b);
-    add_blocks(d, b->f, "rows_", NULL, m, widths, minus_g);
-    add_blocks(d, b->f, "lambda_", NULL, m, widths, dlambda);
+    derivatives_add_blocks(d, b->f, &(struct block_rows){.before = "rows_", .count = m}, widths, minus_g);
+    derivatives_add_blocks(d, b->f, &(struct block_rows){.before = "lambda_", .count = m}, widths, dlambda);
     fill_minus_g(b, terms, minus_g);
     for (int k = 0; k < BLOCK_COUNT; k++) {
         if (dqdd[k] == NOTHING)
@@ -380,7 +384,7 @@ static void add_by_sweeps(struct builder *b, const struct terms *terms, const in
                           bool has_rows) {
     struct derivation *d = b->d;
     int dqdd[BLOCK_COUNT];
-    add_blocks(d, b->f, "", "d(qdd)", d->n, widths, dqdd);
+    derivatives_add_blocks(d, b->f, &(struct block_rows){"", "d(qdd)", "n", d->n}, widths, dqdd);
     acceleration_sweeps_add(b, dqdd[BY_Q], dqdd[BY_QD]);
     for (int k = BY_T; k < BLOCK_COUNT; k++)
         for (int column = 0; column < widths[k]; column++) {
@@ -401,7 +405,7 @@ static void add_by_matrix(struct builder *b, const struct terms *terms, const in
     struct derivation *d = b->d;
     struct function *f = b->f;
     int r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
-    add_blocks(d, f, "", "d(qdd)", d->n, widths, r);
+    derivatives_add_blocks(d, f, &(struct block_rows){"", "d(qdd)", "n", d->n}, widths, r);
     const int M = add_matrix(d, f, "M", d->n, d->n);
     add_block_derivatives(b, terms, parts_of(d).motion, r,
                           (struct targets){.mass = M, .has_inertia = true, .sign = -1});
@@ -428,7 +432,7 @@ static void build_acceleration_derivatives(struct derivation *d, struct function
     struct terms terms = motion_terms(&b);
     struct function by_sweeps = *f, by_matrix = *f;
     long sweeps = 0, matrix = 0;
-    open_blocks(d, &terms, widths);
+    derivatives_open_blocks(d, &terms, widths);
     const bool fits = d->model->accelerations != ACCELERATIONS_DENSE && acceleration_sweeps_fit(d);
     if (fits) {
         b.f = &by_sweeps;
@@ -467,9 +471,9 @@ void quantity_d_force(struct derivation *d, struct function *f) {
     struct builder b = start(d, f, true);
     struct terms terms = motion_terms(&b);
     struct applied_forces *rows_alone = tangent_no_forces(&d->kinematics);
-    open_blocks(d, &terms, widths);
-    add_blocks(d, f, "", "d(force)", d->n, widths, force);
-    add_blocks(d, f, "motion_", NULL, d->n, widths, r);
+    derivatives_open_blocks(d, &terms, widths);
+    derivatives_add_blocks(d, f, &(struct block_rows){"", "d(force)", "n", d->n}, widths, force);
+    derivatives_add_blocks(d, f, &(struct block_rows){.before = "motion_", .count = d->n}, widths, r);
     const int M = add_matrix(d, f, "M", d->n, d->n);
     add_block_derivatives(&b, &terms, parts_of(d).motion, r,
                           (struct targets){.mass = M, .has_inertia = true, .sign = -1});
@@ -497,8 +501,8 @@ void quantity_d_inverse(struct derivation *d, struct function *f) {
     struct builder b = derivatives_start_given(d, f, GIVEN_ACCELERATIONS);
     struct terms terms = {.values = (expression *)required_forces(&b), .count = d->frames};
     struct targets targets = {.mass = NOTHING, .sign = -1};
-    open_blocks(d, &terms, widths);
-    add_blocks(d, f, "", "d(tau)", d->n, widths, arrays);
+    derivatives_open_blocks(d, &terms, widths);
+    derivatives_add_blocks(d, f, &(struct block_rows){"", "d(tau)", "n", d->n}, widths, arrays);
     if (d->wanted_blocks & 1u << BY_QDD)
         targets.mass =
             derivation_add_array(d, f, blocks[BY_QDD].name,
@@ -508,7 +512,7 @@ void quantity_d_inverse(struct derivation *d, struct function *f) {
     pair_loops_drop_unread(d->memory, f);
 }
 
-/* ---- Statics and rows ---- */
+/* ---- Statics ---- */
 
 /* Q at qd = 0, by frame. */
 static const expression *resting_forces(struct derivation *d) {
@@ -523,57 +527,13 @@ void quantity_d_statics(struct derivation *d, struct function *f) {
     int widths[BLOCK_COUNT], arrays[BLOCK_COUNT];
     struct builder b = {.d = d, .f = f};
     struct terms terms = {.values = (expression *)resting_forces(d), .count = d->frames};
-    open_blocks(d, &terms, widths);
+    derivatives_open_blocks(d, &terms, widths);
     widths[BY_QD] = 0;
-    add_blocks(d, f, "", "d(Q)", d->n, widths, arrays);
+    derivatives_add_blocks(d, f, &(struct block_rows){"", "d(Q)", "n", d->n}, widths, arrays);
     for (int k = BY_T; k < BLOCK_COUNT; k++)
         spread_block(&b, &terms, 0, k, arrays[k]);
     if (arrays[BY_Q] != NOTHING)
         mass_matrix_fill_statics_tangent(d, f, arrays[BY_Q]);
-}
-
-/* Residuals or k of all rows, in symbols. */
-struct row_values {
-    const char *before, *what;
-    expression *in_symbols;
-    int first; /* of its terms */
-};
-
-static void add_row_derivatives(struct builder *b, const struct row_values *row, const struct terms *terms,
-                                const int widths[BLOCK_COUNT]) {
-    struct derivation *d = b->d;
-    int arrays[BLOCK_COUNT];
-    add_blocks(d, b->f, row->before, row->what, d->m, widths, arrays);
-    spread_row_derivatives(b, row->in_symbols, 0, 1, arrays[BY_Q]);
-    spread_row_derivatives(b, row->in_symbols, 1, 1, arrays[BY_QD]);
-    for (int k = BY_T; k < BLOCK_COUNT; k++)
-        fill_block(b, terms, row->first, k, 1, arrays[k]);
-}
-
-void quantity_d_rows(struct derivation *d, struct function *f) {
-    const int m = d->m;
-    int widths[BLOCK_COUNT];
-    struct builder b = {.d = d,
-                        .f = f,
-                        .given =
-                            given_motion_derive(&d->kinematics, derivation_new_values(d, d->frames), NULL)};
-    struct row_values parts[] = {{"phi_", "d(phi)", derivation_new_values(d, m), 0},
-                                 {"psi_", "d(psi)", derivation_new_values(d, m), m},
-                                 {"k_", "d(k)", derivation_new_values(d, m), 2 * m}};
-    struct terms terms = {.values = derivation_new_values(d, 3 * m), .count = 3 * m};
-    for (int i = 0; i < m; i++) {
-        const struct row_symbols symbols = tangent_row_symbols(&d->kinematics, i);
-        const expression in_symbols[] = {symbols.phi, symbols.psi, expr_neg(d->g, symbols.balance)};
-        for (int part = 0; part < 3; part++) {
-            parts[part].in_symbols[i] = in_symbols[part];
-            terms.values[parts[part].first + i] = given_motion_place(b.given, in_symbols[part]);
-        }
-    }
-    open_blocks(d, &terms, widths);
-    add_row_derivatives(&b, &parts[1], &terms, widths);
-    add_row_derivatives(&b, &parts[2], &terms, widths);
-    widths[BY_QD] = 0;
-    add_row_derivatives(&b, &parts[0], &terms, widths);
 }
 
 /* ---- Parameters that are not emitted ---- */

@@ -32,6 +32,10 @@ static bool is_corrected_with_rows(const struct derivation *d) {
     return is_corrected(d) && has_rows(d);
 }
 
+static bool is_corrected_with_inputs(const struct derivation *d) {
+    return is_corrected(d) && d->model->input_count > 0;
+}
+
 static bool has_level(const struct derivation *d, enum row_level highest) {
     for (int i = 0; i < d->m; i++)
         if (d->model->rows[i].level <= highest)

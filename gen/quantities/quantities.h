@@ -125,6 +125,37 @@ void mass_matrix_fill_statics_tangent(struct derivation *d, struct function *f, 
 
 /* ---- Derivatives ---- */
 
+/* derivatives.c: derivatives by q, qd, t, inputs and parameters, side by side in one function. BY_QDD is a
+ * block of `d_inverse` alone. */
+enum block { BY_Q, BY_QD, BY_T, BY_X, BY_P, BLOCK_COUNT, BY_QDD = BLOCK_COUNT, NAMED_BLOCKS };
+
+/* Values at given accelerations and multipliers, and their derivatives: one row of `count` for each
+ * variable. */
+struct terms {
+    expression *values;
+    int count;
+    expression *derivatives[BLOCK_COUNT];
+};
+
+/* The rows of a set of blocks: what stands before their names, what they are derivatives of, how many rows
+ * they have, as text and as a number. what: NULL for local arrays. */
+struct block_rows {
+    const char *before, *what, *shape;
+    int count;
+};
+
+struct builder;
+/* Lists the columns of all blocks, and opens their derivatives. */
+void derivatives_open_blocks(struct derivation *d, struct terms *terms, int widths[BLOCK_COUNT]);
+/* Adds arrays "q", "qd" ..., results or local ones. */
+void derivatives_add_blocks(struct derivation *d, struct function *f, const struct block_rows *rows,
+                            const int widths[BLOCK_COUNT], int arrays[BLOCK_COUNT]);
+/* Writes factor * derivatives by t, inputs or parameters of the terms from `first` on. */
+void derivatives_fill_block(const struct builder *b, const struct terms *terms, int first, enum block block,
+                            double factor, int array);
+/* Writes factor * derivatives of values in symbols by q (order 0) or qd (order 1). */
+void derivatives_fill_by_state(const struct builder *b, const expression *in_symbols, int order,
+                               double factor, int array);
 /* Returns whether an implicit step needs fewer operations with `tangent_vectors` than with `tangent`. */
 bool tangent_prefers_vectors(struct derivation *d);
 /* The name of block 0, 1 ... of these derivatives, "q", "qd", "t", "x" (the inputs) and "p" (the

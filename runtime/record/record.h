@@ -301,7 +301,7 @@ void record_print_notes(const struct record_equilibrium *equilibrium, FILE *out)
 /* Writes forces, rows and stability. */
 void record_put_equilibrium(const struct record_equilibrium *equilibrium, const struct record_writer *writer);
 
-/* ---- Small motions about a state at rest (small_motions.c, spectrum.c) ---- */
+/* ---- Small motions and linear models (small_motions.c, spectrum.c, linear_model.c) ---- */
 
 /* Memory of results and scratch, and solutions of linear equations by a library of the caller. Matrices are
  * row by row. Each function returns whether it has succeeded. */
@@ -319,18 +319,52 @@ struct record_algebra {
     bool (*least_squares)(void *context, int rows, int columns, double *A, double *b, double tol, double *x);
 };
 
-/* The equations of small motions about a state at rest, for x, the change of the coordinates that are not
- * held: M x'' + D x' + K x - u^T mu = 0,   position rows: u x = 0,   velocity rows: u x' + psi_q x = 0 */
+/* Memory of `algebra` for `count` entries, and for a matrix. */
+void *record_allocate(const struct record_algebra *algebra, size_t count, size_t size);
+double *record_allocate_matrix(const struct record_algebra *algebra, int rows, int columns);
+/* out (rows x columns) += factor * left (rows x inner) * right (inner x columns) */
+void record_add_product(double *out, double factor, const double *left, const double *right, int rows,
+                        int inner, int columns);
+/* left * right */
+double *record_product(const struct record_algebra *algebra, const double *left, const double *right,
+                       int rows, int inner, int columns);
+/* left^T right, both n rows */
+double *record_product_of_columns(const struct record_algebra *algebra, const double *left, int left_columns,
+                                  const double *right, int columns, int n);
+/* Returns whether a symmetric matrix (n x n) has a Cholesky factor, which overwrites it. */
+bool record_factor(double *matrix, int n);
+/* columns (n x count) := matrix^-1 columns, from that factor. */
+void record_solve_factored(const double *factor, int n, double *columns, int count);
+
+/* For rows R v + B x = 0 (count x n, count x width), v = basis w + drift x, where w are the independent
+ * entries of v, by elimination with full pivoting. Coordinates that occur in no row stay separate. So do the
+ * digits of soft coordinates next to stiff ones, which an orthonormal basis would mix. */
+struct record_freedom {
+    const struct record_algebra *algebra;
+    int n, width, rank, count;
+    int *row;      /* (count) rows: the first `rank` are used, the others redundant */
+    int *column;   /* (n) the first `rank` are dependent, in the order of elimination; then the independent
+                      ones, ascending */
+    double *basis; /* (n x (n - rank)) */
+    double *drift; /* (n x width) */
+};
+
+void record_find_freedom(struct record_freedom *freedom, const struct record_algebra *algebra,
+                         const double *R, int count, int n, const double *B, int width);
+
+/* The equations of motion for x, a small change of the coordinates that are not held, with the accelerations
+ * and multipliers of the state (theory, sect. 7.6). At rest: M x'' + D x' + K x - u^T mu = 0,
+ *     position rows: u x = 0,   velocity rows: u x' + psi_q x = 0 */
 struct record_linear {
     int n, m;
-    int *place;      /* (n) of the coordinates not held, in q */
-    double *M, *D;   /* (n x n) */
-    double *K;       /* (n x n) */
-    double *u;       /* (m x n) */
-    double *psi_q;   /* (m x n) 0 in position rows */
-    int *is_level_q; /* (m) non-zero: a position row */
-    double *force;   /* (n) Q + u^T lambda, the unbalanced force */
-    double residual; /* the largest of these */
+    int *place;                   /* (n) of the coordinates not held, in q */
+    double *M, *D, *K;            /* (n x n) */
+    double *u, *psi_q;            /* (m x n) */
+    double *G_q, *G_qd;           /* (m x n) derivatives of u qdd - k */
+    enum refdyn_row_level *level; /* (m) */
+    double *given;                /* (3 n + 1 + m, all coordinates) qd, qdd, power, lambda of the state */
+    double *force;                /* (n) h + Q + u^T lambda - M qdd, the unbalanced force */
+    double residual;              /* the largest of these */
 };
 
 /* Spectrum of small motions x = shape e^(eigenvalue t) (theory, sect. 8.10). Each occurs once: of a conjugate
@@ -355,6 +389,9 @@ struct record_small_motions {
     double t;
     const double *q, *qd; /* (n) qd is 0 */
     const int *held;      /* (n) non-zero for held coordinates */
+    bool accelerates;     /* the accelerations of the state are those of its motion; otherwise they are 0, and
+                             the multipliers balance the forces as well as they can */
+    const double *given;  /* as linear.given, to be taken as it is; NULL: found as above */
     struct record_linear linear;
     struct record_spectrum spectrum;
     double phi; /* largest |phi| */
@@ -364,7 +401,9 @@ struct record_small_motions {
 /* Returns a status of the runtime. The model must have a tangent and, with rows, d_rows. */
 int record_find_spectrum(struct record_spectrum *spectrum, const struct record_linear *linear,
                          const struct record_algebra *algebra);
-/* The same from the first five fields of `motions`; sets the other fields. */
+/* Finds `linear` from the first fields of `motions`. Returns a status of the runtime. */
+int record_linearise(struct record_small_motions *motions, const struct record_algebra *algebra);
+/* The same, and then the spectrum and all other fields. */
 int record_find_small_motions(struct record_small_motions *motions, const struct record_algebra *algebra);
 /* Damping ratio; -1 for growth without oscillation, 0 for an eigenvalue 0. */
 double record_damping_of(const struct record_mode *mode);
@@ -375,5 +414,31 @@ void record_print_small_motions(const struct record_small_motions *motions, FILE
 /* Writes phi, residual, unstable and the first `count` modes. */
 void record_put_small_motions(const struct record_small_motions *motions, int count,
                               const struct record_writer *writer);
+
+/*
+ * The linear model about a state, which may move: with changes s of the independent coordinates, then of the
+ * independent rates, and x of the inputs,
+ *     s' = A s + B x + rate,   change of the outputs = C s + D x
+ * The rows act without stabilisation. Outputs: r, rd and rdd of each point, then the courses.
+ */
+struct record_linear_model {
+    struct record_small_motions motions; /* its first fields are given, as for record_find_small_motions */
+    bool moves_held; /* held coordinates may move, while the forces that hold them stay as they are */
+    int size, position_count; /* states; those that are coordinates */
+    int *state;               /* (size) coordinate of each state */
+    int output_count;
+    double *A, *B, *C, *D;       /* (size x size), (size x inputs), (outputs x size), (outputs x inputs) */
+    double *rate;                /* (size) */
+    double complex *eigenvalues; /* (size) by size, ascending; of A */
+    int moved_row;               /* a row of positions or velocities that an input moves: there is no such */
+    int moving_input;            /* model, and only these two are set; otherwise -1 */
+};
+
+/* Returns a status of the runtime. The model must have tangent, d_rows with rows, tangent_x with inputs, C
+ * and the blocks q and qd of d_points with points, and the blocks q, qd and x of d_course with courses.
+ * Leaves the gains of all rows 0. */
+int record_find_linear_model(struct record_linear_model *model, const struct record_algebra *algebra);
+/* Writes states, inputs, outputs, A, B, C, D, rate, q, qd, t and eigenvalues. */
+void record_put_linear_model(const struct record_linear_model *model, const struct record_writer *writer);
 
 #endif

@@ -5,14 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-static void *allocate(const struct record_algebra *algebra, size_t count, size_t size) {
-    return algebra->memory.get(algebra->memory.context, (count + 1) * size);
-}
-
-static double *allocate_matrix(const struct record_algebra *algebra, int rows, int columns) {
-    return allocate(algebra, (size_t)rows * (size_t)columns, sizeof(double));
-}
-
 /* ---- The linear equations ---- */
 
 /*
@@ -27,12 +19,6 @@ static double *allocate_matrix(const struct record_algebra *algebra, int rows, i
 static const double distance_tol = 1e-6;
 static const double acceleration_tol = 1e-9;
 
-/* d_rows begins with psi_q and psi_qd. Derivatives by t, inputs and parameters, then k and phi follow. */
-static size_t rows_size(const struct refdyn_model *model) {
-    size_t variables = 2 * (size_t)model->n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
-    return 3 * (size_t)model->m * variables;
-}
-
 static void call(const struct record_small_motions *motions, refdyn_function *function, const double *qd,
                  double *out) {
     function(motions->work->p, motions->work->x, motions->t, motions->q, qd, out);
@@ -40,21 +26,22 @@ static void call(const struct record_small_motions *motions, refdyn_function *fu
 
 static double *part_of(const struct record_algebra *algebra, const struct record_linear *linear,
                        const double *whole, int rows, int stride, const int *row_place) {
-    double *part = allocate_matrix(algebra, rows, linear->n);
+    double *part = record_allocate_matrix(algebra, rows, linear->n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < linear->n; j++)
             part[i * linear->n + j] = whole[(row_place ? row_place[i] : i) * stride + linear->place[j]];
     return part;
 }
 
-/* Minimises |Q + u^T lambda| in units of sqrt(M_jj), in which the runtime also measures rows. */
+/* Minimises |force + u^T lambda| in units of sqrt(M_jj), in which the runtime also measures rows; of several
+ * minima, it is the smallest. */
 static int find_multipliers(const struct record_algebra *algebra, const struct record_linear *linear,
-                            const double *Q, double *lambda) {
+                            const double *force, double *lambda) {
     const int n = linear->n, m = linear->m;
-    double *A = allocate_matrix(algebra, n, m), *b = allocate_matrix(algebra, n > m ? n : m, 1);
-    double *size = allocate_matrix(algebra, m, 1);
+    double *A = record_allocate_matrix(algebra, n, m), *b = record_allocate_matrix(algebra, n > m ? n : m, 1);
+    double *size = record_allocate_matrix(algebra, m, 1);
     for (int j = 0; j < n; j++)
-        b[j] = -Q[linear->place[j]] / sqrt(linear->M[j * n + j]);
+        b[j] = -force[j] / sqrt(linear->M[j * n + j]);
     for (int i = 0; i < m; i++)
         for (int j = 0; j < n; j++) {
             A[j * m + i] = linear->u[i * n + j] / sqrt(linear->M[j * n + j]);
@@ -70,27 +57,54 @@ static int find_multipliers(const struct record_algebra *algebra, const struct r
     return REFDYN_OK;
 }
 
-static void find_residual(const struct record_algebra *algebra, struct record_linear *linear, const double *Q,
-                          const double *lambda) {
-    linear->force = allocate_matrix(algebra, linear->n, 1);
-    for (int j = 0; j < linear->n; j++) {
-        linear->force[j] = Q[linear->place[j]];
-        for (int i = 0; i < linear->m; i++)
-            linear->force[j] += linear->u[i * linear->n + j] * lambda[i];
+/* M qdd = f + u^T lambda with u qdd = k for the coordinates that are not held, the others at rest: qdd = N a
+ * + c with u c = k and u N = 0, N^T M N a = N^T (f - M c). */
+static int find_accelerations(const struct record_algebra *algebra, const struct record_linear *linear,
+                              const double *f, const double *k, double *qdd) {
+    const int n = linear->n, m = linear->m;
+    double *minus_k = record_allocate_matrix(algebra, m, 1), *right = record_allocate_matrix(algebra, n, 1);
+    struct record_freedom freedom;
+    for (int i = 0; i < m; i++)
+        minus_k[i] = -k[i];
+    record_find_freedom(&freedom, algebra, linear->u, m, n, minus_k, 1);
+    const int free = n - freedom.rank;
+    memcpy(right, f, (size_t)n * sizeof *right);
+    record_add_product(right, -1, linear->M, freedom.drift, n, n, 1);
+    double *a = record_product_of_columns(algebra, freedom.basis, free, right, 1, n);
+    double *mass = record_product_of_columns(
+        algebra, freedom.basis, free, record_product(algebra, linear->M, freedom.basis, n, n, free), free, n);
+    if (!record_factor(mass, free))
+        return REFDYN_MASS_NOT_POSITIVE;
+    record_solve_factored(mass, free, a, 1);
+    memcpy(qdd, freedom.drift, (size_t)n * sizeof *qdd);
+    record_add_product(qdd, 1, freedom.basis, a, n, free, 1);
+    return REFDYN_OK;
+}
+
+/* Sets force, f - M qdd, then with the multipliers f - M qdd + u^T lambda. */
+static int balance(const struct record_algebra *algebra, struct record_linear *linear, const double *qdd,
+                   double *lambda) {
+    const int n = linear->n, m = linear->m;
+    record_add_product(linear->force, -1, linear->M, qdd, n, n, 1);
+    const int status = m && n ? find_multipliers(algebra, linear, linear->force, lambda) : REFDYN_OK;
+    for (int j = 0; j < n; j++) {
+        for (int i = 0; i < m; i++)
+            linear->force[j] += linear->u[i * n + j] * lambda[i];
         linear->residual = fmax(linear->residual, fabs(linear->force[j]));
     }
+    return status;
 }
 
 static void choose_places(const struct record_algebra *algebra, struct record_linear *linear,
                           const struct refdyn_model *model, const int *held) {
     *linear = (struct record_linear){.m = model->m};
-    linear->place = allocate(algebra, (size_t)model->n, sizeof *linear->place);
-    linear->is_level_q = allocate(algebra, (size_t)linear->m, sizeof *linear->is_level_q);
+    linear->place = record_allocate(algebra, (size_t)model->n, sizeof *linear->place);
+    linear->level = record_allocate(algebra, (size_t)linear->m, sizeof *linear->level);
     for (int j = 0; j < model->n; j++)
         if (!held[j])
             linear->place[linear->n++] = j;
     for (int i = 0; i < linear->m; i++)
-        linear->is_level_q[i] = model->rows[i].level == REFDYN_POSITION;
+        linear->level[i] = model->rows[i].level;
 }
 
 /* Returns REFDYN_NOT_FINITE, with the fault at the first row of K and D, or of psi_q, that is infinite or
@@ -106,26 +120,24 @@ static int check_finite(const struct record_linear *linear, struct refdyn_fault 
     return fault->coordinate < 0 && fault->row < 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 
-/* Computes K, D and psi_q over the free coordinates. rest (2 n + 1 + m): rates, accelerations and power,
- * which are 0, and lambda. */
-static int finish(struct record_small_motions *motions, const struct record_algebra *algebra,
-                  const double *rest) {
+/* Computes the derivatives over the free coordinates. */
+static int finish(struct record_small_motions *motions, const struct record_algebra *algebra) {
     struct record_linear *linear = &motions->linear;
     const struct refdyn_model *model = motions->work->model;
     const int n = linear->n, m = linear->m, all = model->n;
     double *tangent =
-        allocate_matrix(algebra, 1, all + m + 3 * (all + m) * all);   /* f_t g_t G_q G_qd u K D M */
-    double *rows = allocate(algebra, rows_size(model), sizeof *rows); /* psi_q psi_qd ... */
-    call(motions, model->tangent, rest, tangent);
+        record_allocate_matrix(algebra, 1, all + m + 3 * (all + m) * all); /* f_t g_t G_q G_qd u K D M */
+    double *rows =
+        record_allocate_matrix(algebra, 3 * m, 2 * all + model->input_count); /* psi_q psi_qd ... */
+    call(motions, model->tangent, linear->given, tangent);
     if (m)
         call(motions, model->d_rows, motions->qd, rows);
-    const double *K = tangent + all + m * (1 + 3 * all);
+    const double *G = tangent + all + m, *K = G + 3 * m * all;
+    linear->G_q = part_of(algebra, linear, G, m, all, NULL);
+    linear->G_qd = part_of(algebra, linear, G + m * all, m, all, NULL);
     linear->K = part_of(algebra, linear, K, n, all, linear->place);
     linear->D = part_of(algebra, linear, K + all * all, n, all, linear->place);
     linear->psi_q = part_of(algebra, linear, rows, m, all, NULL);
-    for (int i = 0; i < m; i++)
-        if (linear->is_level_q[i])
-            memset(linear->psi_q + i * n, 0, (size_t)n * sizeof(double));
     return check_finite(linear, &motions->work->fault);
 }
 
@@ -139,31 +151,35 @@ static int check_mass(const struct record_linear *linear, struct refdyn_fault *f
     return REFDYN_OK;
 }
 
-/* lambda minimises |Q + u^T lambda|; of several minima, it is the smallest. Returns a status of the runtime.
- */
-static int linearise(struct record_small_motions *motions, const struct record_algebra *algebra) {
+int record_linearise(struct record_small_motions *motions, const struct record_algebra *algebra) {
     struct record_linear *linear = &motions->linear;
     struct refdyn_workspace *work = motions->work;
-    const struct refdyn_model *model = work->model;
-    const int all = model->n;
-    choose_places(algebra, linear, model, motions->held);
+    const int all = work->model->n;
+    choose_places(algebra, linear, work->model, motions->held);
     int status = refdyn_equations(work, motions->t, motions->q, motions->qd);
     if (status != REFDYN_OK)
         return status;
     work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
-    double *Q = allocate_matrix(algebra, all, 1),
-           *rest = allocate_matrix(algebra, 1, 2 * all + 1 + linear->m);
-    double *lambda = rest + 2 * all + 1;
-    call(motions, model->Q, motions->qd, Q);
+    double *qdd = record_allocate_matrix(algebra, linear->n, 1);
+    linear->given = record_allocate_matrix(algebra, 1, 2 * all + 1 + linear->m);
+    memcpy(linear->given, motions->qd, (size_t)all * sizeof *linear->given);
+    linear->force = record_allocate_matrix(algebra, linear->n, 1);
+    for (int j = 0; j < linear->n; j++)
+        linear->force[j] = work->f[linear->place[j]];
     linear->M = part_of(algebra, linear, work->M, linear->n, all, linear->place);
     linear->u = part_of(algebra, linear, work->u, linear->m, all, NULL);
     status = check_mass(linear, &work->fault);
-    if (status == REFDYN_OK && linear->m && linear->n)
-        status = find_multipliers(algebra, linear, Q, lambda);
-    if (status == REFDYN_OK)
-        status = finish(motions, algebra, rest);
-    find_residual(algebra, linear, Q, lambda);
-    return status;
+    if (motions->given) {
+        linear->given = (double *)motions->given;
+    } else if (status == REFDYN_OK) {
+        if (motions->accelerates)
+            status = find_accelerations(algebra, linear, linear->force, work->k, qdd);
+        for (int j = 0; j < linear->n; j++)
+            linear->given[all + linear->place[j]] = qdd[j];
+        if (status == REFDYN_OK)
+            status = balance(algebra, linear, qdd, linear->given + 2 * all + 1);
+    }
+    return status == REFDYN_OK ? finish(motions, algebra) : status;
 }
 
 /* The first coordinate that is out of balance by more than 1e-6 rad or m, and by an acceleration of more than
@@ -183,8 +199,8 @@ static int find_unbalanced(const struct record_linear *linear) {
 int record_find_small_motions(struct record_small_motions *motions, const struct record_algebra *algebra) {
     struct refdyn_workspace *work = motions->work;
     const struct refdyn_model *model = work->model;
-    motions->C = allocate_matrix(algebra, 3 * model->point_count, model->n);
-    int status = linearise(motions, algebra);
+    motions->C = record_allocate_matrix(algebra, 3 * model->point_count, model->n);
+    int status = record_linearise(motions, algebra);
     if (status == REFDYN_OK)
         status = record_find_spectrum(&motions->spectrum, &motions->linear, algebra);
     if (status != REFDYN_OK)
@@ -243,7 +259,7 @@ static void put_shape(const struct record_writer *writer, const struct record_sm
                       const struct record_mode *mode) {
     const struct refdyn_model *model = motions->work->model;
     const int n = model->n;
-    double complex *shape = allocate(motions->spectrum.algebra, (size_t)n, sizeof *shape);
+    double complex *shape = record_allocate(motions->spectrum.algebra, (size_t)n, sizeof *shape);
     for (int j = 0; j < motions->linear.n; j++)
         shape[motions->linear.place[j]] = mode->shape[j];
     put_complex(writer, "shape", shape, n);

@@ -2,7 +2,7 @@
  * Eigenvalues and shapes of small motions, from the linear equations of a model at rest.
  *
  * Coordinates are measured in 1/sqrt(M_jj). With x = Z y for the position rows, x' = N w + G x for all rows
- * (struct freedom), the equations are the pencil
+ * (struct record_freedom), the equations are the pencil
  *     y' = (N w + G Z y)_independent
  *     N^T M N w' = -N^T ((K + (D + M G) G) Z y + (D + M G) N w)
  * or E z' = A z, with a time unit 1/s between those of stiff and soft coordinates. The eigenvalues
@@ -17,120 +17,6 @@
 #include <string.h>
 
 #include "runtime/record/record.h"
-
-static void *allocate(const struct record_algebra *algebra, size_t count, size_t size) {
-    return algebra->memory.get(algebra->memory.context, (count + 1) * size);
-}
-
-static double *allocate_matrix(const struct record_algebra *algebra, int rows, int columns) {
-    return allocate(algebra, (size_t)rows * (size_t)columns, sizeof(double));
-}
-
-/* ---- A basis of the changes that linear rows leave free ---- */
-
-/* For rows R v + B x = 0 (count x n each), v = basis w + drift x, where w are the independent entries of v,
- * by elimination with full pivoting. Coordinates that occur in no row stay separate. So do the digits of soft
- * coordinates next to stiff ones, which an orthonormal basis would mix. */
-struct freedom {
-    const struct record_algebra *algebra;
-    int n, rank, count;
-    int *row;      /* (count) rows: the first `rank` are used, the others redundant */
-    int *column;   /* (n) the first `rank` are dependent, in the order of elimination; then the independent
-                      ones, ascending */
-    double *basis; /* (n x (n - rank)) */
-    double *drift; /* (n x n) */
-};
-
-/* [R B] with each row divided by the largest entry of R in it. A row without such an entry becomes 0. */
-static double *scaled_rows(const struct record_algebra *algebra, const double *R, const double *B, int count,
-                           int n) {
-    double *rows = allocate(algebra, (size_t)count * 2 * (size_t)n, sizeof *rows);
-    for (int i = 0; i < count; i++) {
-        double size = 0;
-        for (int j = 0; j < n; j++)
-            size = fmax(size, fabs(R[i * n + j]));
-        for (int j = 0; j < n && size > 0; j++) {
-            rows[2 * i * n + j] = R[i * n + j] / size;
-            rows[(2 * i + 1) * n + j] = B ? B[i * n + j] / size : 0;
-        }
-    }
-    return rows;
-}
-
-/* Moves the largest entry of the rows and columns from k on to place k; returns its size. */
-static double choose_pivot(struct freedom *freedom, const double *rows, int k) {
-    const int n = freedom->n;
-    double largest = 0;
-    int row = k, column = k;
-    for (int a = k; a < freedom->count; a++)
-        for (int b = k; b < n; b++) {
-            const double size = fabs(rows[2 * freedom->row[a] * n + freedom->column[b]]);
-            if (size > largest) {
-                largest = size;
-                row = a;
-                column = b;
-            }
-        }
-    const int row_k = freedom->row[row], column_k = freedom->column[column];
-    freedom->row[row] = freedom->row[k];
-    freedom->column[column] = freedom->column[k];
-    freedom->row[k] = row_k;
-    freedom->column[k] = column_k;
-    return largest;
-}
-
-static void eliminate(const struct freedom *freedom, double *rows, int k) {
-    const int width = 2 * freedom->n, column = freedom->column[k];
-    double *pivot = rows + freedom->row[k] * width;
-    const double size = pivot[column];
-    for (int j = 0; j < width; j++)
-        pivot[j] /= size;
-    for (int i = 0; i < freedom->count; i++) {
-        double *row = rows + i * width;
-        const double factor = row[column];
-        for (int j = 0; j < width && row != pivot; j++)
-            row[j] -= factor * pivot[j];
-    }
-}
-
-static int ascending(const void *a, const void *b) {
-    return *(const int *)a - *(const int *)b;
-}
-
-static void fill(struct freedom *freedom, const double *rows) {
-    const int n = freedom->n, rank = freedom->rank, left = n - rank;
-    freedom->basis = allocate(freedom->algebra, (size_t)(n * left), sizeof *freedom->basis);
-    freedom->drift = allocate(freedom->algebra, (size_t)(n * n), sizeof *freedom->drift);
-    for (int k = 0; k < rank; k++) {
-        const double *row = rows + 2 * freedom->row[k] * n;
-        for (int b = 0; b < left; b++)
-            freedom->basis[freedom->column[k] * left + b] = -row[freedom->column[rank + b]];
-        for (int j = 0; j < n; j++)
-            freedom->drift[freedom->column[k] * n + j] = -row[n + j];
-    }
-    for (int b = 0; b < left; b++)
-        freedom->basis[freedom->column[rank + b] * left + b] = 1;
-}
-
-/* B may be NULL. */
-static void find_freedom(struct freedom *freedom, const struct record_algebra *algebra, const double *R,
-                         const double *B, int count, int n) {
-    *freedom = (struct freedom){.algebra = algebra, .n = n, .count = count};
-    freedom->row = allocate(algebra, (size_t)count, sizeof *freedom->row);
-    freedom->column = allocate(algebra, (size_t)n, sizeof *freedom->column);
-    double *rows = scaled_rows(algebra, R, B, count, n);
-    for (int i = 0; i < count; i++)
-        freedom->row[i] = i;
-    for (int j = 0; j < n; j++)
-        freedom->column[j] = j;
-    /* the tolerance of the runtime's partition of coordinates */
-    while (freedom->rank < count && freedom->rank < n &&
-           choose_pivot(freedom, rows, freedom->rank) > sqrt(DBL_EPSILON))
-        eliminate(freedom, rows, freedom->rank++);
-    qsort(freedom->column + freedom->rank, (size_t)(n - freedom->rank), sizeof *freedom->column, ascending);
-    qsort(freedom->row + freedom->rank, (size_t)(count - freedom->rank), sizeof *freedom->row, ascending);
-    fill(freedom, rows);
-}
 
 /* ---- Eigenvalues and shapes ---- */
 
@@ -163,7 +49,7 @@ struct pencil {
     int n, position_count, size; /* of x, y, z */
     double *unit;                /* (n) 1/sqrt(M_jj) */
     double *M, *D, *K;           /* (n x n) scaled */
-    struct freedom position, velocity;
+    struct record_freedom position, velocity;
     double scale;                           /* s [1/s] */
     double *A, *E;                          /* (size x size) */
     double *tau_re, *tau_im, *left, *right; /* (size), (size x size): as dgeev returns them */
@@ -171,36 +57,9 @@ struct pencil {
 
 /* ---- The pencil ---- */
 
-/* out (rows x columns) += factor * left (rows x inner) * right (inner x columns) */
-static void add_product(double *out, double factor, const double *left, const double *right, int rows,
-                        int inner, int columns) {
-    for (int i = 0; i < rows; i++)
-        for (int k = 0; k < inner; k++) {
-            const double entry = factor * left[i * inner + k];
-            for (int j = 0; j < columns && entry != 0; j++)
-                out[i * columns + j] += entry * right[k * columns + j];
-        }
-}
-
-static double *product(const struct record_algebra *algebra, const double *left, const double *right,
-                       int rows, int inner, int columns) {
-    double *out = allocate_matrix(algebra, rows, columns);
-    add_product(out, 1, left, right, rows, inner, columns);
-    return out;
-}
-
-/* left^T right, both n rows */
-static double *product_of_columns(const struct record_algebra *algebra, const double *left, int left_columns,
-                                  const double *right, int columns, int n) {
-    double *out = allocate_matrix(algebra, left_columns, columns);
-    for (int i = 0; i < n; i++)
-        add_product(out, 1, left + i * left_columns, right + i * columns, left_columns, 1, columns);
-    return out;
-}
-
 static double *scaled(const struct pencil *pencil, const double *matrix, int rows, bool both) {
     const int n = pencil->n;
-    double *out = allocate_matrix(pencil->algebra, rows, n);
+    double *out = record_allocate_matrix(pencil->algebra, rows, n);
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < n; j++)
             out[i * n + j] = (both ? pencil->unit[i] : 1) * matrix[i * n + j] * pencil->unit[j];
@@ -226,13 +85,15 @@ static void find_freedoms(struct pencil *pencil) {
     const int n = pencil->n;
     double *u = scaled(pencil, linear->u, linear->m, false);
     double *psi_q = scaled(pencil, linear->psi_q, linear->m, false);
-    double *level_q = allocate_matrix(pencil->algebra, linear->m, n);
+    double *level_q = record_allocate_matrix(pencil->algebra, linear->m, n);
     int count = 0;
     for (int i = 0; i < linear->m; i++)
-        if (linear->is_level_q[i])
+        if (linear->level[i] == REFDYN_POSITION) {
             memcpy(level_q + count++ * n, u + i * n, (size_t)n * sizeof *u);
-    find_freedom(&pencil->position, pencil->algebra, level_q, NULL, count, n);
-    find_freedom(&pencil->velocity, pencil->algebra, u, psi_q, linear->m, n);
+            memset(psi_q + i * n, 0, (size_t)n * sizeof *psi_q);
+        }
+    record_find_freedom(&pencil->position, pencil->algebra, level_q, count, n, NULL, 0);
+    record_find_freedom(&pencil->velocity, pencil->algebra, u, linear->m, n, psi_q, n);
     pencil->position_count = n - pencil->position.rank;
     pencil->size = pencil->position_count + n - pencil->velocity.rank;
 }
@@ -255,46 +116,31 @@ static void put_rates(struct pencil *pencil, const double *drift, int rates) {
     }
 }
 
-/* Returns whether a symmetric matrix (n x n) has a Cholesky factor, which overwrites it. */
-static bool is_positive(double *matrix, int n) {
-    for (int j = 0; j < n; j++) {
-        for (int i = j; i < n; i++)
-            for (int k = 0; k < j; k++)
-                matrix[i * n + j] -= matrix[i * n + k] * matrix[j * n + k];
-        if (!(matrix[j * n + j] > 0))
-            return false;
-        const double root = sqrt(matrix[j * n + j]);
-        for (int i = j; i < n; i++)
-            matrix[i * n + j] /= root;
-    }
-    return true;
-}
-
 /* Returns REFDYN_MASS_NOT_POSITIVE if the mass of the free motion has no Cholesky factor. */
 static int put_motion(struct pencil *pencil, const double *drift, int rates) {
     const int n = pencil->n, positions = pencil->position_count;
     const double *N = pencil->velocity.basis, s = pencil->scale;
-    double *damping = product(pencil->algebra, pencil->M, pencil->velocity.drift, n, n, n);
-    double *stiffness = product(pencil->algebra, pencil->K, pencil->position.basis, n, n, positions);
+    double *damping = record_product(pencil->algebra, pencil->M, pencil->velocity.drift, n, n, n);
+    double *stiffness = record_product(pencil->algebra, pencil->K, pencil->position.basis, n, n, positions);
     for (int i = 0; i < n * n; i++)
         damping[i] += pencil->D[i];
-    add_product(stiffness, 1, damping, drift, n, n, positions);
-    double *on_rates = product(pencil->algebra, damping, N, n, n, rates),
-           *mass = product(pencil->algebra, pencil->M, N, n, n, rates);
-    double *mass_part = product_of_columns(pencil->algebra, N, rates, mass, rates, n);
-    double *stiffness_part = product_of_columns(pencil->algebra, N, rates, stiffness, positions, n);
-    double *damping_part = product_of_columns(pencil->algebra, N, rates, on_rates, rates, n);
+    record_add_product(stiffness, 1, damping, drift, n, n, positions);
+    double *on_rates = record_product(pencil->algebra, damping, N, n, n, rates),
+           *mass = record_product(pencil->algebra, pencil->M, N, n, n, rates);
+    double *mass_part = record_product_of_columns(pencil->algebra, N, rates, mass, rates, n);
+    double *stiffness_part = record_product_of_columns(pencil->algebra, N, rates, stiffness, positions, n);
+    double *damping_part = record_product_of_columns(pencil->algebra, N, rates, on_rates, rates, n);
     put_block(pencil, pencil->E, positions, positions, mass_part, rates, rates, 1);
     put_block(pencil, pencil->A, positions, 0, stiffness_part, rates, positions, -1 / (s * s));
     put_block(pencil, pencil->A, positions, positions, damping_part, rates, rates, -1 / s);
-    return is_positive(mass_part, rates) ? REFDYN_OK : REFDYN_MASS_NOT_POSITIVE;
+    return record_factor(mass_part, rates) ? REFDYN_OK : REFDYN_MASS_NOT_POSITIVE;
 }
 
 static int build_pencil(struct pencil *pencil, const struct record_algebra *algebra,
                         const struct record_linear *linear) {
     const int n = linear->n;
     *pencil = (struct pencil){.algebra = algebra, .linear = linear, .n = n};
-    pencil->unit = allocate_matrix(pencil->algebra, n, 1);
+    pencil->unit = record_allocate_matrix(pencil->algebra, n, 1);
     for (int j = 0; j < n; j++)
         pencil->unit[j] = 1 / sqrt(linear->M[j * (n + 1)]);
     pencil->M = scaled(pencil, linear->M, n, true);
@@ -302,10 +148,11 @@ static int build_pencil(struct pencil *pencil, const struct record_algebra *alge
     pencil->K = scaled(pencil, linear->K, n, true);
     choose_scale(pencil);
     find_freedoms(pencil);
-    pencil->A = allocate_matrix(pencil->algebra, pencil->size, pencil->size);
-    pencil->E = allocate_matrix(pencil->algebra, pencil->size, pencil->size);
+    pencil->A = record_allocate_matrix(pencil->algebra, pencil->size, pencil->size);
+    pencil->E = record_allocate_matrix(pencil->algebra, pencil->size, pencil->size);
     const int positions = pencil->position_count, rates = pencil->size - positions;
-    double *drift = product(pencil->algebra, pencil->velocity.drift, pencil->position.basis, n, n, positions);
+    double *drift =
+        record_product(pencil->algebra, pencil->velocity.drift, pencil->position.basis, n, n, positions);
     put_rates(pencil, drift, rates);
     return put_motion(pencil, drift, rates);
 }
@@ -315,11 +162,12 @@ static int build_pencil(struct pencil *pencil, const struct record_algebra *alge
 static int solve_pencil(struct pencil *pencil) {
     const struct record_algebra *algebra = pencil->algebra;
     const int size = pencil->size;
-    double *T = allocate_matrix(algebra, size, size), *shifted = allocate_matrix(algebra, size, size);
-    pencil->tau_re = allocate_matrix(algebra, size, 1);
-    pencil->tau_im = allocate_matrix(algebra, size, 1);
-    pencil->left = allocate_matrix(algebra, size, size);
-    pencil->right = allocate_matrix(algebra, size, size);
+    double *T = record_allocate_matrix(algebra, size, size),
+           *shifted = record_allocate_matrix(algebra, size, size);
+    pencil->tau_re = record_allocate_matrix(algebra, size, 1);
+    pencil->tau_im = record_allocate_matrix(algebra, size, 1);
+    pencil->left = record_allocate_matrix(algebra, size, size);
+    pencil->right = record_allocate_matrix(algebra, size, size);
     for (int i = 0; i < size * size; i++) {
         shifted[i] = pencil->A[i] - pencil->E[i];
         T[i] = pencil->E[i];
@@ -390,7 +238,7 @@ static void normalise(double complex *x, int n) {
 /* x = Z y of vector k, in the model's units. */
 static double complex *shape_of(const struct pencil *pencil, int k) {
     const int positions = pencil->position_count;
-    double complex *x = allocate(pencil->algebra, (size_t)pencil->n, sizeof *x);
+    double complex *x = record_allocate(pencil->algebra, (size_t)pencil->n, sizeof *x);
     for (int i = 0; i < pencil->n; i++) {
         for (int j = 0; j < positions; j++)
             x[i] += pencil->position.basis[i * positions + j] * entry(pencil, pencil->right, j, k);
@@ -457,7 +305,7 @@ static void clear_column(struct resting *resting, int n, int row, int column) {
 
 /* Adds one mode for each pivot coordinate of the vectors, in the order of the coordinates. */
 static void add_resting_modes(struct record_spectrum *spectrum, struct resting *resting, int n) {
-    int *row_of = allocate(spectrum->algebra, (size_t)n, sizeof *row_of), count = 0, row, column;
+    int *row_of = record_allocate(spectrum->algebra, (size_t)n, sizeof *row_of), count = 0, row, column;
     while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
         exchange_rows(resting->vectors + row * n, resting->vectors + count * n, n);
         clear_column(resting, n, count, column);
@@ -467,7 +315,7 @@ static void add_resting_modes(struct record_spectrum *spectrum, struct resting *
         if (!row_of[j])
             continue;
         const double *vector = resting->vectors + (row_of[j] - 1) * n;
-        double complex *x = allocate(spectrum->algebra, (size_t)n, sizeof *x);
+        double complex *x = record_allocate(spectrum->algebra, (size_t)n, sizeof *x);
         for (int i = 0; i < n; i++)
             x[i] = fabs(vector[i]) > zero_tol ? vector[i] : 0;
         normalise(x, n);
@@ -497,7 +345,7 @@ static void sort_modes(struct record_spectrum *spectrum) {
  */
 static void add_real_pair(struct record_spectrum *spectrum, double eigenvalue, const double complex *x,
                           int n) {
-    double complex *parts = allocate(spectrum->algebra, 2 * (size_t)n, sizeof *parts);
+    double complex *parts = record_allocate(spectrum->algebra, 2 * (size_t)n, sizeof *parts);
     double apart = 0;
     for (int j = 0; j < n; j++) {
         parts[j] = creal(x[j]);
@@ -532,8 +380,8 @@ static void add_vector(struct record_spectrum *spectrum, const struct pencil *pe
 
 static void collect(struct record_spectrum *spectrum, const struct pencil *pencil) {
     const int n = pencil->n;
-    struct resting resting = {.vectors = allocate_matrix(pencil->algebra, pencil->size, n)};
-    spectrum->modes = allocate(pencil->algebra, (size_t)pencil->size, sizeof *spectrum->modes);
+    struct resting resting = {.vectors = record_allocate_matrix(pencil->algebra, pencil->size, n)};
+    spectrum->modes = record_allocate(pencil->algebra, (size_t)pencil->size, sizeof *spectrum->modes);
     for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2)
         add_vector(spectrum, pencil, &resting, k);
     add_resting_modes(spectrum, &resting, n);

@@ -15,10 +15,25 @@
 #include <stdio.h>
 #include <unistd.h>
 
-static const struct command *const commands[] = {
-    &gen_command,    &check_command, &compile_command, &eval_command, &statics_command,    &modes_command,
-    &sim_command,    &batch_command, &plot_command,    &view_command, &merge_command,      &import_command,
-    &export_command, &bench_command, &report_command,  &new_command,  &completion_command, NULL};
+static const struct command *const commands[] = {&gen_command,
+                                                 &check_command,
+                                                 &compile_command,
+                                                 &eval_command,
+                                                 &statics_command,
+                                                 &modes_command,
+                                                 &linearise_command,
+                                                 &sim_command,
+                                                 &batch_command,
+                                                 &plot_command,
+                                                 &view_command,
+                                                 &merge_command,
+                                                 &import_command,
+                                                 &export_command,
+                                                 &bench_command,
+                                                 &report_command,
+                                                 &new_command,
+                                                 &completion_command,
+                                                 NULL};
 
 /* A closed standard descriptor would become the descriptor of the next file, and messages would go into that
  * file. This function occupies it, in a mode in which its use still fails. */

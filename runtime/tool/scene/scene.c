@@ -221,7 +221,7 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
     if (needs_statics_tangent(model, needs, values))
         needs |= NEEDS_TANGENT;
     return format_text(
-        "%s%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+        "%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k,constrained" : "",
         scene->state.qdd && !model->printed_form ? ",inverse" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
@@ -232,8 +232,12 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
         : needs & NEEDS_LINEAR   ? ",tangent"
                                  : ",implicit",
         needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "",
-        needs & NEEDS_LINEAR && rows ? ",d_rows" : "", needs & NEEDS_LINEAR && points ? ",C" : "",
-        needs & NEEDS_POINT_RATES && has_angular_points(model) ? ",J,Jd_qd" : "");
+        needs & NEEDS_LINEAR && rows ? ",d_rows.q,d_rows.qd,d_rows.x" : "",
+        needs & NEEDS_LINEAR && points ? ",C" : "",
+        needs & NEEDS_POINT_RATES && has_angular_points(model) ? ",J,Jd_qd" : "",
+        needs & NEEDS_OUTPUTS && points ? ",d_points.q,d_points.qd" : "",
+        needs & NEEDS_OUTPUTS && model->course_count ? ",d_course.q,d_course.qd,d_course.x" : "",
+        needs & NEEDS_OUTPUTS && model->input_count ? ",tangent_x" : "");
 }
 
 /* Named events end steps within lanes, which do not check for them. Models with such events compute single
@@ -365,16 +369,17 @@ static enum status make_ready(struct scene *scene, const struct options *options
     return STATUS_DONE;
 }
 
+enum status scene_refuse(struct scene *scene, const struct row *row, const char *fact) {
+    message_error(&scene->generation.messages, row->place, "%s: %s", row->name, fact);
+    print_messages(scene);
+    return STATUS_FAULT;
+}
+
 enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact) {
-    struct generation *generation = &scene->generation;
-    for (int i = 0; i < generation->model.row_count; i++) {
-        const struct row *row = &generation->model.rows[i];
-        if (!wrong(row))
-            continue;
-        message_error(&generation->messages, row->place, "%s: %s", row->name, fact);
-        print_messages(scene);
-        return STATUS_FAULT;
-    }
+    const struct model *model = &scene->generation.model;
+    for (int i = 0; i < model->row_count; i++)
+        if (wrong(&model->rows[i]))
+            return scene_refuse(scene, &model->rows[i], fact);
     return STATUS_DONE;
 }
 

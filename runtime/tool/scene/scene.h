@@ -93,6 +93,7 @@ enum {
         1024, /* with NEEDS_STATICS: the cases may give the values that rows read from the start */
     NEEDS_OPTIMISED = 2048, /* the optimised library from the start: COMPILE_OPTIMISED */
     NEEDS_ONCE = 4096,      /* a few calls: COMPILE_ONCE */
+    NEEDS_OUTPUTS = 8192,   /* derivatives of points and courses, and of the motion by inputs */
     NEEDS_RESULT = 256      /* the files of -o and --summary, opened before the computation */
 };
 
@@ -129,6 +130,8 @@ enum { REFUSED_LENGTH = 400 };
  * as "FILE:LINE: what is wrong", into text. Returns text. */
 const char *scene_refused_fact(const struct scene *scene, const struct refdyn_workspace *work,
                                char text[static REFUSED_LENGTH]);
+/* Reports `fact` about a row, with its place; returns STATUS_FAULT. */
+enum status scene_refuse(struct scene *scene, const struct row *row, const char *fact);
 /* Reports the first row that is `wrong`, with `fact`; returns STATUS_DONE if there is none. */
 enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact);
 /* Prints the messages of a step of the generator and returns the exit status. */

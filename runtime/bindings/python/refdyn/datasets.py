@@ -108,6 +108,17 @@ def of_modes(model: Model, result: Mapping[str, Any], attrs: Mapping[str, Any]) 
     return dataset(data, coords, attrs={**attrs, **plain({key: result[key] for key in keys})})
 
 
+def of_linear_model(model: Model, result: Mapping[str, Any], attrs: Mapping[str, Any]) -> xarray.Dataset:
+    sizes = {"state": len(result["states"]), "of_state": len(result["states"]), "input": len(result["inputs"]), "output": len(result["outputs"])}
+    dims = {"A": ("state", "of_state"), "B": ("state", "input"), "C": ("output", "of_state"), "D": ("output", "input"), "rate": ("state",)}
+    data = {name: variable(axes, np.array(result[name], dtype=float).reshape([sizes[axis] for axis in axes])) for name, axes in dims.items()}
+    data["eigenvalue"] = variable(("mode",), np.array([complex(*pair) for pair in result["eigenvalues"]]), "1/s")
+    data["q"] = variable(("coordinate",), np.array(result["q"], dtype=float))
+    data["qd"] = variable(("coordinate",), np.array(result["qd"], dtype=float))
+    coords = {"state": result["states"], "of_state": result["states"], "input": result["inputs"], "output": result["outputs"], "coordinate": list(model.coordinates)}
+    return dataset(data, coords, attrs={**attrs, **plain({key: result[key] for key in ("at", "t", "held")})})
+
+
 # ---- Motions ----
 
 def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, Any], is_dataset: bool) -> Any:

@@ -296,6 +296,30 @@ class Model:
             printed = self._run("modes", given, {**values, **constants} if is_found else values)
         return datasets.of_modes(self, json.loads(printed), datasets.attributes(self, values, inputs))
 
+    def linearise(self, at: str = "statics", *, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
+                  inputs: Mapping[str, float] | None = None, parameters: Mapping[str, float] | None = None, hold: str | Sequence[str] | None = None,
+                  move_held: bool = False, release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
+        """Computes the linear model s' = A s + B x + rate, y = C s + D x about the equilibrium, the initial state or q, qd.
+
+        s are the independent coordinates, then the independent rates; x the inputs; y the points with rates and accelerations,
+        then the courses. The rows act without stabilisation.
+
+        hold       coordinates that do not move; default: `arm.held`
+        move_held  held coordinates move, while the forces that hold them stay as they are
+        release    rows that do not act in the equilibrium; `way` as in `arm.statics`
+        """
+        if not isinstance(at, (str, os.PathLike)):
+            raise TypeError(f"at: {type(at).__name__}; must be a name or a file; give a state as q=")
+        check_place("at", at, [])
+        values, constants = self._values("parameter", parameters), self._values("input", inputs)
+        is_found = q is None and qd is None and at == "statics"
+        if is_found and t is not None:
+            raise ValueError("t: the equilibrium is computed at t = 0; add q or at=\"initial\" for another time")
+        with self._state_file(q, qd, t, {} if is_found else constants) as state:
+            given = {"at": state or at, "hold": listed(hold), "move_held": move_held, "release": listed(release), "way": way}
+            printed = self._run("linearise", given, {**values, **constants} if is_found else values)
+        return datasets.of_linear_model(self, json.loads(printed), datasets.attributes(self, values, inputs))
+
     def simulate(self, t_end: float, tol: float | None = None, *, method: str | None = None, step: float | None = None, every: float | None = None,
                  from_: str = "initial", q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
                  inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, float] | None = None,

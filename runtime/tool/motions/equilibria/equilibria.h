@@ -15,7 +15,7 @@ enum status equilibria_choose_options(const struct scene *scene, const struct op
                                       const int *is_given, struct refdyn_statics_options *statics);
 /* The options of equilibria. */
 extern const struct option_rule equilibria_rules[];
-extern const struct command statics_command, modes_command;
+extern const struct command statics_command, modes_command, linearise_command;
 /* Reports options of statics that are given without an equilibrium to compute; `place` is the option they
  * need, such as "--from statics". */
 enum status equilibria_refuse_options(const struct options *options, const char *place);
@@ -31,6 +31,14 @@ struct equilibrium {
 
 enum status equilibria_find(struct scene *scene, const struct options *options,
                             struct equilibrium *equilibrium);
+/* The state of --at: "statics" (default), "initial" or the path of a STATE.json. */
+const char *equilibria_place(const struct options *options);
+/* Sets q and qd from that state, the rates of an equilibrium being 0, and marks the coordinates to hold in
+ * held (n). Reports failures. */
+enum status equilibria_choose_state(struct scene *scene, const struct options *options, const char *at,
+                                    int *held);
+/* Linear algebra by LAPACK, with memory of the program. */
+extern const struct record_algebra equilibria_algebra;
 /* "stable", "neutral in 1 direction", "unstable in 2 directions". */
 const char *equilibria_stability_text(const struct refdyn_statics_result *result);
 

@@ -1,6 +1,5 @@
 /* `refdyn modes`: computes frequencies, damping ratios and shapes of small motions about a state at rest;
  * prints JSON and a table. */
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,41 +9,6 @@
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
 
-/* ---- Linear algebra by LAPACK ---- */
-
-static void *allocate(void *arena, size_t size) {
-    return memory_get(arena, size);
-}
-
-static bool solve(void *context, int size, const double *matrix, bool is_transposed, double *columns) {
-    double *factor = format_allocate_matrix(size, size);
-    lapack_int *pivots = format_allocate((size_t)size, sizeof *pivots);
-    (void)context;
-    memcpy(factor, matrix, (size_t)size * (size_t)size * sizeof *factor);
-    lapack_int info = LAPACKE_dgetrf(LAPACK_ROW_MAJOR, size, size, factor, size, pivots);
-    if (info == 0)
-        info = LAPACKE_dgetrs(LAPACK_ROW_MAJOR, is_transposed ? 'T' : 'N', size, size, factor, size, pivots,
-                              columns, size);
-    return info == 0;
-}
-
-static bool find_eigenvalues(void *context, int size, double *T, double *re, double *im, double *left,
-                             double *right) {
-    (void)context;
-    return LAPACKE_dgeev(LAPACK_ROW_MAJOR, 'V', 'V', size, T, size, re, im, left, size, right, size) == 0;
-}
-
-static bool solve_least_squares(void *context, int rows, int columns, double *A, double *b, double tol,
-                                double *x) {
-    double *singular = format_allocate_matrix(rows > columns ? rows : columns, 1);
-    lapack_int rank;
-    (void)context;
-    const lapack_int info =
-        LAPACKE_dgelsd(LAPACK_ROW_MAJOR, rows, columns, 1, A, columns, b, 1, singular, tol, &rank);
-    memcpy(x, b, (size_t)columns * sizeof *x);
-    return info == 0;
-}
-
 /* ---- The command ---- */
 
 struct analysis {
@@ -52,13 +16,8 @@ struct analysis {
     const char *at;
     int *held; /* (n) */
     int count; /* modes to print */
-    struct record_algebra algebra;
     struct record_small_motions motions;
 };
-
-static const char *place_of(const struct options *options) {
-    return options_text(options, "at") ? options_text(options, "at") : "statics";
-}
 
 /* Such a row would need derivatives of its right side v. */
 static bool is_in_accelerations(const struct row *row) {
@@ -74,33 +33,15 @@ static enum status check(struct scene *scene) {
                             "is a row in accelerations; modes needs rows of positions or velocities");
 }
 
-static void warn_of_rates(const struct scene *scene, const char *path) {
-    for (int i = 0; scene->state.qd && i < scene->model->n; i++) {
-        if (scene->state.qd[i] == 0)
-            continue;
+static void stop(struct scene *scene, const char *path) {
+    bool moves = false;
+    for (int i = 0; i < scene->model->n; i++)
+        moves |= scene->qd[i] != 0;
+    if (moves && path)
         fprintf(stderr, "%s: warning: qd: modes are small motions about rest; all rates are set to 0\n",
                 path);
-        return;
-    }
-}
-
-/* Sets q from --at, qd = 0, and the parameters of a motion that starts there. */
-static enum status place(struct analysis *analysis, const struct options *options) {
-    struct scene *scene = analysis->scene;
-    enum status status = STATUS_DONE;
-    if (strcmp(analysis->at, "statics") == 0) {
-        struct equilibrium equilibrium;
-        status = equilibria_find(scene, options, &equilibrium);
-        analysis->held = equilibrium.held;
-    } else {
-        status = equilibria_refuse_options(options, "--at statics");
-        if (status == STATUS_DONE)
-            status = equilibria_choose_held(scene, options, analysis->held);
-    }
-    warn_of_rates(scene, options_text(options, "at"));
     memset(scene->qd, 0, (size_t)scene->model->n * sizeof *scene->qd);
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
-    return status;
 }
 
 static void print_table(const struct analysis *analysis) {
@@ -137,13 +78,9 @@ static enum status print_analysis(const struct analysis *analysis) {
 static int compute(struct analysis *analysis, const struct options *options) {
     const double modes = options_number(options, "modes");
     struct scene *scene = analysis->scene;
-    analysis->algebra = (struct record_algebra){.memory = {allocate, &format_memory},
-                                                .solve = solve,
-                                                .eigen = find_eigenvalues,
-                                                .least_squares = solve_least_squares};
     analysis->motions = (struct record_small_motions){
         .work = &scene->work, .t = scene->state.t, .q = scene->q, .qd = scene->qd, .held = analysis->held};
-    const int result = record_find_small_motions(&analysis->motions, &analysis->algebra);
+    const int result = record_find_small_motions(&analysis->motions, &equilibria_algebra);
     analysis->count = analysis->motions.spectrum.count;
     if (modes > 0 && modes < analysis->count)
         analysis->count = (int)modes;
@@ -152,11 +89,13 @@ static int compute(struct analysis *analysis, const struct options *options) {
 
 static enum status analyse(struct scene *scene, const struct options *options) {
     const size_t n = (size_t)scene->model->n;
-    struct analysis analysis = {.scene = scene, .at = place_of(options)};
+    struct analysis analysis = {.scene = scene, .at = equilibria_place(options)};
     analysis.held = format_allocate(n, sizeof *analysis.held);
     enum status status = check(scene);
     if (status == STATUS_DONE)
-        status = place(&analysis, options);
+        status = equilibria_choose_state(scene, options, analysis.at, analysis.held);
+    if (status == STATUS_DONE)
+        stop(scene, options_state_path(analysis.at));
     int result = status == STATUS_DONE ? compute(&analysis, options) : REFDYN_OK;
     if (result != REFDYN_OK)
         status = scene_numbers_failed(scene, result, scene->state.t, scene->q, NULL);

@@ -15,7 +15,8 @@ static const char *const way_words[] = {
 
 const struct option_rule equilibria_rules[] = {
     {"hold", "a,b", OPTION_FREEING_LIST,
-     "coordinates held in statics and modes, instead of the model's ('' frees all)", NULL, NULL},
+     "coordinates held in statics, modes and linear models, instead of the model's ('' frees all)", NULL,
+     NULL},
     {"release", "a,b", OPTION_LIST, "constraint rows that do not hold in statics", NULL, NULL},
     {"way", "HOW", OPTION_TEXT,
      "how statics finds the equilibrium: load (default) raises the load and jumps where it cannot be "
@@ -193,6 +194,24 @@ enum status equilibria_find(struct scene *scene, const struct options *options,
     if (status == STATUS_DONE)
         status = equilibria_choose_options(scene, options, NULL, &equilibrium->options);
     return status == STATUS_DONE ? solve(scene, equilibrium) : status;
+}
+
+const char *equilibria_place(const struct options *options) {
+    return options_text(options, "at") ? options_text(options, "at") : "statics";
+}
+
+enum status equilibria_choose_state(struct scene *scene, const struct options *options, const char *at,
+                                    int *held) {
+    struct equilibrium equilibrium;
+    enum status status;
+    if (strcmp(at, "statics") != 0) {
+        status = equilibria_refuse_options(options, "--at statics");
+        return status == STATUS_DONE ? equilibria_choose_held(scene, options, held) : status;
+    }
+    status = equilibria_find(scene, options, &equilibrium);
+    if (status == STATUS_DONE)
+        memcpy(held, equilibrium.held, (size_t)scene->model->n * sizeof *held);
+    return status;
 }
 
 /* ---- The command ---- */
