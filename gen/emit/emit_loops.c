@@ -10,22 +10,8 @@ struct printer {
     const char *local; /* precedes the names of local arrays */
 };
 
-const char *emit_array_text(struct emission *x, const struct function *function, int array,
-                            const char *local) {
-    const bool is_result = array < function->array_count;
-    const char *before = !is_result ? local : plan_is_struct_result(function) ? "out->" : "";
-    return memory_format(x->plan->memory, "%s%s", before, function->arrays[array].name);
-}
-
 static const char *name(const struct printer *p, int array) {
     return emit_array_text(p->x, p->function, array, p->local);
-}
-
-void emit_local_table(struct text *text, const char *type, const char *title, const int *values, int count) {
-    text_add(text, "        static const %s %s[%d] = {", type, title, count);
-    for (int i = 0; i < count; i++)
-        text_add(text, "%s%d", !i ? "" : i % 24 ? ", " : ",\n            ", values[i]);
-    text_add(text, "};\n");
 }
 
 static void put_flags(const struct printer *p, const char *title, const bool *flags, int count) {

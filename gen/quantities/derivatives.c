@@ -2,10 +2,11 @@
  * Quantities that are exact derivatives, emitted on request, by q, qd, t, inputs and parameters.
  *
  * Input: the motion at given qdd, and the forces of model and rows (tangent.h). Output: functions with one
- * part for each kind of variable. Entries by q and qd are computed by loops (tangent_quantities.c,
+ * part for each kind of variable. Entries by q and qd are computed by loops (tangent_loops.c,
  * acceleration_sweeps.c), the others by one forward sweep. Theory, sect. 7.7 and 7.8.
  */
 #include "gen/quantities/quantities.h"
+#include "runtime/core/linear/chain_cost.h"
 #include "gen/dynamics/dynamics.h"
 
 #include <string.h>
@@ -176,7 +177,8 @@ static struct builder start(struct derivation *d, struct function *f, bool has_r
     return b;
 }
 
-struct builder derivatives_start_given(struct derivation *d, struct function *f, enum given given) {
+/* Starts at accelerations, and multipliers of rows, that the caller provides. */
+static struct builder start_given(struct derivation *d, struct function *f, enum given given) {
     struct builder b = open_builder(d, f, given == GIVEN_MOTION && d->m > 0);
     expression *accelerations = derivation_new_values(d, d->frames);
     for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
@@ -226,7 +228,8 @@ static struct terms motion_terms(const struct builder *b) {
     return terms;
 }
 
-void derivatives_add_given_results(struct builder *b) {
+/* Adds what both forms of the tangent share: derivatives by time, and the rows. */
+static void add_given_results(struct builder *b) {
     struct derivation *d = b->d;
     const int n = d->n, m = d->m;
     const struct parts parts = parts_of(d);
@@ -248,9 +251,47 @@ void derivatives_add_given_results(struct builder *b) {
     spread_u(d, b->f, u);
 }
 
+/* ---- The tangent ---- */
+
+void quantity_tangent(struct derivation *d, struct function *f) {
+    const int n = d->n;
+    struct builder b = start_given(d, f, GIVEN_MOTION);
+    add_given_results(&b);
+    const int K = derivation_add_array(
+        d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at given qdd, lambda", n * n, n);
+    const int D = derivation_add_array(d, f, "D", "(n x n) the same by qd", n * n, n);
+    const int M = derivation_add_array(d, f, "M", "(n x n) mass matrix", n * n, n);
+    tangent_add_loops(&b, &(struct targets){K, D, M, true, -1});
+    pair_loops_drop_unread(d->memory, f);
+}
+
+void quantity_tangent_vectors(struct derivation *d, struct function *f) {
+    const int n = d->n;
+    struct builder b = start_given(d, f, GIVEN_MOTION);
+    add_given_results(&b);
+    const int stiffness =
+        derivation_add_array(d, f, "stiffness", "(n) diagonal of K in addition to the vectors", n, 0);
+    const int damping =
+        derivation_add_array(d, f, "damping", "(n) diagonal of D in addition to the vectors", n, 0);
+    force_derivatives_set_own_derivatives(&b, -1, stiffness, damping);
+    b.shifts = kinematics_ground_shifts(&d->kinematics);
+    b.arrays = pair_loops_open_results(d->plan, &d->kinematics, f);
+    tangent_add_joint_vectors(&b);
+    d->plan->coupling_count = force_derivatives_add_couplings(&b, -1);
+}
+
+bool tangent_prefers_vectors(struct derivation *d) {
+    if (derivation_has_massless_joint(d))
+        return false;
+    struct function scratch = {.quantity = "", .about = ""};
+    struct builder b = start_given(d, &scratch, GIVEN_MOTION);
+    const int couplings = force_derivatives_add_couplings(&b, -1);
+    return refdyn_chain_pays(d->n, d->m, couplings, tangent_is_planar(&b));
+}
+
 void quantity_tangent_x(struct derivation *d, struct function *f) {
     const int inputs = d->model->input_count;
-    struct builder b = derivatives_start_given(d, f, GIVEN_MOTION);
+    struct builder b = start_given(d, f, GIVEN_MOTION);
     const struct parts parts = parts_of(d);
     struct terms terms = motion_terms(&b);
     differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_X] = inputs});
@@ -491,14 +532,14 @@ void quantity_d_force(struct derivation *d, struct function *f) {
 /* ---- Inverse dynamics ---- */
 
 void quantity_inverse(struct derivation *d, struct function *f) {
-    const struct builder b = derivatives_start_given(d, f, GIVEN_ACCELERATIONS);
+    const struct builder b = start_given(d, f, GIVEN_ACCELERATIONS);
     const int tau = derivation_add_array(d, f, "tau", "(n) M qdd - h - Q [N, N m]", d->n, 0);
     derivation_spread(d, f, tau, 0, 1, required_forces(&b));
 }
 
 void quantity_d_inverse(struct derivation *d, struct function *f) {
     int widths[BLOCK_COUNT], arrays[BLOCK_COUNT];
-    struct builder b = derivatives_start_given(d, f, GIVEN_ACCELERATIONS);
+    struct builder b = start_given(d, f, GIVEN_ACCELERATIONS);
     struct terms terms = {.values = (expression *)required_forces(&b), .count = d->frames};
     struct targets targets = {.mass = NOTHING, .sign = -1};
     derivatives_open_blocks(d, &terms, widths);

@@ -255,12 +255,12 @@ void force_derivatives_add_loops(struct builder *b, const struct targets *target
 void force_derivatives_add_product(struct builder *b, int target, int left, int right, double factor,
                                    const char *about);
 
-/* Starts at accelerations, and multipliers of rows, that the caller provides. */
-struct builder derivatives_start_given(struct derivation *d, struct function *f, enum given given);
-/* Adds what both forms of the tangent share: derivatives by time, and the rows. */
-void derivatives_add_given_results(struct builder *b);
 /* Adds all loops and straight-line entries of M qdd - h - Q by q and qd, and of M. */
 void tangent_add_loops(struct builder *b, const struct targets *targets);
+/* Adds the arrays of `tangent_vectors`, once b->arrays are open. */
+void tangent_add_joint_vectors(struct builder *b);
+/* Returns whether all joints turn about one axis of the ground or slide perpendicular to it. */
+bool tangent_is_planar(const struct builder *b);
 
 /* ---- Derivatives of accelerations in sweeps over chains: theory, sect. 7.7 ---- */
 

@@ -1,12 +1,11 @@
 /*
- * The tangent of the motion equations, as matrices and as vectors of joints.
+ * The loops and the vectors of joints of the tangent of the motion equations.
  *
- * Input: the motion at given qdd, and the forces of model and rows (tangent.h). Output: functions whose n^2
- * entries are computed by loops (plan.h): products of vectors of two coordinates, and products of arrays for
- * forces that depend on the state. Theory, sect. 7.4 to 7.6.
+ * Input: the motion at given qdd, and the forces of model and rows (tangent.h). Output: n^2 entries that
+ * loops compute (plan.h): products of vectors of two coordinates, and products of arrays for forces that
+ * depend on the state; or the vectors themselves. Theory, sect. 7.4 to 7.6.
  */
 #include "gen/quantities/quantities.h"
-#include "runtime/core/linear/chain_cost.h"
 #include "refdyn_model.h"
 #include "gen/dynamics/dynamics.h"
 
@@ -161,21 +160,7 @@ void tangent_add_loops(struct builder *b, const struct targets *targets) {
     force_derivatives_add_loops(b, targets);
 }
 
-/* ---- As matrices ---- */
-
-void quantity_tangent(struct derivation *d, struct function *f) {
-    const int n = d->n;
-    struct builder b = derivatives_start_given(d, f, GIVEN_MOTION);
-    derivatives_add_given_results(&b);
-    const int K = derivation_add_array(
-        d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at given qdd, lambda", n * n, n);
-    const int D = derivation_add_array(d, f, "D", "(n x n) the same by qd", n * n, n);
-    const int M = derivation_add_array(d, f, "M", "(n x n) mass matrix", n * n, n);
-    tangent_add_loops(&b, &(struct targets){K, D, M, true, -1});
-    pair_loops_drop_unread(d->memory, f);
-}
-
-/* ---- The tangent as vectors of joints, which runtime/core/linear multiplies and eliminates in O(n) ---- */
+/* ---- As vectors of joints, which runtime/core/linear multiplies and eliminates in O(n) ---- */
 
 /* The vectors of the joints that turn, or of those that slide; zero for the others. */
 static struct vector *of_joints(const struct builder *b, bool is_revolute, size_t offset) {
@@ -187,7 +172,7 @@ static struct vector *of_joints(const struct builder *b, bool is_revolute, size_
     return list;
 }
 
-static void add_joint_vectors(struct builder *b) {
+void tangent_add_joint_vectors(struct builder *b) {
     static const size_t axes[] = {offsetof(struct given_frame_rates, axis),
                                   offsetof(struct given_frame_rates, axis_rate),
                                   offsetof(struct given_frame_rates, axis_rate2)};
@@ -227,23 +212,7 @@ static void add_joint_vectors(struct builder *b) {
     b->d->plan->vector_places = places;
 }
 
-void quantity_tangent_vectors(struct derivation *d, struct function *f) {
-    const int n = d->n;
-    struct builder b = derivatives_start_given(d, f, GIVEN_MOTION);
-    derivatives_add_given_results(&b);
-    const int stiffness =
-        derivation_add_array(d, f, "stiffness", "(n) diagonal of K in addition to the vectors", n, 0);
-    const int damping =
-        derivation_add_array(d, f, "damping", "(n) diagonal of D in addition to the vectors", n, 0);
-    force_derivatives_set_own_derivatives(&b, -1, stiffness, damping);
-    b.shifts = kinematics_ground_shifts(&d->kinematics);
-    b.arrays = pair_loops_open_results(d->plan, &d->kinematics, f);
-    add_joint_vectors(&b);
-    d->plan->coupling_count = force_derivatives_add_couplings(&b, -1);
-}
-
-/* Returns whether all joints turn about one axis of the ground or slide perpendicular to it. */
-static bool is_planar(const struct builder *b) {
+bool tangent_is_planar(const struct builder *b) {
     const struct vector *turns = of_joints(b, true, offsetof(struct given_frame_rates, axis));
     const struct vector *slides = of_joints(b, false, offsetof(struct given_frame_rates, axis));
     for (int axis = 0; axis < 3; axis++) {
@@ -255,13 +224,4 @@ static bool is_planar(const struct builder *b) {
             return true;
     }
     return false;
-}
-
-bool tangent_prefers_vectors(struct derivation *d) {
-    if (derivation_has_massless_joint(d))
-        return false;
-    struct function scratch = {.quantity = "", .about = ""};
-    struct builder b = derivatives_start_given(d, &scratch, GIVEN_MOTION);
-    const int couplings = force_derivatives_add_couplings(&b, -1);
-    return refdyn_chain_pays(d->n, d->m, couplings, is_planar(&b));
 }
