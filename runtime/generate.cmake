@@ -1,7 +1,8 @@
-# refdyn_generate(TARGET MODEL.lua [SET NAME=VALUE ...] [EMIT QUANTITY ...] [LANES] [FOLD] [ACCELERATIONS HOW] [LOOPS WHEN])
+# refdyn_generate(TARGET MODEL.lua [SET NAME=VALUE ...] [EMIT QUANTITY ...] [LANES] [FOLD] [ACCELERATIONS HOW] [LOOPS WHEN]
+#                 [REAL TYPE] [NAME NAME])
 #
 # Takes a model; adds its C to TARGET, a program or library of the project, which is made as a library where it is not
-# there yet, and links refdyn::runtime to it (with LANES refdyn::batch, too). Words are those of `refdyn gen`; LANES
+# there yet, and links refdyn::runtime to it (with LANES refdyn::batch, too; with REAL float nothing). Words are those of `refdyn gen`; LANES
 # compiles NAME_lanes.c for 2, 4 and 8 motions. TARGET and who links it include NAME.h, the model's. The C is written
 # when the project is configured, since the model decides which files there are; a change of the model or of a file
 # that it requires configures anew, and leaves files as they are whose text stays the same.
@@ -119,7 +120,7 @@ function(_refdyn_check_names target folder)
         foreach(name IN LISTS names)
             if(EXISTS ${other}/${name})
                 message(FATAL_ERROR "refdyn_generate(${target}): two models of one name write ${name}; "
-                                    "each model of a target needs its own name")
+                                    "each model of a target needs its own name, for instance by NAME")
             endif()
         endforeach()
     endforeach()
@@ -127,12 +128,14 @@ endfunction()
 
 # The words of `refdyn gen` for what refdyn_generate was given.
 macro(_refdyn_take_arguments)
-    cmake_parse_arguments(PARSE_ARGV 2 given "LANES;FOLD" "ACCELERATIONS;LOOPS" "SET;EMIT")
-    if(DEFINED given_UNPARSED_ARGUMENTS OR DEFINED given_KEYWORDS_MISSING_VALUES)
-        list(JOIN given_UNPARSED_ARGUMENTS " " unknown)
-        list(JOIN given_KEYWORDS_MISSING_VALUES " " empty)
-        message(FATAL_ERROR "refdyn_generate(${target}): what is not known: '${unknown}', what has no value: '${empty}'; "
-                            "known are SET NAME=VALUE ..., EMIT QUANTITY ..., LANES, FOLD, ACCELERATIONS HOW, LOOPS WHEN")
+    cmake_parse_arguments(PARSE_ARGV 2 given "LANES;FOLD" "ACCELERATIONS;LOOPS;REAL;NAME" "SET;EMIT")
+    if(DEFINED given_KEYWORDS_MISSING_VALUES)
+        list(JOIN given_KEYWORDS_MISSING_VALUES ", " words)
+        message(FATAL_ERROR "refdyn_generate(${target}): ${words}: the value is missing")
+    elseif(DEFINED given_UNPARSED_ARGUMENTS)
+        list(JOIN given_UNPARSED_ARGUMENTS ", " words)
+        message(FATAL_ERROR "refdyn_generate(${target}): ${words}: unknown; known are SET NAME=VALUE ..., EMIT QUANTITY ..., "
+                            "LANES, FOLD, ACCELERATIONS HOW, LOOPS WHEN, REAL TYPE, NAME NAME")
     endif()
     set(words)
     foreach(setting IN LISTS given_SET)
@@ -153,6 +156,12 @@ macro(_refdyn_take_arguments)
     endif()
     if(given_LOOPS)
         list(APPEND words --loops ${given_LOOPS})
+    endif()
+    if(given_NAME)
+        list(APPEND words --name ${given_NAME})
+    endif()
+    if(given_REAL)
+        list(APPEND words --real ${given_REAL})
     endif()
 endmacro()
 
@@ -189,6 +198,12 @@ function(_refdyn_write target model folder)
 endfunction()
 
 function(refdyn_generate target model)
+    foreach(place RANGE 1 ${ARGC})
+        math(EXPR index "${place} - 1")
+        if("${ARGV${index}}" STREQUAL "")
+            message(FATAL_ERROR "refdyn_generate(${target}): argument ${place} is an empty text; does a variable have no value?")
+        endif()
+    endforeach()
     _refdyn_take_arguments()
     if(NOT CMAKE_C_COMPILER_LOADED)
         message(FATAL_ERROR "refdyn_generate(${target}): the project has to enable C: project(... LANGUAGES C ...)")
@@ -208,7 +223,9 @@ function(refdyn_generate target model)
         list(REMOVE_ITEM emitted ${of_lanes})
     endif()
     _refdyn_add_sources(${target} ${folder} ${emitted})
-    _refdyn_link(${target} refdyn::runtime)
+    if(NOT "${given_REAL}" STREQUAL "float")
+        _refdyn_link(${target} refdyn::runtime)
+    endif()
     if(given_LANES)
         _refdyn_add_lanes(${target} ${folder} ${of_lanes})
     endif()

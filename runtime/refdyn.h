@@ -65,7 +65,7 @@ enum refdyn_status {
                                        integrator.cause */
     REFDYN_TANGENT_SINGULAR = -2, /**< statics: nothing holds fault.coordinate */
     REFDYN_BAD_OPTION = -3,       /**< an option is out of range; refdyn_options_validate says which */
-    REFDYN_BAD_MEMORY = -4,       /**< memory is NULL, misaligned or too small */
+    REFDYN_BAD_MEMORY = -4,       /**< memory is NULL or misaligned, or an initialisation has failed */
     REFDYN_FUNCTION_MISSING = -5, /**< the model lacks an emitted function that this call needs */
     REFDYN_TOO_MANY_STEPS = -6,   /**< options.step_limit reached */
     REFDYN_UNKNOWN_NAME = -7,     /**< no value has this name, or no emitted function reads it */
@@ -84,8 +84,13 @@ enum refdyn_status {
                                       jumped; fault.row is the contact */
     REFDYN_CONTACT_DRIVEN = -17, /**< the programme closes a contact that is closed already; fault.row */
     REFDYN_CONTACTS_UNMET =
-        -18,             /**< no impulses or forces keep all closed contacts from closing; fault.row */
-    REFDYN_REFUSED = -19 /**< the model refuses a parameter value, such as a negative mass; work->refused */
+        -18,              /**< no impulses or forces keep all closed contacts from closing; fault.row */
+    REFDYN_REFUSED = -19, /**< the model refuses a parameter value, such as a negative mass; work->refused */
+    REFDYN_NOT_STARTED = -20, /**< refdyn_integrator_init or refdyn_integrator_start has failed, or was not
+                                   called */
+    REFDYN_BAD_TIME =
+        -21, /**< a requested time is not finite, before integrator.t, or outside the last step */
+    REFDYN_MEMORY_TOO_SMALL = -22 /**< memory is smaller than the size function of the call requires */
 };
 
 /** One line of text for a status, without a full stop. Never NULL. */
@@ -182,7 +187,8 @@ size_t refdyn_workspace_size(const struct refdyn_model *model);
 /** Lays the workspace out in memory and sets parameters and inputs to their defaults.
  *
  * Errors: OTHER_VERSION; BAD_MODEL, also if n, m and coupling_count exceed 15,000 in all; BAD_ARITHMETIC;
- * BAD_MEMORY; FUNCTION_MISSING if the model has neither `equations` nor all of M h Q and, with rows, u v k.
+ * BAD_MEMORY, MEMORY_TOO_SMALL; FUNCTION_MISSING if the model has neither `equations` nor all of M h Q and,
+ * with rows, u v k.
  */
 int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
                           size_t size);
@@ -482,6 +488,9 @@ struct refdyn_choice {
  * to the requested state, and the workspace has its row terms. Steps end where their error allows; the states
  * between their ends are interpolated. The caller may read all fields, and may write q and qd (contiguous)
  * before refdyn_integrator_refresh.
+ *
+ * Until refdyn_integrator_start has succeeded, all calls that need a motion return NOT_STARTED and change
+ * nothing. A struct that refdyn_integrator_init has not seen must be zero for this.
  */
 struct refdyn_integrator {
     struct refdyn_workspace *work; /**< the model instance */
@@ -524,18 +533,19 @@ struct refdyn_integrator {
     double failed_t; /**< its time [s]; work->fault has the row or coordinate. q and qd stay the last accepted
                           state */
 
-    struct refdyn_motion *motion; /**< private */
+    struct refdyn_motion *motion; /**< private; NULL: refdyn_integrator_init has failed */
 };
 
 /** Bytes that refdyn_integrator_init needs; 0 if the model or an option is refused. */
 size_t refdyn_integrator_size(const struct refdyn_model *model, const struct refdyn_options *options);
-/** Lays the integrator out in memory. Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (refdyn_can_run);
- * OTHER_VERSION, BAD_MODEL. */
+/** Lays the integrator out in memory. Errors: BAD_OPTION, BAD_MEMORY, MEMORY_TOO_SMALL, FUNCTION_MISSING
+ * (refdyn_can_run); OTHER_VERSION, BAD_MODEL. */
 int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_workspace *work,
                            const struct refdyn_options *options, void *memory, size_t size);
 /** Copies the state, evaluates it and clears the statistics. With options.project_start it first projects the
  * state. Calls refdyn_prepare. The gains are those that options.stabilise requests; work->p keeps the
- * caller's. Errors: REFUSED, those of refdyn_accelerate and refdyn_project. */
+ * caller's. Errors: REFUSED, those of refdyn_accelerate and refdyn_project; NOT_STARTED if
+ * refdyn_integrator_init has failed. */
 int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
                             const double *qd);
 /** Advances towards t_out by at most `steps` accepted steps. Afterwards t is t_out, or the end of the last
@@ -545,37 +555,39 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
  *
  * Errors: > 0 from a fixed step whose evaluation failed, or a tangent at the beginning of a step;
  * STEP_TOO_SMALL, TOO_MANY_STEPS; EVENT_ENDS, at the time of the event; EVENTS_ACCUMULATE, EVENT_NOT_MET,
- * SLIDES; REFUSED at an event that sets a parameter, where work->p then has the refused value; BAD_OPTION if
- * t_out is before t. The integrator then stays at the last accepted state, with cause and failed_t set;
+ * SLIDES; REFUSED at an event that sets a parameter, where work->p then has the refused value; BAD_TIME if
+ * t_out is before t; NOT_STARTED; those of refdyn_integrator_refresh if the caller has changed inputs or
+ * parameters. The integrator then stays at the last accepted state, with cause and failed_t set;
  * refdyn_integrator_refresh evaluates that state again. */
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
 /** Sets the end of the motion: no step reaches beyond t, and the automatic choice tries no method that cannot
- * pay off before. INFINITY: not known, as at the start. */
-void refdyn_integrator_until(struct refdyn_integrator *integrator, double t);
+ * pay off before. INFINITY: not known, as at the start. Error: NOT_STARTED. */
+int refdyn_integrator_until(struct refdyn_integrator *integrator, double t);
 /** Sets a time at which the caller will change inputs: no step reaches beyond t until the motion has passed
- * it. INFINITY: none, as at the start. */
-void refdyn_integrator_limit(struct refdyn_integrator *integrator, double t);
+ * it. INFINITY: none, as at the start. Error: NOT_STARTED. */
+int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t);
 /** Advances to t_out through all events. Errors as in refdyn_integrator_step. */
 int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out);
 /** Shows the state at t in the last step, t_begin <= t <= t_end, as at an output. The next step continues
- * from the end of the last one. Errors: BAD_OPTION if t is outside; those of refdyn_accelerate and
- * refdyn_project. */
+ * from the end of the last one. Errors: BAD_TIME if t is outside; those of refdyn_accelerate and
+ * refdyn_project; NOT_STARTED. */
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 /** Computes the programme force r (n) at the shown state [N, N m], as refdyn_programme_force, or as M qdd - f
- * if is_undetermined. */
-void refdyn_integrator_force(struct refdyn_integrator *integrator, double *force);
+ * if is_undetermined. Error: NOT_STARTED. */
+int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force);
 /** Computes the forces (contact_count) of the contacts at the shown state, along the gradients of their gaps
  * [N for a gap in m]; 0 for contacts that do not rest. If forces are not unique, these are the smallest ones,
- * unless one of them would pull. */
-void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
-/** Continues from changed values. Call it after changing work->x, work->p (after refdyn_prepare) or the
- * integrator's q and qd between steps. The gains are those that options.stabilise requests. Errors: REFUSED,
- * those of refdyn_accelerate. */
+ * unless one of them would pull. Error: NOT_STARTED. */
+int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
+/** Continues from changed values: evaluates the shown state again. Call it after changing the integrator's q
+ * and qd between steps. After changes of work->x or work->p (then refdyn_prepare) the next call that advances
+ * the motion does so; call it for the accelerations before. The gains are those that options.stabilise
+ * requests. Errors: REFUSED, those of refdyn_accelerate; NOT_STARTED. */
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
 
 /** refdyn_exchange_model for a motion: its next step evaluates the functions of the other table. Call it
- * between any two calls of the motion. Each integrator of a workspace needs its own call. Errors: those of
- * refdyn_exchange_model. */
+ * between any two calls of the motion, also before the start. Each integrator of a workspace needs its own
+ * call. Errors: those of refdyn_exchange_model; NOT_STARTED if refdyn_integrator_init has failed. */
 int refdyn_integrator_exchange_model(struct refdyn_integrator *integrator, const struct refdyn_model *model);
 
 /* ---- Energy balance ---- */
@@ -598,14 +610,15 @@ struct refdyn_energy {
 /** Computes kinetic and potential energy at a state into energy (2) [J]. Error: FUNCTION_MISSING. */
 int refdyn_energies(const struct refdyn_workspace *work, double t, const double *q, const double *qd,
                     double *energy);
-/** Begins a balance at the integrator's state. Error: FUNCTION_MISSING. */
+/** Begins a balance at the integrator's state. Errors: FUNCTION_MISSING, NOT_STARTED. */
 int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
-/** Adds the integrator's state at an output to the balance. Error: FUNCTION_MISSING. */
+/** Adds the integrator's state at an output to the balance. Errors: FUNCTION_MISSING, NOT_STARTED. */
 int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
 /** At the end of a balance: computes the energy that moves each coordinate by its unit, 1 rad or the length,
  * against h + Q and at the mean speed of such a motion. It is not 0 for a body at rest, whose energies
- * vanish, and shows how errors of positions affect energies. Overwrites the equations in the workspace. */
-void refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
+ * vanish, and shows how errors of positions affect energies. Overwrites the equations in the workspace.
+ * Errors, with energy->unit 0: those of refdyn_equations, NOT_STARTED. */
+int refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
 /** Largest |change of kinetic + potential - work| relative to the largest change of kinetic energy, potential
  * energy or work; 0 if nothing changed. */
 double refdyn_energy_error(const struct refdyn_energy *energy);
@@ -635,6 +648,10 @@ struct refdyn_statics_options {
     const int *rows;   /**< (row_count) position rows that hold; NULL: none. The others have no effect */
     int row_count;     /**< number of these rows */
     enum refdyn_statics_way way; /**< the way from the start to the equilibrium */
+    /** Asked before each evaluation, NULL: never. Once it returns a status other than 0, it must repeat it;
+     * statics then fails soon, with this status or another one. */
+    int (*ask)(void *context);
+    void *context; /**< of ask */
 };
 
 /** How the stability of an equilibrium is judged. */
@@ -705,8 +722,8 @@ size_t refdyn_statics_size(const struct refdyn_model *model);
  * work->fault.coordinate); TANGENT_SINGULAR (work->fault.coordinate); ROWS_INCONSISTENT (work->fault.row);
  * BAD_OPTION, also if a held coordinate is not in 0 ... n - 1, or if a row that holds is not in 0 ... m - 1,
  * is not of position level or is given twice; CONTACTS_UNMET (work->fault.row) if no set of contacts carries;
- * REFUSED; BAD_MEMORY; FUNCTION_MISSING (Q, and Q_q or, with rows that hold, tangent or tangent_vectors);
- * OTHER_VERSION, BAD_MODEL.
+ * REFUSED; BAD_MEMORY, MEMORY_TOO_SMALL; FUNCTION_MISSING (Q, and Q_q or, with rows that hold, tangent or
+ * tangent_vectors); OTHER_VERSION, BAD_MODEL.
  */
 int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_options *options,
                    const int *held, int held_count, double *q, double *hold_force,

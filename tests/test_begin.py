@@ -337,10 +337,12 @@ add_executable(mine main.c)
 target_link_libraries(mine flexible refdyn::shared)
 refdyn_generate(mine cart.lua EMIT M FOLD LOOPS never)
 refdyn_generate(mine twin/arm.lua SET elements=2 LANES)
+refdyn_generate(mine arm.lua SET elements=6 EMIT M NAME long_arm)
 """)
     (project / "main.c").write_text("""#include "arm.h"
 #include "arm_lanes.h"
 #include "cart.h"
+#include "long_arm.h"
 #include "twin.h"
 #include "twin_lanes.h"
 #include <refdyn_batch.h>
@@ -348,14 +350,14 @@ refdyn_generate(mine twin/arm.lua SET elements=2 LANES)
 int main(void) {
     struct arm_parameters p;
     arm_defaults(&p);
-    printf("%d %g %d %d %d %d\\n", arm_n, p.m_load, cart_n, twin_n, arm_model.qdd == NULL,
+    printf("%d %g %d %d %d %d %d\\n", arm_n, p.m_load, cart_n, twin_n, long_arm_model.n, arm_model.qdd == NULL,
            refdyn_batch_widest() > 0 && arm_lanes_2.width == 2 && twin_lanes_8.width == 8);
     return 0;
 }
 """)
     configure(project, prefix, "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_C_FLAGS=-Wall -Wextra -Werror")
     build(project)
-    assert run(project / "build" / "mine") == "4 1.25 1 3 1 1\n"
+    assert run(project / "build" / "mine") == "4 1.25 1 3 7 1 1\n"
     assert {path.name for path in (project / "build").glob("lib*.so")} == {"libflexible.so"}
     links = project / "links.lua"
     links.write_text("-- as before\n" + links.read_text())
@@ -363,16 +365,45 @@ int main(void) {
     assert "Configuring done" in said and "Building" not in said
     links.write_text(links.read_text().replace('joint = "x"', 'joint = "x, y"'))
     build(project)
-    assert run(project / "build" / "mine") == "4 1.25 2 3 1 1\n"
+    assert run(project / "build" / "mine") == "4 1.25 2 3 7 1 1\n"
     twin.write_text(twin.read_text().replace('name = "twin"', 'name = "cart"'))
     said = re.sub(r"\s+", " ", build(project, status=None))
-    assert "refdyn_generate(mine): two models of one name write cart.h; each model of a target needs its own name" in said
+    assert "refdyn_generate(mine): two models of one name write cart.h; each model of a target needs its own name, for instance by NAME" in said
+
+
+def test_project_in_single_precision(project, prefix):
+    """Nothing of the runtime is linked, as on a microcontroller."""
+    (project / "CMakeLists.txt").write_text("""cmake_minimum_required(VERSION 3.25)
+project(mine LANGUAGES C)
+find_package(refdyn REQUIRED)
+refdyn_generate(mine arm.lua REAL float EMIT energy SET m_load=1.25)
+get_target_property(linked mine LINK_LIBRARIES)
+message(STATUS "links ${linked}")
+add_executable(user main.c)
+target_link_libraries(user mine m)
+""")
+    (project / "main.c").write_text("""#include "arm.h"
+#include <stdio.h>
+int main(void) {
+    struct arm_parameters p;
+    arm_defaults(&p);
+    printf("%g %zu\\n", p.m_load, sizeof p.m_load);
+    return 0;
+}
+""")
+    assert "links linked-NOTFOUND" in configure(project, prefix)
+    build(project)
+    assert run(project / "build" / "user") == "1.25 4\n"
 
 
 WRONG_CALLS = {
     "arm arm.lua": "the project has to enable C: project(... LANGUAGES C ...)",
-    "arm arm.lua LANE": "what is not known: 'LANE', what has no value: ''; known are SET NAME=VALUE",
-    "arm arm.lua SET": "what is not known: '', what has no value: 'SET'",
+    "arm arm.lua LANE m=1": "LANE, m=1: unknown; known are SET NAME=VALUE ..., EMIT QUANTITY ..., LANES, FOLD, ACCELERATIONS HOW, LOOPS WHEN, REAL TYPE, NAME NAME",
+    "arm arm.lua SET": "SET: the value is missing",
+    "arm arm.lua FOLD REAL": "REAL: the value is missing",
+    "arm arm.lua REAL ${nothing} FOLD": "REAL: the value is missing",
+    'arm arm.lua REAL "${nothing}"': "argument 4 is an empty text; does a variable have no value?",
+    'arm ""': "argument 2 is an empty text; does a variable have no value?",
 }
 
 

@@ -81,6 +81,34 @@ def test_wrong_usage(arguments, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("arguments, said", [
+    ("gen m.lua --emit -o o1", "--emit needs a value before '-o'"), ("gen m.lua -o --emit M", "-o needs a value before '--emit'"),
+    ("sim m.lua --until -h", "--until needs a value before '-h'"), ("sim m.lua --set --until 1", "--set needs a value before '--until'"),
+    ("sim m.lua --until -1 -o x.csv", "--until: '-1' is not a positive number"), ("gen m.lua --emit=-o o1", "unexpected operand 'o1'; give only MODEL.lua"),
+])
+def test_an_option_is_no_value_of_another(arguments, said, tmp_path):
+    """Negative numbers and what follows an equals sign are values."""
+    done = refdyn(*arguments.split(), status=2, cwd=tmp_path)
+    assert done.stderr.splitlines()[0] == f"refdyn {arguments.split()[0]}: {said}" and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("arguments, said", [
+    (["--emit", "foo"], "--emit: 'foo' is not a quantity; use some of all implicit step step.p M h "), (["--emit", "qdds"], "--emit: 'qdds' is not a quantity; the nearest is qdd\n"),
+    (["--emit", "M, h"], "--emit: 'M, h' has a blank next to a comma or at an end; remove it\n"), (["--emit", "M,h "], "--emit: 'M,h ' has a blank next to a comma or at an end; remove it\n"),
+    (["--real", "float", "--emit", "qdd,breaks"],
+     "--emit: 'breaks' is only for the runtime, which computes with doubles; leave out this name, or --real float\n"),
+    (["--dt", "0.1"], "unknown option --dt\n"),
+], ids=lambda value: " ".join(value) if isinstance(value, list) else "")
+def test_wrong_quantities(arguments, said, tmp_path):
+    assert refdyn("gen", PENDULUM, *arguments, "-o", tmp_path / "c", status=2).stderr.startswith(f"refdyn gen: {said}") and not list(tmp_path.iterdir())
+
+
+def test_options_under_the_names_of_other_programs(tmp_path):
+    for other, own in (("dt", "step"), ("rtol", "tol"), ("t_end", "until")):
+        said = refdyn("sim", PENDULUM, f"--{other}", "0.1", "-o", tmp_path / "run.csv", status=2).stderr
+        assert said.startswith(f"refdyn sim: unknown option --{other}; the nearest is --{own}\n")
+
+
 def test_unknown_setting():
     done = refdyn("check", REFERENCE, "--set", "n_rfes=3", status=1)
     assert "n_rfes" in done.stderr and "n_rfe" in done.stderr.replace("n_rfes", "")
@@ -104,7 +132,7 @@ def test_faults_of_no_line_name_none(tmp_path):
     (tmp_path / "file").write_text("")
     facts = {
         ("check", "empty.lua"): "empty.lua: the file returns nothing; must return rd.model { ... }",
-        ("check", PENDULUM, "--set", "nothing=1"): f"{PENDULUM}: --set nothing: the model has no option or parameter of this name",
+        ("check", PENDULUM, "--set", "nothing=1"): f"{PENDULUM}: --set nothing: the model has no option, parameter or input of this name",
         ("gen", PENDULUM, "-o", "file/out"): "file/out: output: the folder cannot be made: Not a directory",
         ("eval", PENDULUM, "--state", "none.json"): "none.json: state: No such file or directory; must be a readable file",
         ("plot", "none.csv", "-o", "none.svg"): "none.csv: run: No such file or directory; must be a readable file",

@@ -29,9 +29,24 @@ def run(tmp_path_factory):
     return folder, done.stdout
 
 
-def test_computed_torque(run):
+@pytest.fixture(scope="module")
+def run_installed(tmp_path_factory):
+    """What the commands for an installation print in an empty folder, without the sources."""
+    folder = tmp_path_factory.mktemp("installed")
+    subprocess.run(["cmake", "--install", BUILD, "--prefix", folder / "prefix"], check=True, capture_output=True)
+    lines = re.search(r"^```\n(export PATH=.*?)^```", PAGE, re.M | re.S)[1]
+    done = subprocess.run(["bash", "-e", "-o", "pipefail", "-c", lines.replace("cc -O2 ", "cc -O0 ")], cwd=folder,
+                          env={**os.environ, "PREFIX": str(folder / "prefix")}, capture_output=True, text=True, timeout=500)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    assert {path.name for path in EXAMPLES.iterdir()} | {"arm.lua"} == {path.name for path in (folder / "prefix" / "share" / "refdyn" / "control").iterdir()}
+    return folder, done.stdout
+
+
+@pytest.mark.parametrize("how", ["run", "run_installed"])
+def test_computed_torque(how, request):
     """The model reduces the errors of the axes by two orders, to what the page states."""
-    without, with_model = map(float, re.search(r"error without the model (\S+) rad, with inverse dynamics (\S+) rad", run[1]).groups())
+    printed = request.getfixturevalue(how)[1]
+    without, with_model = map(float, re.search(r"error without the model (\S+) rad, with inverse dynamics (\S+) rad", printed).groups())
     shown, shown_without = map(float, re.search(r"stay within (\S+) rad .* off\s+by (\S+) rad", PAGE, re.S).groups())
     check([close("error with the model", [with_model], [shown], 0.05), close("error without", [without], [shown_without], 0.05)])
     assert with_model < 0.01 * without

@@ -171,6 +171,17 @@ def test_no_gravity_no_damping(tmp_path):
     assert "power" in functions(weightless) and "power" not in functions(undamped), "no power without a force that has it"
 
 
+def test_another_name(tmp_path):
+    """The C is that of a model with this name; the name is checked like a model's."""
+    model = TESTS / "models" / "double_pendulum.lua"
+    (tmp_path / "twin.lua").write_text(re.sub(r'name\s*=\s*"double_pendulum"', 'name = "twin"', model.read_text()))
+    renamed, named = emit(tmp_path / "a", model, "--name", "twin"), emit(tmp_path / "b", tmp_path / "twin.lua")
+    assert set(renamed) == {"twin.c", "twin.h"} and renamed == named
+    for name, fact in {"my-arm": "not an identifier of C; use a letter, then letters, digits and _", "math": "math.h is a header of the system; choose another name"}.items():
+        said = refdyn("gen", model, "--name", name, "-o", tmp_path / "c", status=1).stderr
+        assert said in (f'{model}: model "{name}": {fact}\n', f"{model}: model {name}: {fact}\n") and not (tmp_path / "c").exists(), said
+
+
 def test_emit_narrows(tmp_path):
     files = emit(tmp_path, REFERENCE, "--emit", "M")
     assert functions(files) == {"M"}

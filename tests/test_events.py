@@ -415,7 +415,7 @@ def test_start_beyond_a_stop(tmp_path):
     for z, is_told in (-0.25, True), (0, False), (0.25, False):
         (tmp_path / "falling.lua").write_text(FALLING.format(z=z, v=-1, events=lines))
         _, said, _ = motion(tmp_path / "falling.lua", "--until", 0.1)
-        assert (told in said) == is_told and ("beyond" in said) == is_told, said
+        assert (told in said) == is_told and ("is beyond" in said) == is_told, said
 
 
 LOSING = """local rd = require "refdyn"

@@ -58,6 +58,17 @@ def test_missing_folders_are_seen():
     assert is_listed(table, "base") and is_listed(table, "read") and is_listed(table, "tool/support") and not is_listed(table, "tool")
 
 
+# ---- Quantities ----
+
+def test_page_lists_all_quantities():
+    """In the order of the table that the generator reads, with its texts."""
+    of_def = re.findall(r'^QUANTITY\((\w+), "(.*?)",\s*\w+, "(.*?)", (\w+), \w+\)', text_of("gen/quantities/quantities.def"), re.M)
+    when = {"BY_DEFAULT": "by default", "IF_PRESENT": "by default", "ALWAYS": "always", "ON_REQUEST": "if named", "IN_BLOCKS": "if named, or its blocks"}
+    table = re.search(r"^\| name \| what it is \| needs \| emitted \|\n\|---.*\n((?:\|.*\n)+)", text_of("docs/commands.md"), re.M)[1]
+    assert len(of_def) == len(re.findall(r"^QUANTITY\(", text_of("gen/quantities/quantities.def"), re.M))
+    assert table.splitlines() == [f"| `{name}` | {about} | {needs} | {when[use]} |" for name, about, needs, use in of_def]
+
+
 # ---- Files ----
 
 def test_names_of_c_files_are_unique():

@@ -202,6 +202,8 @@ def test_wheel_on_a_bare_debian(wheel, tmp_path):
     shutil.copytree(MODELS, given / "models")
     texts = [text for _, text in blocks("python") if "inputs=None" not in text]
     (given / "page.py").write_text("\n".join(texts))
+    for name, text in blocks("xml"):
+        (given / name).write_text(text)
     (given / "commands").write_text("""cd /given && python3 -m venv v && v/bin/pip install -q --no-index --find-links . 'refdyn[batch]' && v/bin/python page.py
 v/bin/refdyn sim models/midspan.lua --until 0.1 -o run.h5 && v/bin/refdyn view run.h5 -o page.html && ls page.html""")
     said = run("unshare", "--pid", "--fork", f"--mount-proc={root}/proc", "chroot", root, "sh", "-e", "/given/commands", timeout=1500).split()
@@ -647,7 +649,7 @@ def test_models_at_fault(package, tmp_path):
     with pytest.raises(package.ModelError, match=re.escape("<text>:3: links[1].mas: unknown field; did you mean \"mass\"?")) as told:
         package.Model.from_text(GOOD.replace("mass", "mas"))
     assert (told.value.file, told.value.line) == ("<text>", 3)
-    with pytest.raises(ValueError, match="^m_e: unknown option or parameter; did you mean 'm_E'"):
+    with pytest.raises(ValueError, match="^m_e: unknown option, parameter or input; did you mean 'm_E'"):
         package.Model(REFERENCE, m_e=2)
     with pytest.raises(ValueError, match="^cases: m_E: 'nan' is not a finite number"):
         package.Model(REFERENCE).batch({"m_E": [np.nan]}, t_end=1)
@@ -729,6 +731,10 @@ BALL_CALLS = {
     "height: not a parameter but an option; give it to refdyn.Model": lambda ball: ball.M(ball.q0, parameters={"height": 1}),
     "stiff: not an input but a parameter; give it in parameters={...}": lambda ball: ball.statics(inputs={"stiff": 1}),
     "file: a text of several lines; use refdyn.Model.from_text": lambda ball: type(ball)(BALL),
+    "inputs: have shape (3,); must have (2,), one number for each of the model's inputs, or names": lambda ball: ball.simulate(1, inputs=np.array([0.3, 0.1, 0.7])),
+    "or names; samples need their times, inputs={'t': times, 'NAME': values}": lambda ball: ball.simulate(1, inputs=np.full((5, 2), 0.3)),
+    "parameters: have shape (7,); must have": lambda ball: ball.modes(parameters=np.full(7, 0.3)),
+    "inputs: contains nan; all numbers must be finite": lambda ball: ball.statics(inputs=[np.nan, 0.3]),
     "text: 'ball.lua' is the name of a file; use refdyn.Model": lambda ball: type(ball).from_text("ball.lua"),
 }
 
@@ -755,6 +761,8 @@ NO_NUMBERS = {
     "stiff: has masked values; each case needs a value": lambda ball: ball.batch({"stiff": np.ma.masked_array([1.0, 2.0], [True, False])}, t_end=0.1),
     "stiff: values of complex128": lambda ball: ball.batch({"stiff": [1 + 2j, 2]}, t_end=0.1),
     "t_end: values of complex128": lambda ball: ball.simulate(1j),
+    "tol: True; must be a number": lambda ball: ball.simulate(0.1, tol=True),
+    "accuracy: True; must be a number, the bound on the error of the motion": lambda ball: ball.simulate(0.1, accuracy=True),
     "tol: values of complex128": lambda ball: ball.simulate(0.1, tol=1e-6 + 1e-9j),
     "q: contains None; must be real": lambda ball: ball.M([None] * len(ball.q0)),
     "parameter stiff: contains None": lambda ball: ball.simulate(1, parameters={"stiff": None}),

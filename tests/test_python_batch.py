@@ -88,6 +88,20 @@ def test_data_frames(ball):
     assert runs.to_dataframe().shape[0] == 2
 
 
+def test_data_frames_of_start_values(ball):
+    """Columns may have the names of a result, so that its data frame is a table of cases again."""
+    pandas = pytest.importorskip("pandas")
+    columns = {"m": [1.5, 2.5, 3.5], "ball_x": [0.13, 0.27, 0.31], "ball_x_d": [0.7, -0.2, 0.4]}
+    expected = ball.batch(columns, 0.1)
+    frame = pandas.DataFrame({"m": columns["m"], "ball_x_start": columns["ball_x"], "ball_x_d_start": columns["ball_x_d"]}, index=["a", "b", "c"])
+    first = ball.batch(frame, 0.1)
+    again = ball.batch(first[["m", "ball_x_start", "ball_x_d_start"]].to_dataframe(), 0.1)
+    for runs in (first, again):
+        assert runs.drop_vars("cpu_s").equals(expected.drop_vars("cpu_s")) and same(runs.ball_x_d_start, columns["ball_x_d"])
+    with pytest.raises(ValueError, match="cases: ball_x_start and ball_x are the same start value; give one of them"):
+        ball.batch(frame.assign(ball_x=0.2), 0.1)
+
+
 def test_files_of_inputs(ball, tmp_path, monkeypatch):
     """Their names are relative to the folder of the caller."""
     monkeypatch.chdir(tmp_path)
@@ -208,7 +222,7 @@ WRONG = {
     "normal: standard deviation -1; must not be negative": (ValueError, lambda ball: sys.modules["refdyn"].normal(0, -1)),
     "normal: a number is beyond 1e300; numbers must be smaller": (ValueError, lambda ball: sys.modules["refdyn"].normal(1e301, 1)),
     "normal: a number is not finite; numbers must be finite": (ValueError, lambda ball: sys.modules["refdyn"].normal(np.nan, 1)),
-    "mm: unknown option or parameter; did you mean 'm'?": (ValueError, lambda ball: type(ball).from_text(BALL, mm=2)),
+    "mm: unknown option, parameter or input; did you mean 'm'?": (ValueError, lambda ball: type(ball).from_text(BALL, mm=2)),
     "shape: value \"oval\"; must be one of round, flat": (ValueError, lambda ball: type(ball).from_text(BALL, shape="oval")),
     "view: int; must be a dataset of arm.simulate, or several by name or in a list": (TypeError, lambda ball: ball.view(3, "ball.html")),
 }

@@ -365,6 +365,19 @@ def test_many_states(package, method):
     assert model.step(q[:0], qd[0], 0, 1e-4)[0].shape == (0, len(q[0]))
 
 
+def test_arrays_of_inputs_and_parameters(arm, smooth):
+    """Simulations, equilibria and modes read arrays in the model's order, as steps do; NaN leaves a value to the start."""
+    names = {"inputs": dict(zip(smooth.inputs, [0.37])), "parameters": {name: 1.13 * value for name, value in smooth.parameters.items()}}
+    arrays = {kind: np.array(list(values.values())) for kind, values in names.items()}
+    for call in (lambda **given: smooth.simulate(0.05, every=0.01, **given), lambda **given: smooth.statics(hold="rod_psi", **given),
+                 lambda **given: smooth.modes(at="initial", hold=[], **given)):
+        found, other = call(**arrays), call()
+        assert found.equals(call(**names)) and found.attrs["parameters"] == call(**names).attrs["parameters"] and not found.equals(other)
+    p = np.array(list(arm.parameters.values()))
+    p[list(arm.parameters).index("xc")] = np.nan
+    assert arm.simulate(0.01, every=0.01, parameters=p, dataset=False)["E_z"][-1] == arm.simulate(0.01, every=0.01, dataset=False)["E_z"][-1]
+
+
 def test_steps_keep_the_rows(package):
     """By projection to rounding; by the gains a state off the programme is pulled in; with none it stays off."""
     arm = package.Model(REFERENCE, n_rfe=1)
@@ -421,11 +434,15 @@ def test_unstable_steps_warn_once(package):
 
 
 def test_modes_that_steps_resolve(package):
-    """rk4 is stable below 2.8 divided by the fastest mode of the free robot, and not above."""
+    """rk4 is stable below 2.8 divided by the fastest mode of the free robot, and not above. That the robot falls is no reason to warn."""
     robot = package.Model.from_urdf(TESTS / "robots" / "two.urdf", {"fore": {"section": "tube:0.043:0.031", "E": 7.1e10, "rfe": 2, "tip": [0.13, -0.27, 0.19]}})
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("error")
         fastest = np.abs(robot.modes(at="initial", hold=[]).eigenvalue.values).max()
+    with pytest.warns(package.ModelWarning, match="this state is not an equilibrium: elbow"):
+        robot.modes(at="initial", hold="shoulder")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
         ends = []
         for product in (2.6, 3.0):
             q, qd = robot.q0, robot.qd0
@@ -515,6 +532,26 @@ def test_interrupts(package, arm):
         stepped.advance(1e4)
     t = stepped.t
     assert 0 < t < 1e4 and np.isfinite(stepped.state).all() and stepped.advance(t + 1e-3) and stepped.t == t + 1e-3
+
+
+@pytest.mark.parametrize("size, call", [(200, lambda beam: beam.statics(way="downhill")), (120, lambda beam: beam.modes(at="initial", hold=[]))], ids=["statics", "modes"])
+def test_interrupts_of_equilibria(package, size, call):
+    """Ctrl-C ends them long before their end, in CPU time, which two threads at once do not disturb; then they compute as before."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        beam = package.Model(TESTS / "models" / "cantilever.lua", n_rfe=size, P=4.7)
+    expected, began = call(beam), time.thread_time()
+    call(beam)
+    whole, other = time.thread_time() - began, []
+    thread = threading.Thread(target=lambda: other.append(call(beam)))
+    thread.start()
+    interrupt_after(0.1 * whole)
+    began = time.thread_time()
+    with pytest.raises(KeyboardInterrupt):
+        call(beam)
+    assert time.thread_time() - began < 0.7 * whole
+    thread.join()
+    assert other[0].equals(expected) and call(beam).equals(expected)
 
 
 def test_threads(arm):

@@ -102,6 +102,14 @@ def test_warnings_of_the_import(package, tmp_path):
     assert told[0].filename == __file__
 
 
+def test_one_warning_for_all_limits(package, seven):
+    """A motion that exceeds several limits warns once, with a line for each."""
+    with pytest.warns(package.ModelWarning) as told:
+        seven.simulate(0.02, every=0.01, qd=np.full(7, 40.3))
+    lines = str(told[0].message).splitlines()
+    assert len(told) == 1 and told[0].filename == __file__ and sum("exceeds its limits: " in line for line in lines) >= 2, lines
+
+
 def test_names_of_joints_and_inputs(seven):
     for values, name, message in ((seven.joints, "elbw", "elbw: unknown joint; did you mean 'elbow'?"), (seven.inputs, "elbow", "elbow: unknown input; did you mean 'tau_elbow'?"),
                                   (seven.parameters, "mass", "mass: unknown parameter; the model has no parameter")):
@@ -120,7 +128,7 @@ WRONG = {
     "flexible: add section": (ValueError, [ROBOTS / "two.urdf", {"fore": {"E": 7e10}}], {}),
     "right_angles: 3 rad is larger than any rounding of an angle; must be at most 0.01": (ValueError, [ROBOTS / "two.urdf"], {"right_angles": 3}),
     "from_urdf() got an unexpected keyword argument 'drive'; did you mean 'drives'?": (TypeError, [ROBOTS / "two.urdf"], {"drive": True}),
-    "n_rf: the model has no option or parameter of this name": (ValueError, [ROBOTS / "two.urdf"], {"n_rf": 3}),
+    "n_rf: the model has no option, parameter or input of this name": (ValueError, [ROBOTS / "two.urdf"], {"n_rf": 3}),
 }
 
 

@@ -411,7 +411,8 @@ def test_watch_repeats_when_a_file_is_saved(swing):
     size.write_text("return { mass = 1, length = 0.5 }\n")
     (swing.folder / "swing.lua").write_text(MODEL)
     wait_for(lambda: run.read_text() == texts[0])
-    watching.end()
+    said = watching.end()
+    assert re.findall(r"\n\nrefdyn: \d\d:\d\d:\d\d: (\S+) has changed\n", said)[:2] == [str(size.name), "swing.lua"], said
 
 
 def test_watch_begins_with_a_wrong_model(swing):

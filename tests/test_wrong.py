@@ -72,3 +72,26 @@ return rd.model { name = "doubtful", gravity = { 0, 0, -9.81 }, links = {
         f"{path}:4: warning: coordinate empty_x: no load acts on it: no gravity, spring, damper, force or row",
         f"{path}:4: warning: coordinate empty_phi: moves no inertia about its axis, so that only rows can determine "
         "its acceleration; add inertia or a row"]
+
+
+@pytest.mark.quick
+def test_inputs_that_nothing_reads(tmp_path):
+    """Each place where a model may read an input counts; an event that sets one does not read it."""
+    path, done = check_file(tmp_path, """local rd = require "refdyn"
+local names = { "force", "load", "torque", "slope", "level", "result", "course", "first" }
+local x = {}
+for _, name in ipairs(names) do x[name] = rd.input(name, 1) end
+local idle, set = rd.input("idle", 0), rd.input("set", 0)
+local unused = 2 * idle + set
+return rd.model { name = "m", gravity = { 0, 0, -9.81 },
+  links = { { "a", joint = "x", mass = 1 }, { "b", joint = "y", mass = 1 } },
+  forces = function(s)
+    local anchored = rd.parameter("anchored", s.start.inputs.first * s.start.q.a_x, "m")
+    return { a_x = x.force * anchored, rd.force { "b", { x.load, 0, 0 } }, rd.torque { "b", { 0, x.torque, 0 } } }
+  end,
+  constraints = function(s) return { rd.velocity { s.qd.b_y - x.slope } } end,
+  events = function(s) return { rd.event { s.q.a_x - x.level, inputs = { set = x.result } } } end,
+  courses = function(s) return { seen = x.course * s.t } end,
+}
+""")
+    assert done.stderr.splitlines() == [f"{path}:5: warning: input {name}: nothing reads it" for name in ("idle", "set")]

@@ -78,9 +78,8 @@ static int start(struct plant *plant) {
 static int move(struct plant *plant, const double *tau, double t) {
     for (int i = 0; i < AXES; i++)
         plant->work.x[i] = tau[i];
-    const int status = refdyn_integrator_refresh(&plant->integrator);
     refdyn_integrator_limit(&plant->integrator, t);
-    return status ? status : refdyn_integrator_to(&plant->integrator, t);
+    return refdyn_integrator_to(&plant->integrator, t);
 }
 
 /* ---- The loop ---- */

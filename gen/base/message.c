@@ -261,9 +261,11 @@ const char *message_nearest_name(const char *name, const char *const *known, int
         const long apart = (long)strlen(known[i]) - (long)length;
         const bool is_far = strlen(known[i]) > LONGEST_NAME || apart > least || -apart > least;
         int distance = is_far ? least : edit_distance(name, known[i], least + 1);
-        /* a short name with half of its letters changed is another name, unless the name begins with it */
-        if (distance > 1 && 2 * distance > (int)strlen(known[i]) &&
-            strncmp(name, known[i], strlen(known[i])) != 0)
+        /* a short name with half of its letters changed is another name, unless it is at least half of the
+         * name and the name begins with it */
+        const bool is_beginning =
+            strncmp(name, known[i], strlen(known[i])) == 0 && 2 * strlen(known[i]) >= length;
+        if (distance > 1 && 2 * distance > (int)strlen(known[i]) && !is_beginning)
             distance = least + 1;
         /* whether the nearest so far has no letter in common with the name */
         const bool is_other = nearest && least >= (int)length && least >= (int)longest;

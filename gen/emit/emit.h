@@ -118,6 +118,8 @@ void emit_header(struct emission *emission, struct text *text);
 /* Prints a function and returns where its text begins. */
 const char *emit_function(struct emission *emission, struct text *text, const struct function *function);
 
+/* emit_summary.c: characters of the longest name of a function, for columns; at least 10. */
+int emit_name_width(const struct plan *plan);
 /* emit_real.c: bytes of a number of the emitted C. */
 int emit_real_bytes(const struct plan *plan);
 /* A file of C for doubles as C for floats. `outside` receives the first constant that no normal float can

@@ -113,8 +113,9 @@ static void emit_cost_list(struct emission *x, struct text *text) {
              x->plan->is_single ? " on Arm Cortex-M" : "");
     for (int f = 0; f < x->plan->function_count; f++) {
         const struct operation_count *count = &x->plan->functions[f].operations;
-        text_add(text, " *   %-10s %6ld %6ld %4ld %4ld %7ld\n", count->quantity, count->adds, count->muls,
-                 count->divs, count->functions, emit_stack(x, &x->plan->functions[f]));
+        text_add(text, " *   %-*s %6ld %6ld %4ld %4ld %7ld\n", emit_name_width(x->plan), count->quantity,
+                 count->adds, count->muls, count->divs, count->functions,
+                 emit_stack(x, &x->plan->functions[f]));
     }
     if (x->plan->choices)
         text_add(text, " * Choices by counted operations: %s.\n", x->plan->choices);
@@ -154,7 +155,10 @@ static void emit_input_struct(struct emission *x, struct text *text) {
         text_add(text, "struct %s_inputs; /* there are none: pass NULL */\n\n", x->name);
         return;
     }
-    text_add(text, "struct %s_inputs {\n", x->name);
+    text_add(text,
+             "/* Pass them as x to every function: NULL is for models without inputs only. */\nstruct "
+             "%s_inputs {\n",
+             x->name);
     for (int i = 0; i < model->input_count; i++)
         text_add(text, "    %s %s; /* [%s] */\n", x->number, model->inputs[i].name,
                  text_comment(text->memory, model->inputs[i].unit));

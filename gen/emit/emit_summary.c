@@ -1,8 +1,10 @@
 /* Describes the model and the emitted functions for people: the texts of `refdyn check` and `refdyn gen`. */
+#include "gen/emit/emit.h"
 #include "gen/plan/plan.h"
 #include "gen/tree/tree.h"
 
 #include <math.h>
+#include <string.h>
 
 static double value_of(const struct generation *gen, expression e) {
     return parameters_evaluate(gen->model.graph, gen->model.parameters, e);
@@ -24,6 +26,15 @@ static void print_unread(const struct generation *gen, FILE *out) {
         fputc('\n', out);
 }
 
+int emit_name_width(const struct plan *plan) {
+    size_t width = 10;
+    for (int f = 0; f < plan->function_count; f++) {
+        const size_t length = strlen(plan->functions[f].operations.quantity);
+        width = length > width ? length : width;
+    }
+    return (int)width;
+}
+
 static const char *ending(int count) {
     return count == 1 ? "" : "s";
 }
@@ -40,11 +51,12 @@ void gen_print_summary(const struct generation *gen, FILE *out) {
     fprintf(out, ", %d point%s, %d parameter%s%s\n", gen->model.point_count, ending(gen->model.point_count),
             plan->parameter_count, ending(plan->parameter_count),
             gen->model.fold ? " (others folded into numbers)" : "");
-    fprintf(out, "%-10s %8s %8s %6s %6s\n", "function", "adds", "muls", "divs", "funcs");
+    const int width = emit_name_width(plan);
+    fprintf(out, "%-*s %8s %8s %6s %6s\n", width, "function", "adds", "muls", "divs", "funcs");
     for (int f = 0; f < plan->function_count; f++) {
         const struct operation_count *count = &plan->functions[f].operations;
-        fprintf(out, "%-10s %8ld %8ld %6ld %6ld\n", count->quantity, count->adds, count->muls, count->divs,
-                count->functions);
+        fprintf(out, "%-*s %8ld %8ld %6ld %6ld\n", width, count->quantity, count->adds, count->muls,
+                count->divs, count->functions);
     }
     for (int i = 0; i < plan->rolled->run_count; i++)
         fprintf(out, "loop over %d elements of %d coordinates: %s\n", plan->rolled->runs[i].count,

@@ -236,6 +236,17 @@ static const char *wrong_word(struct memory *memory, const char *word) {
     return memory_format(memory, "'%s' is not a quantity; use some of %s", word, all);
 }
 
+/* Single precision has no table for the runtime. */
+static const char *wrong_in_single(struct memory *memory, const char *word) {
+    for (int i = 0; i < QUANTITY_COUNT; i++)
+        if (quantities[i].readers == RUNTIME && !strcmp(quantities[i].name, word))
+            return memory_format(
+                memory,
+                "'%s' is only for the runtime, which computes with doubles; leave out this name, or --real float",
+                word);
+    return NULL;
+}
+
 const char *gen_wrong_emit(struct generation *generation, const char *emit) {
     if (setjmp(generation->out_of_memory))
         return "out of memory";
@@ -248,6 +259,8 @@ const char *gen_wrong_emit(struct generation *generation, const char *emit) {
             *rest++ = 0;
         wrong = *word ? wrong_word(&generation->memory, word)
                       : memory_format(&generation->memory, "a name in '%s' is empty", emit);
+        if (!wrong && generation->is_single)
+            wrong = wrong_in_single(&generation->memory, word);
     }
     return wrong;
 }

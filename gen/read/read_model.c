@@ -189,7 +189,11 @@ static void read_names(const struct reader *reader, const struct value *root) {
     const struct value *name = fields_get(root, FIELD_MODEL_name);
     const struct value *dependent = fields_get(root, FIELD_MODEL_dependent);
     const struct value *hold = fields_get(root, FIELD_MODEL_hold);
-    if (name)
+    const char *requested = reader->check.declarations->request->name;
+    model->is_renamed = requested != NULL;
+    if (requested)
+        model->name = requested;
+    else if (name)
         model->name = name->text;
     model->dependent_count = fields_get_names(&reader->check, dependent, &model->dependent);
     model->dependent_place = dependent ? dependent->place : root->place;

@@ -1,6 +1,6 @@
 /*
  * Warnings about a model without errors: rows without a slope, values that look like millimetres or degrees,
- * coordinates without inertia or load, limits of force that ignore a drive.
+ * coordinates without inertia or load, limits of force that ignore a drive, inputs that nothing reads.
  */
 #include "gen/read/reader.h"
 
@@ -544,6 +544,48 @@ static void check_force_limits(const struct look *look) {
     memory_back(model->graph->memory, mark);
 }
 
+/* ---- inputs that nothing reads ---- */
+
+/* Marks the values of the programme, the only ones that may depend on inputs. */
+static void mark_values(const struct model *model, bool *needed) {
+    for (int i = 0; i < model->force_count; i++)
+        needed[model->forces[i].value] = true;
+    for (int i = 0; i < model->load_count; i++)
+        for (int k = 0; k < 3; k++)
+            needed[model->loads[i].value[k]] = true;
+    for (int i = 0; i < model->course_count; i++)
+        needed[model->courses[i].value] = true;
+    for (int i = 0; i < model->row_count; i++)
+        needed[model->rows[i].residual] = true;
+    for (int i = 0; i < model->event_count; i++)
+        needed[model->events[i].value] = true;
+    for (int i = 0; i < model->change_count; i++)
+        needed[model->changes[i].value] = true;
+    for (int i = 0; i < model->parameter_count; i++)
+        needed[model->parameters[i].anchor] = true;
+}
+
+/* An event that sets an input does not read it. */
+static void check_inputs(const struct look *look) {
+    const struct model *model = look->model;
+    const struct graph *g = model->graph;
+    const struct memory_mark mark = memory_mark(g->memory);
+    bool *needed = memory_scratch(g->memory, g->count + 1);
+    bool *is_read = memory_scratch(g->memory, (size_t)model->input_count + 1);
+    mark_values(model, needed);
+    rewrite_mark_operands(g, needed, g->count);
+    for (expression e = 0; e < g->count; e++) {
+        const struct symbol *symbol = needed[e] ? expr_as_symbol(g, e) : NULL;
+        if (symbol && symbol->kind == SYMBOL_INPUT)
+            is_read[symbol->index] = true;
+    }
+    for (int i = 0; i < model->input_count; i++)
+        if (!is_read[i])
+            message_warning(look->messages, model->inputs[i].place, "input %s: nothing reads it",
+                            model->inputs[i].name);
+    memory_back(g->memory, mark);
+}
+
 void warnings_of_values(const struct model *model, const struct tree *tree, struct messages *messages) {
     const struct look look = {.model = model, .tree = tree, .messages = messages};
     const double g = largest_of(&look, model->gravity, 3);
@@ -553,6 +595,8 @@ void warnings_of_values(const struct model *model, const struct tree *tree, stru
     for (int i = 0; i < model->link_count; i++)
         check_link(&look, &model->links[i]);
     check_force_limits(&look);
-    if (messages->errors == 0) /* after errors, loads may be missing */
+    if (messages->errors == 0) { /* after errors, loads may be missing */
         check_coordinates(&look);
+        check_inputs(&look);
+    }
 }

@@ -227,11 +227,13 @@ static int by_size(const void *a, const void *b) {
     return (cimag(x) < cimag(y)) - (cimag(x) > cimag(y)); /* the positive one of a pair first */
 }
 
-/* Does the pencil of small motions have these eigenvalues? It has no rows of accelerations and no rates. */
-static bool is_at_rest(const struct building *b) {
+/* Does the pencil of small motions have these eigenvalues? It has no rows of accelerations, no rates and no
+ * accelerations. */
+static bool is_equilibrium(const struct building *b) {
     const struct record_linear *linear = &b->model->motions.linear;
-    for (int j = 0; j < model_of(b)->n; j++)
-        if (b->model->motions.qd[j] != 0)
+    const int all = model_of(b)->n;
+    for (int j = 0; j < all; j++)
+        if (linear->given[j] != 0)
             return false;
     for (int i = 0; i < b->m; i++) {
         if (linear->level[i] == REFDYN_ACCELERATION)
@@ -240,7 +242,11 @@ static bool is_at_rest(const struct building *b) {
             if (linear->psi_q[i * b->n + j] != 0)
                 return false;
     }
-    return true;
+    double *force = record_allocate_matrix(b->algebra, b->n, 1);
+    for (int j = 0; j < b->n; j++)
+        record_add_product(force + j, 1, linear->M + j * b->n + j, linear->given + all + linear->place[j], 1,
+                           1, 1);
+    return record_find_unbalanced(linear, force) < 0;
 }
 
 /* Pairs of the spectrum occur once; what is left of the states has the eigenvalue 0. */
@@ -276,7 +282,7 @@ static int find_eigenvalues(struct building *b) {
     int status = REFDYN_OK;
     model->eigenvalues = record_allocate(b->algebra, (size_t)model->size, sizeof *model->eigenvalues);
     if (model->size)
-        status = is_at_rest(b) ? list_spectrum(b) : list_eigenvalues_of_A(b);
+        status = is_equilibrium(b) ? list_spectrum(b) : list_eigenvalues_of_A(b);
     qsort(model->eigenvalues, (size_t)model->size, sizeof *model->eigenvalues, by_size);
     return status;
 }

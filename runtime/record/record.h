@@ -401,6 +401,9 @@ struct record_small_motions {
 /* Returns a status of the runtime. The model must have a tangent and, with rows, d_rows. */
 int record_find_spectrum(struct record_spectrum *spectrum, const struct record_linear *linear,
                          const struct record_algebra *algebra);
+/* The first coordinate whose force (n, of the free ones) is out of balance by more than 1e-6 rad or m, and by
+ * an acceleration of more than 1e-9 rad/s^2 or m/s^2; -1 if there is none. */
+int record_find_unbalanced(const struct record_linear *linear, const double *force);
 /* Finds `linear` from the first fields of `motions`. Returns a status of the runtime. */
 int record_linearise(struct record_small_motions *motions, const struct record_algebra *algebra);
 /* The same, and then the spectrum and all other fields. */

@@ -182,15 +182,14 @@ int record_linearise(struct record_small_motions *motions, const struct record_a
     return status == REFDYN_OK ? finish(motions, algebra) : status;
 }
 
-/* The first coordinate that is out of balance by more than 1e-6 rad or m, and by an acceleration of more than
- * 1e-9 rad/s^2 or m/s^2; -1 if the state is an equilibrium. */
-static int find_unbalanced(const struct record_linear *linear) {
+int record_find_unbalanced(const struct record_linear *linear, const double *force) {
     for (int j = 0; j < linear->n; j++) {
         const double *row = linear->K + j * linear->n;
-        double stiffness = 0, force = fabs(linear->force[j]);
+        double stiffness = 0;
         for (int i = 0; i < linear->n; i++)
             stiffness = fmax(stiffness, fabs(row[i]));
-        if (force > distance_tol * stiffness && force > acceleration_tol * linear->M[j * (linear->n + 1)])
+        if (fabs(force[j]) > distance_tol * stiffness &&
+            fabs(force[j]) > acceleration_tol * linear->M[j * (linear->n + 1)])
             return j;
     }
     return -1;
@@ -219,7 +218,7 @@ static const double programme_tol = 1e-6;
 void record_print_small_motions(const struct record_small_motions *motions, FILE *out) {
     const struct record_linear *linear = &motions->linear;
     const struct refdyn_model *model = motions->work->model;
-    const int off = find_unbalanced(linear);
+    const int off = record_find_unbalanced(linear, linear->force);
     record_print_rows_left_out(model, motions->spectrum.redundant, motions->spectrum.redundant_count, out);
     if (off >= 0)
         fprintf(out, "refdyn: warning: this state is not an equilibrium: %s is out of balance by %.4g\n",

@@ -59,7 +59,7 @@ def test_settings_out_of_range(model):
 
 def test_names_of_settings(model):
     facts = {"n_rf=4": 'did you mean "n_rfe"', " n_rfe=4": 'did you mean "n_rfe"',
-             "n_rfe =4": 'did you mean "n_rfe"', "M=1": 'did you mean "m"', "gravity=1": "no option or parameter of this name"}
+             "n_rfe =4": 'did you mean "n_rfe"', "M=1": 'did you mean "m"', "gravity=1": "no option, parameter or input of this name"}
     for setting, fact in facts.items():
         done = refdyn("check", model, "--set", setting, status=1)
         assert fact in done.stderr and done.stderr.count("\n") == 1, done.stderr

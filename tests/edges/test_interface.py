@@ -295,12 +295,12 @@ static void workspace_without_memory(void) {
 }
 
 static void every_status_has_a_text(void) {
-    for (int status = REFDYN_REFUSED; status <= REFDYN_ROWS_UNMET; status++) {
+    for (int status = REFDYN_MEMORY_TOO_SMALL; status <= REFDYN_ROWS_UNMET; status++) {
         CHECK(strcmp(refdyn_status_text(status), refdyn_status_text(1000)) != 0);
-        for (int other = REFDYN_REFUSED; other < status; other++)
+        for (int other = REFDYN_MEMORY_TOO_SMALL; other < status; other++)
             CHECK(strcmp(refdyn_status_text(status), refdyn_status_text(other)) != 0);
     }
-    CHECK(strcmp(refdyn_status_text(REFDYN_REFUSED - 1), refdyn_status_text(1000)) == 0);
+    CHECK(strcmp(refdyn_status_text(REFDYN_MEMORY_TOO_SMALL - 1), refdyn_status_text(1000)) == 0);
 }
 
 static const struct {

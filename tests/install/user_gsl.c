@@ -12,9 +12,17 @@ static int run(struct refdyn_integrator *integrator, struct refdyn_workspace *wo
     void *memory = malloc(size);
     double q[4], qd[4];
     struct refdyn_gsl gsl;
-    int status = refdyn_integrator_init(integrator, work, options, memory, size);
+    int status = 0;
+    *integrator = (struct refdyn_integrator){.work = work};
+    if (refdyn_gsl_init(&gsl, integrator, method) != REFDYN_NOT_STARTED ||
+        refdyn_gsl_to(&gsl, 0.25) != REFDYN_NOT_STARTED)
+        status = -1000;
+    if (!status)
+        status = refdyn_integrator_init(integrator, work, options, memory, size);
     if (!status)
         status = refdyn_gsl_init(&gsl, integrator, method);
+    if (!status && refdyn_gsl_to(&gsl, 0.25) != REFDYN_NOT_STARTED)
+        status = -1000;
     if (!status) {
         refdyn_prepare(work);
         refdyn_initial_state(work, q, qd);
@@ -26,7 +34,7 @@ static int run(struct refdyn_integrator *integrator, struct refdyn_workspace *wo
             status = refdyn_integrator_refresh(integrator);
         if (!status)
             status = refdyn_gsl_to(&gsl, 0.5);
-        if (!status && (integrator->t != 0.5 || refdyn_gsl_to(&gsl, 0.4) != REFDYN_BAD_OPTION))
+        if (!status && (integrator->t != 0.5 || refdyn_gsl_to(&gsl, 0.4) != REFDYN_BAD_TIME))
             status = -1000;
         printf("%s %.17g %.17g\n", refdyn_gsl_method_name((int)method), integrator->q[0], integrator->qd[0]);
         refdyn_gsl_release(&gsl);

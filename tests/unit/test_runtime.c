@@ -185,7 +185,7 @@ static void test_workspace(void) {
     struct refdyn_workspace work;
     void *memory = inside(rig.work_memory);
     const size_t size = rig.work_memory.size;
-    CHECK(refdyn_workspace_init(&work, &rig.model, memory, size - 1) == REFDYN_BAD_MEMORY);
+    CHECK(refdyn_workspace_init(&work, &rig.model, memory, size - 1) == REFDYN_MEMORY_TOO_SMALL);
     CHECK(refdyn_workspace_init(&work, &rig.model, NULL, size) == REFDYN_BAD_MEMORY);
     CHECK(refdyn_workspace_init(&work, &rig.model, (char *)memory + 1, size) == REFDYN_BAD_MEMORY);
     struct refdyn_model bare = rig.model;

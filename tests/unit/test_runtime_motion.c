@@ -96,9 +96,9 @@ static void test_landing(void) {
     /* two at the start, one for each output */
     CHECK(rig.integrator.statistics.evaluations == 4 * rig.integrator.statistics.steps + 2 + 30);
     CHECK(refdyn_integrator_to(&rig.integrator, 3) == REFDYN_OK); /* already there */
-    CHECK(refdyn_integrator_to(&rig.integrator, 2.9) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_integrator_to(&rig.integrator, NAN) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_integrator_to(&rig.integrator, INFINITY) == REFDYN_BAD_OPTION);
+    CHECK(refdyn_integrator_to(&rig.integrator, 2.9) == REFDYN_BAD_TIME);
+    CHECK(refdyn_integrator_to(&rig.integrator, NAN) == REFDYN_BAD_TIME);
+    CHECK(refdyn_integrator_to(&rig.integrator, INFINITY) == REFDYN_BAD_TIME);
     CHECK(rig_close(&rig));
     /* an interval that is a multiple of the step, up to rounding, takes exactly this many steps */
     options.step = 1e-5;
@@ -152,9 +152,9 @@ static void check_look(enum refdyn_method method) {
           rig.integrator.t == rig.integrator.t_begin);
     CHECK(refdyn_integrator_look(&rig.integrator, 0.5) == REFDYN_OK && rig.integrator.t == 0.5);
     CHECK(largest_difference(at_output, rig.integrator.q, 3) < 1e-9);
-    CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_end, 2)) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_begin, 0)) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_integrator_look(&rig.integrator, NAN) == REFDYN_BAD_OPTION && rig.integrator.t == 0.5);
+    CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_end, 2)) == REFDYN_BAD_TIME);
+    CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_begin, 0)) == REFDYN_BAD_TIME);
+    CHECK(refdyn_integrator_look(&rig.integrator, NAN) == REFDYN_BAD_TIME && rig.integrator.t == 0.5);
     CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_OK);
     CHECK(largest_difference(end, rig.integrator.q, 3) < 1e-9);
     CHECK(rig_close(&rig));
@@ -475,6 +475,105 @@ static void test_exchange_refused(void) {
     CHECK(refdyn_exchange_model(&work, &other) == REFDYN_BAD_MEMORY && work.model == &first);
 }
 
+/* ---- Calls before the start ---- */
+
+/* All calls that need a motion return NOT_STARTED and write nothing. */
+static void expect_not_started(struct refdyn_integrator *integrator, const struct refdyn_model *model) {
+    const struct refdyn_integrator before = *integrator;
+    const double untouched[] = {0.713, -1.37, 0.317};
+    double force[SPRING_N], contact[SPRING_N];
+    struct refdyn_energy energy;
+    memcpy(force, untouched, sizeof untouched);
+    memcpy(contact, untouched, sizeof untouched);
+    CHECK(refdyn_integrator_to(integrator, 0.713) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_to(integrator, -0.713) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_step(integrator, 0.713, 3) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_look(integrator, 0) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_refresh(integrator) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_until(integrator, 0.713) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_limit(integrator, 0.713) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_force(integrator, force) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_contact_forces(integrator, contact) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_energy_start(&energy, integrator) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_energy_add(&energy, integrator) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_energy_scale(&energy, integrator) == REFDYN_NOT_STARTED && energy.unit == 0);
+    CHECK(memcmp(force, untouched, sizeof untouched) == 0 &&
+          memcmp(contact, untouched, sizeof untouched) == 0);
+    CHECK(memcmp(integrator, &before, sizeof before) == 0);
+    if (integrator->motion)
+        return;
+    const double state[SPRING_N] = {0.2317, -0.713, 0.617};
+    CHECK(refdyn_integrator_start(integrator, 0, state, state) == REFDYN_NOT_STARTED);
+    CHECK(refdyn_integrator_exchange_model(integrator, model) == REFDYN_NOT_STARTED);
+    CHECK(memcmp(integrator, &before, sizeof before) == 0);
+}
+
+static void test_not_started(void) {
+    const struct refdyn_options options = refdyn_options_default(REFDYN_RK8);
+    struct refdyn_integrator integrator;
+    struct rig rig;
+    memset(&integrator, 0, sizeof integrator);
+    rig_open(&rig, spring_model(2));
+    expect_not_started(&integrator, &rig.model); /* never initialised */
+    CHECK(refdyn_integrator_init(&integrator, &rig.work, &options, NULL, 0) == REFDYN_BAD_MEMORY);
+    expect_not_started(&integrator, &rig.model); /* initialised in vain */
+    CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
+    expect_not_started(&rig.integrator, &rig.model); /* initialised, not started */
+    CHECK(rig_close(&rig));
+
+    const double qd[] = {0.713};
+    rig_open(&rig, film_model());
+    CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
+    CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_OK);
+    rig.work.x[0] = -1;
+    CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_NOT_FINITE);
+    expect_not_started(&rig.integrator, &rig.model); /* started in vain, after a start that succeeded */
+    rig.work.x[0] = 2;
+    CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.713) == REFDYN_OK);
+    CHECK(rig_close(&rig));
+}
+
+/* ---- Changed values ---- */
+
+/* The state after a motion whose input, or first parameter, has changed on the way. */
+static void change_on_the_way(struct refdyn_model model, int changes_input, int has_refresh, double *state) {
+    const struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+    const double qd[SPRING_N] = {0.713, -0.317, 0.137};
+    struct rig rig;
+    CHECK(rig_start(&rig, model, options, 0.01, qd) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.0713) == REFDYN_OK);
+    *(changes_input ? rig.work.x : rig.work.p) *= 1.317;
+    refdyn_prepare(&rig.work);
+    if (has_refresh)
+        CHECK(refdyn_integrator_refresh(&rig.integrator) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.1713) == REFDYN_OK);
+    const long steps = rig.integrator.statistics.evaluations;
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.1713) == REFDYN_OK);
+    CHECK(rig.integrator.statistics.evaluations == steps); /* noticed once */
+    memcpy(state, rig.integrator.q, 2 * (size_t)model.n * sizeof *state);
+    CHECK(rig_close(&rig));
+}
+
+/* A step begins with changed inputs and parameters as after a refresh, with the same bits. */
+static void test_changed_values(void) {
+    double refreshed[2 * SPRING_N] = {0}, noticed[2 * SPRING_N] = {0};
+    change_on_the_way(film_model(), 1, 1, refreshed);
+    change_on_the_way(film_model(), 1, 0, noticed);
+    CHECK(memcmp(refreshed, noticed, sizeof noticed) == 0);
+    change_on_the_way(rod_model(NULL), 0, 1, refreshed);
+    change_on_the_way(rod_model(NULL), 0, 0, noticed);
+    CHECK(memcmp(refreshed, noticed, sizeof noticed) == 0);
+
+    struct rig rig;
+    const double qd[] = {0.713};
+    CHECK(rig_start(&rig, film_model(), refdyn_options_default(REFDYN_RK54), 0, qd) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.0713) == REFDYN_OK);
+    rig.work.x[0] = -1;
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.1) == REFDYN_NOT_FINITE && rig.integrator.t == 0.0713);
+    CHECK(rig_close(&rig));
+}
+
 /* ---- Failures ---- */
 
 static void test_undefined_mid_run(void) {
@@ -616,7 +715,7 @@ static void test_options(void) {
     CHECK(rig_integrator(&rig, &options) == REFDYN_BAD_OPTION);
     CHECK(rig_integrator(&rig, &fixed) == REFDYN_OK);
     CHECK(refdyn_integrator_init(&rig.integrator, &rig.work, &fixed, inside(rig.integrator_memory), 8) ==
-          REFDYN_BAD_MEMORY);
+          REFDYN_MEMORY_TOO_SMALL);
     CHECK(rig_close(&rig));
 }
 
@@ -637,6 +736,8 @@ int main(void) {
     test_passing();
     test_exchange();
     test_exchange_refused();
+    test_changed_values();
+    test_not_started();
     test_undefined_mid_run();
     test_unstable();
     test_limits();

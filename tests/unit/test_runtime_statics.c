@@ -254,7 +254,7 @@ static void test_failures(void) {
     options = refdyn_statics_default();
     char memory[8];
     CHECK(refdyn_statics(&rig.work, &options, NULL, 0, rig.q, NULL, &outcome.result, memory, 8) ==
-          REFDYN_BAD_MEMORY);
+          REFDYN_MEMORY_TOO_SMALL);
     options.tol = -1;
     CHECK(solve(&rig, &options, NULL, 0, NULL).status == REFDYN_BAD_OPTION);
     CHECK(rig_close(&rig));

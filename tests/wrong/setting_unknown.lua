@@ -1,4 +1,4 @@
--- expect: 0: --set speeed: unknown option or parameter; did you mean "speed"?
+-- expect: 0: --set speeed: unknown option, parameter or input; did you mean "speed"?
 -- set: speeed=3
 local rd = require "refdyn"
 local p = rd.parameters { { "speed", 1, "m/s" } }

@@ -221,11 +221,13 @@ static int advance(struct refdyn_gsl *gsl, double t_out) {
 
 int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_integrator *integrator,
                     enum refdyn_gsl_method method) {
+    *gsl = (struct refdyn_gsl){.integrator = integrator, .method = method};
+    if (!integrator->motion)
+        return REFDYN_NOT_STARTED;
     const struct refdyn_options *options = &integrator->options;
     struct refdyn_step *step = &integrator->motion->step;
     const int n = step->n, size = 2 * n + 1;
     const gsl_odeiv2_step_type *type = method == REFDYN_MSBDF ? gsl_odeiv2_step_msbdf : gsl_odeiv2_step_bsimp;
-    *gsl = (struct refdyn_gsl){.integrator = integrator, .method = method};
     if (!refdyn_gsl_method_name((int)method) || !step->linear->tangent || !(options->tol > 0) ||
         (method == REFDYN_MSBDF && options->stabilise == REFDYN_PROJECT))
         return REFDYN_BAD_OPTION;
@@ -241,10 +243,15 @@ int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_integrator *integrator
 
 int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
     struct refdyn_integrator *integrator = gsl->integrator;
+    int status = gsl->driver ? refdyn_integrator_status(integrator) : REFDYN_NOT_STARTED;
+    if (status)
+        return status;
     struct refdyn_motion *motion = integrator->motion;
-    int status = REFDYN_OK;
     if (!(isfinite(t_out) && t_out >= integrator->t))
-        return REFDYN_BAD_OPTION;
+        return REFDYN_BAD_TIME;
+    status = refdyn_integrator_notice(integrator);
+    if (status)
+        return status;
     refdyn_parameters_enter(&motion->parameters, motion->work);
     for (; steps > 0 && t_out - motion->step.t_end > refdyn_motion_resolution(motion, t_out) && !status;
          steps--)

@@ -58,14 +58,15 @@ struct refdyn_gsl {
  * refdyn_integrator_limit and refdyn_integrator_until; the method restarts after it. A step that is long
  * compared with the curvature of the motion may cross such a state unnoticed.
  *
- * Errors: BAD_OPTION; BAD_MEMORY (GSL got none). Call refdyn_gsl_release in any case.
+ * Errors: BAD_OPTION; BAD_MEMORY (GSL got none); NOT_STARTED if refdyn_integrator_init has failed. Call
+ * refdyn_gsl_release in any case.
  */
 int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_integrator *integrator,
                     enum refdyn_gsl_method method);
 /**
- * Advances like refdyn_integrator_step, after refdyn_integrator_start and, if the caller changed something,
- * refdyn_integrator_refresh. After these calls, and after each time event, the method restarts. Steps end at
- * t_out and nothing is interpolated: refdyn_integrator_until and _limit are not needed, and
+ * Advances like refdyn_integrator_step, after refdyn_integrator_start and, if the caller changed the state,
+ * refdyn_integrator_refresh. After these calls, changed values, and each time event, the method restarts.
+ * Steps end at t_out and nothing is interpolated: refdyn_integrator_until and _limit are not needed, and
  * refdyn_integrator_look does not apply to these steps. Errors as in refdyn_integrator_step.
  */
 int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps);

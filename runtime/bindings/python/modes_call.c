@@ -13,19 +13,27 @@ struct small_motions {
     const char *is_held; /* (held_flags, n) */
     Py_ssize_t held_flags;
     double t;
-    long most;            /* modes in the result; 0: all */
-    struct motion pieces; /* memory */
+    long most;             /* modes in the result; 0: all */
+    struct motion pieces;  /* memory */
+    PyThreadState *thread; /* while C computes without the interpreter's lock; else NULL */
 };
 
 /* ---- Linear algebra ---- */
 
-/* Calls a function with numbers and arrays, and returns its answer; an exception stays set. `format` as for
- * Py_BuildValue. */
-static bool ask(PyObject *function, PyObject *arguments) {
-    PyObject *answer = arguments ? PyObject_CallObject(function, arguments) : NULL;
+static void lock(struct small_motions *own) {
+    PyEval_RestoreThread(own->thread);
+    own->thread = NULL;
+}
+
+/* Calls a function with numbers and arrays, and returns its answer; an exception stays set, also that of a
+ * signal. Then releases the lock. */
+static bool ask(struct small_motions *own, PyObject *function, PyObject *arguments) {
+    PyObject *answer =
+        arguments && PyErr_CheckSignals() == 0 ? PyObject_CallObject(function, arguments) : NULL;
     const bool is_true = answer && PyObject_IsTrue(answer) == 1;
     Py_XDECREF(answer);
     Py_XDECREF(arguments);
+    own->thread = PyEval_SaveThread();
     return is_true;
 }
 
@@ -35,23 +43,29 @@ static PyObject *view(double *numbers, int rows, int columns) {
 }
 
 static bool solve(void *context, int size, const double *matrix, bool is_transposed, double *columns) {
-    const struct small_motions *own = context;
-    return ask(own->solve, Py_BuildValue("iNiN", size, view((double *)(uintptr_t)matrix, size, size),
-                                         (int)is_transposed, view(columns, size, size)));
+    struct small_motions *own = context;
+    lock(own);
+    return ask(own, own->solve,
+               Py_BuildValue("iNiN", size, view((double *)(uintptr_t)matrix, size, size), (int)is_transposed,
+                             view(columns, size, size)));
 }
 
 static bool find_eigenvalues(void *context, int size, double *T, double *re, double *im, double *left,
                              double *right) {
-    const struct small_motions *own = context;
-    return ask(own->eigen, Py_BuildValue("iNNNNN", size, view(T, size, size), view(re, size, 1),
-                                         view(im, size, 1), view(left, size, size), view(right, size, size)));
+    struct small_motions *own = context;
+    lock(own);
+    return ask(own, own->eigen,
+               Py_BuildValue("iNNNNN", size, view(T, size, size), view(re, size, 1), view(im, size, 1),
+                             view(left, size, size), view(right, size, size)));
 }
 
 static bool solve_least_squares(void *context, int rows, int columns, double *A, double *b, double tol,
                                 double *x) {
-    const struct small_motions *own = context;
-    return ask(own->least_squares, Py_BuildValue("iiNNdN", rows, columns, view(A, rows, columns),
-                                                 view(b, rows, 1), tol, view(x, columns, 1)));
+    struct small_motions *own = context;
+    lock(own);
+    return ask(own, own->least_squares,
+               Py_BuildValue("iiNNdN", rows, columns, view(A, rows, columns), view(b, rows, 1), tol,
+                             view(x, columns, 1)));
 }
 
 /* ---- The call ---- */
@@ -124,8 +138,11 @@ static PyObject *compute(struct small_motions *own) {
         .work = &instance.work, .t = own->t, .q = instance.q, .qd = instance.qd, .held = instance.held};
     int status = refdyn_check_parameters(&instance.work);
     refdyn_anchor(&instance.work, own->t, instance.q, instance.qd, instance.given);
-    if (status == REFDYN_OK)
+    if (status == REFDYN_OK) {
+        own->thread = PyEval_SaveThread();
         status = record_find_small_motions(&motions, &algebra);
+        lock(own);
+    }
     return report(own, &motions, status);
 }
 
@@ -143,7 +160,10 @@ PyObject *refdyn_library_modes(PyObject *self, PyObject *arguments) {
         PyErr_SetString(PyExc_ValueError, "modes: wrong number of flags, or functions are missing");
         return NULL;
     }
-    PyObject *result = setjmp(own.pieces.no_memory) ? PyErr_NoMemory() : compute(&own);
+    const bool has_memory = setjmp(own.pieces.no_memory) == 0;
+    if (own.thread)
+        lock(&own);
+    PyObject *result = has_memory ? compute(&own) : PyErr_NoMemory();
     refdyn_motion_release(&own.pieces);
     return result;
 }

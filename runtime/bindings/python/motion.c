@@ -120,19 +120,23 @@ static void follow(struct motion *motion) {
     Py_XDECREF(library);
 }
 
-int refdyn_motion_ask(void *context, const struct record_motion *record) {
+int refdyn_ask(void *context) {
     struct unlocked *unlocked = context;
     const double now = refdyn_seconds(CLOCK_MONOTONIC);
+    if (!unlocked->is_interrupted && now - unlocked->asked >= between_signals) {
+        unlocked->asked = now;
+        PyEval_RestoreThread(unlocked->thread);
+        unlocked->is_interrupted = PyErr_CheckSignals() != 0;
+        if (!unlocked->is_interrupted && unlocked->motion && unlocked->motion->follow)
+            follow(unlocked->motion);
+        unlocked->thread = PyEval_SaveThread();
+    }
+    return unlocked->is_interrupted ? RECORD_INTERRUPTED : REFDYN_OK;
+}
+
+int refdyn_motion_ask(void *context, const struct record_motion *record) {
     (void)record;
-    if (now - unlocked->asked < between_signals)
-        return REFDYN_OK;
-    unlocked->asked = now;
-    PyEval_RestoreThread(unlocked->thread);
-    const int is_interrupted = PyErr_CheckSignals() != 0;
-    if (!is_interrupted && unlocked->motion->follow)
-        follow(unlocked->motion);
-    unlocked->thread = PyEval_SaveThread();
-    return is_interrupted ? RECORD_INTERRUPTED : REFDYN_OK;
+    return refdyn_ask(context);
 }
 
 /* ---- Failures ---- */

@@ -259,7 +259,8 @@ PyObject *refdyn_motion_rows(PyObject *self, PyObject *out) {
     if (!refdyn_need_doubles(out, "rows", record->outputs * motion->table.count, 1, PyBUF_WRITABLE, &view))
         return refdyn_motion_leave(motion, NULL);
     struct rows rows = {.next = view.buf};
-    struct unlocked unlocked = {PyEval_SaveThread(), refdyn_seconds(CLOCK_MONOTONIC), motion};
+    struct unlocked unlocked = {
+        .thread = PyEval_SaveThread(), .asked = refdyn_seconds(CLOCK_MONOTONIC), .motion = motion};
     const struct record_watch watch = {refdyn_motion_ask, &unlocked};
     const double cpu = refdyn_seconds(CLOCK_THREAD_CPUTIME_ID), wall = unlocked.asked;
     motion->status = record_rows(motion, &rows, &watch);

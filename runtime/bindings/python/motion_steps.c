@@ -27,7 +27,8 @@ PyObject *refdyn_motion_advance(PyObject *self, PyObject *t_object) {
     const double t = PyFloat_AsDouble(t_object);
     if (PyErr_Occurred() || !refdyn_motion_enter(motion))
         return NULL;
-    struct unlocked unlocked = {PyEval_SaveThread(), refdyn_seconds(CLOCK_MONOTONIC), motion};
+    struct unlocked unlocked = {
+        .thread = PyEval_SaveThread(), .asked = refdyn_seconds(CLOCK_MONOTONIC), .motion = motion};
     const struct record_watch watch = {refdyn_motion_ask, &unlocked};
     motion->status = record_advance(&motion->block->record, t, &watch);
     PyEval_RestoreThread(unlocked.thread);
@@ -158,7 +159,8 @@ PyObject *refdyn_motion_steps(PyObject *self, PyObject *arguments) {
                                open < STEP_NEW_Q ? 0 : PyBUF_WRITABLE, &states.views[open]))
         open++;
     if (open == STEP_VIEWS) {
-        struct unlocked unlocked = {PyEval_SaveThread(), refdyn_seconds(CLOCK_MONOTONIC), motion};
+        struct unlocked unlocked = {
+            .thread = PyEval_SaveThread(), .asked = refdyn_seconds(CLOCK_MONOTONIC), .motion = motion};
         motion->status = step_all(motion, &states, &unlocked);
         PyEval_RestoreThread(unlocked.thread);
         if (motion->status == REFDYN_OK)

@@ -90,14 +90,17 @@ static int read_state(struct equilibrium *e) {
 }
 
 static int solve(struct equilibrium *e) {
-    int count = 0, status;
+    struct unlocked unlocked = {.asked = refdyn_seconds(CLOCK_MONOTONIC)};
+    int count = 0;
     for (int i = 0; i < e->model->n; i++)
         if (e->held[i])
             e->held_list[count++] = i;
-    Py_BEGIN_ALLOW_THREADS;
-    status = refdyn_statics(&e->work, &e->options, e->held_list, count, e->q, e->hold_force, &e->result,
-                            e->memory + (e->work_size + 15) / 16 * 16, e->statics_size);
-    Py_END_ALLOW_THREADS;
+    e->options.ask = refdyn_ask;
+    e->options.context = &unlocked;
+    unlocked.thread = PyEval_SaveThread();
+    const int status = refdyn_statics(&e->work, &e->options, e->held_list, count, e->q, e->hold_force,
+                                      &e->result, e->memory + (e->work_size + 15) / 16 * 16, e->statics_size);
+    PyEval_RestoreThread(unlocked.thread);
     return status;
 }
 
@@ -133,7 +136,7 @@ static PyObject *report(struct equilibrium *e, int status) {
                                               e->hold_force, e->q,        e->qd,      e->starts};
     char refused[512];
     struct text_stream text;
-    if (!refdyn_text_open(&text))
+    if (PyErr_Occurred() || !refdyn_text_open(&text)) /* interrupted, or without memory */
         return NULL;
     if (status == REFDYN_REFUSED) {
         refdyn_write_refused(&e->work, e->places, refused, sizeof refused);

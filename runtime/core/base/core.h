@@ -41,8 +41,11 @@ static inline int *layout_ints(struct layout *layout, int count) {
     return (int *)(void *)layout_doubles(layout, count / per_double + (count % per_double != 0));
 }
 
-static inline int layout_fits(const void *memory, size_t size, size_t needed) {
-    return memory && needed < SIZE_MAX && (uintptr_t)memory % sizeof(double) == 0 && size >= needed;
+/* Errors: BAD_MEMORY, MEMORY_TOO_SMALL. */
+static inline int layout_status(const void *memory, size_t size, size_t needed) {
+    if (!memory || (uintptr_t)memory % sizeof(double) != 0)
+        return REFDYN_BAD_MEMORY;
+    return needed < SIZE_MAX && size >= needed ? REFDYN_OK : REFDYN_MEMORY_TOO_SMALL;
 }
 
 /* ---- Models and workspaces ---- */

@@ -7,7 +7,7 @@ const char *refdyn_version(void) {
     return REFDYN_VERSION;
 }
 
-enum { LOWEST = REFDYN_REFUSED };
+enum { LOWEST = REFDYN_MEMORY_TOO_SMALL };
 
 static const char *const texts[] = {
     [REFDYN_OK - LOWEST] = "done",
@@ -22,8 +22,9 @@ static const char *const texts[] = {
     [REFDYN_STEP_TOO_SMALL - LOWEST] = "the step fell below the resolution of the time",
     [REFDYN_TANGENT_SINGULAR - LOWEST] = "the tangent stiffness is singular: nothing holds the coordinate",
     [REFDYN_BAD_OPTION - LOWEST] = "an option is out of its range",
-    [REFDYN_BAD_MEMORY - LOWEST] = "the memory given is missing, misaligned or too small",
-    [REFDYN_FUNCTION_MISSING - LOWEST] = "the model lacks a function that is needed",
+    [REFDYN_BAD_MEMORY - LOWEST] = "memory is missing or misaligned",
+    [REFDYN_FUNCTION_MISSING - LOWEST] =
+        "the model lacks a function that is needed; emit it, for implicit methods by --emit all,implicit",
     [REFDYN_TOO_MANY_STEPS - LOWEST] = "the limit on the number of steps was reached",
     [REFDYN_UNKNOWN_NAME - LOWEST] = "the model has nothing of that name, or no emitted function reads it",
     [REFDYN_BAD_VALUE - LOWEST] = "the value given is infinite or undefined",
@@ -39,6 +40,13 @@ static const char *const texts[] = {
     [REFDYN_CONTACT_DRIVEN - LOWEST] = "the programme drives the bodies of a closed contact into each other",
     [REFDYN_CONTACTS_UNMET - LOWEST] = "no impulses or forces keep all closed contacts from closing further",
     [REFDYN_REFUSED - LOWEST] = "the model refuses a value of its parameters",
+    [REFDYN_NOT_STARTED - LOWEST] = "the motion has not started: refdyn_integrator_init and then "
+                                    "refdyn_integrator_start must succeed first",
+    [REFDYN_BAD_TIME - LOWEST] =
+        "the requested time is before the time of the motion, outside its last step, or "
+        "not finite",
+    [REFDYN_MEMORY_TOO_SMALL - LOWEST] = "the memory is smaller than refdyn_workspace_size, "
+                                         "refdyn_integrator_size or refdyn_statics_size requires",
     [REFDYN_EVENT_NOT_MET - LOWEST] = "what an event sets is not finite, or the rows do not allow it",
 };
 

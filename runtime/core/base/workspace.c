@@ -80,15 +80,16 @@ static int has_equations(const struct refdyn_model *model) {
 int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
                           size_t size) {
     *work = (struct refdyn_workspace){.model = model};
-    const int status = refdyn_model_status(model);
+    int status = refdyn_model_status(model);
     if (status)
         return status;
     if (!refdyn_arithmetic_is_exact())
         return REFDYN_BAD_ARITHMETIC;
     if (!has_equations(model))
         return REFDYN_FUNCTION_MISSING;
-    if (!layout_fits(memory, size, refdyn_workspace_size(model)))
-        return REFDYN_BAD_MEMORY;
+    status = layout_status(memory, size, refdyn_workspace_size(model));
+    if (status)
+        return status;
     memset(memory, 0, refdyn_workspace_size(model));
     work->n = model->n;
     work->m = model->m;

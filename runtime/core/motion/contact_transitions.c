@@ -56,7 +56,7 @@ static void let_act(struct refdyn_motion *motion, enum acting which) {
             which == ALL_ACT || (which == RESTING_ACT && contacts->mode[k] == REFDYN_CONTACT_RESTING);
     refdyn_prepare(work);
     refdyn_parameters_enter(&motion->parameters, work);
-    refdyn_parameters_take(&motion->parameters, work->model);
+    refdyn_parameters_take(&motion->parameters, work);
 }
 
 /* Accelerations with the rows of the programme alone, then the rows of all contacts and the factor of M. */

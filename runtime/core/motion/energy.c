@@ -23,7 +23,10 @@ int refdyn_energies(const struct refdyn_workspace *work, double t, const double 
 }
 
 static int at_state(const struct refdyn_integrator *integrator, double *energy) {
-    return refdyn_energies(integrator->work, integrator->t_right, integrator->q, integrator->qd, energy);
+    const int status = refdyn_integrator_status(integrator);
+    return status ? status
+                  : refdyn_energies(integrator->work, integrator->t_right, integrator->q, integrator->qd,
+                                    energy);
 }
 
 int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
@@ -59,17 +62,21 @@ int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrat
     return REFDYN_OK;
 }
 
-void refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
+int refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
+    int status = refdyn_integrator_status(integrator);
+    energy->unit = 0;
+    if (status)
+        return status;
     struct refdyn_workspace *work = integrator->work;
     const double duration = integrator->t - energy->t_start;
-    const int n = work->n,
-              status = refdyn_equations(work, integrator->t_right, integrator->q, integrator->qd);
-    energy->unit = 0;
+    const int n = work->n;
+    status = refdyn_equations(work, integrator->t_right, integrator->q, integrator->qd);
     for (int j = 0; !status && j < n; j++) {
         const double way = refdyn_coordinate_unit(work->model, j, integrator->options.length);
         const double rate = duration > 0 ? way / duration : 0;
         energy->unit += fabs(work->f[j]) * way + work->M[j * n + j] / 2 * rate * rate;
     }
+    return status;
 }
 
 double refdyn_energy_error(const struct refdyn_energy *energy) {

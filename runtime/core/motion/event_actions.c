@@ -292,7 +292,7 @@ static int act(struct refdyn_motion *motion, int i, int is_first, struct done *d
 static void take_values(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
     const double next = motion->control.next;
-    refdyn_parameters_take(&motion->parameters, motion->work->model);
+    refdyn_parameters_take(&motion->parameters, motion->work);
     refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
                                 next > 0 ? next : INFINITY);
     refdyn_time_events_take(&motion->time_events, motion->work, step->t_begin, step->state,

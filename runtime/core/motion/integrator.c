@@ -108,7 +108,7 @@ static void connect(struct refdyn_integrator *integrator) {
 int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_workspace *work,
                            const struct refdyn_options *options, void *memory, size_t size) {
     *integrator = (struct refdyn_integrator){.work = work, .options = *options};
-    const int status = refdyn_workspace_status(work);
+    int status = refdyn_workspace_status(work);
     if (status)
         return status;
     if (refdyn_options_validate(options, NULL))
@@ -116,8 +116,9 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
     if (!refdyn_can_run(work->model, options->method))
         return REFDYN_FUNCTION_MISSING;
     const size_t needed = refdyn_integrator_size(work->model, options);
-    if (!layout_fits(memory, size, needed))
-        return REFDYN_BAD_MEMORY;
+    status = layout_status(memory, size, needed);
+    if (status)
+        return status;
     memset(memory, 0, needed);
     lay_out(integrator, work->model, options, memory);
     connect(integrator);
@@ -225,7 +226,7 @@ static int begin_here(struct refdyn_integrator *integrator) {
 static void take_parameters(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     const double next = motion->control.next;
-    refdyn_parameters_take(&motion->parameters, motion->work->model);
+    refdyn_parameters_take(&motion->parameters, motion->work);
     refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
                                 next > 0 ? next : INFINITY);
     refdyn_time_events_take(&motion->time_events, motion->work, integrator->t, integrator->q, integrator->qd);
@@ -293,6 +294,8 @@ static int start(struct refdyn_integrator *integrator) {
 
 int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
                             const double *qd) {
+    if (!integrator->motion)
+        return REFDYN_NOT_STARTED;
     const size_t bytes = (size_t)integrator->work->n * sizeof *q;
     memcpy(integrator->q, q, bytes);
     memcpy(integrator->qd, qd, bytes);
@@ -308,14 +311,18 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     take_parameters(integrator);
     const int status = start(integrator);
     note_moves(integrator, status != REFDYN_OK);
+    integrator->motion->is_started = status == REFDYN_OK;
     return leave(integrator, status, t);
 }
 
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
+    int status = refdyn_integrator_status(integrator);
+    if (status)
+        return status;
     struct refdyn_motion *motion = enter(integrator);
     refdyn_partition_bound_rank(integrator->work, integrator->work->m);
     take_parameters(integrator);
-    int status = refdyn_check_parameters(integrator->work);
+    status = refdyn_check_parameters(integrator->work);
     if (!status)
         status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
     if (!status)
@@ -327,21 +334,32 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     return leave(integrator, status, integrator->t);
 }
 
+int refdyn_integrator_notice(struct refdyn_integrator *integrator) {
+    return refdyn_parameters_have_changed(&integrator->motion->parameters, integrator->work)
+               ? refdyn_integrator_refresh(integrator)
+               : REFDYN_OK;
+}
+
 int refdyn_integrator_exchange_model(struct refdyn_integrator *integrator, const struct refdyn_model *model) {
-    const int status = refdyn_exchange_model(integrator->work, model);
-    if (!status && integrator->motion)
+    const int status =
+        integrator->motion ? refdyn_exchange_model(integrator->work, model) : REFDYN_NOT_STARTED;
+    if (!status)
         integrator->motion->linear.chain.model = model;
     return status;
 }
 
-void refdyn_integrator_until(struct refdyn_integrator *integrator, double t) {
-    if (integrator->motion)
+int refdyn_integrator_until(struct refdyn_integrator *integrator, double t) {
+    const int status = refdyn_integrator_status(integrator);
+    if (!status)
         integrator->motion->t_final = t;
+    return status;
 }
 
-void refdyn_integrator_limit(struct refdyn_integrator *integrator, double t) {
-    if (integrator->motion)
+int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t) {
+    const int status = refdyn_integrator_status(integrator);
+    if (!status)
         integrator->motion->t_most = t;
+    return status;
 }
 
 /* ---- States at outputs ---- */
@@ -478,11 +496,16 @@ static int conclude(struct refdyn_integrator *integrator, double t_out, int fail
 }
 
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps) {
+    int status = refdyn_integrator_status(integrator);
+    if (status)
+        return status;
     if (!(isfinite(t_out) && t_out >= integrator->t))
-        return REFDYN_BAD_OPTION;
+        return REFDYN_BAD_TIME;
+    status = refdyn_integrator_notice(integrator);
+    if (status)
+        return status;
     struct refdyn_motion *motion = enter(integrator);
     struct refdyn_attempt attempt = {.is_over = 1};
-    int status = REFDYN_OK;
     for (; steps > 0 && is_before(motion, t_out) && !status; steps--)
         status = refdyn_accept_step(motion, t_out, 0, &attempt);
     return conclude(integrator, t_out, status);
@@ -521,32 +544,41 @@ int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
 
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
     const struct refdyn_motion *motion = integrator->motion;
+    const int status = refdyn_integrator_status(integrator);
+    if (status)
+        return status;
     if (!(refdyn_time_events_right_of(&motion->time_events, t) >= motion->step.t_begin &&
           t <= fmax(motion->step.t_end, integrator->t)))
-        return REFDYN_BAD_OPTION;
+        return REFDYN_BAD_TIME;
     enter(integrator);
     return leave(integrator, show(integrator, t), t);
 }
 
-void refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces) {
+int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces) {
+    if (refdyn_integrator_status(integrator))
+        return REFDYN_NOT_STARTED;
     const struct refdyn_workspace *work = integrator->work;
     struct refdyn_state_events *events = &integrator->motion->state_events;
     struct refdyn_contacts *contacts = &events->contacts;
     memcpy(forces, integrator->lambda + contacts->first_row, (size_t)contacts->count * sizeof *forces);
     if (contacts->are_unique)
-        return;
+        return REFDYN_OK;
     work->model->event_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd,
                              events->terms);
     refdyn_contacts_spread(contacts, work->model, events->terms, forces);
+    return REFDYN_OK;
 }
 
-void refdyn_integrator_force(struct refdyn_integrator *integrator, double *force) {
+int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force) {
+    if (refdyn_integrator_status(integrator))
+        return REFDYN_NOT_STARTED;
     const struct refdyn_workspace *work = integrator->work;
     const int n = work->n;
     if (!integrator->is_undetermined) {
         refdyn_programme_force(work, integrator->lambda, force);
-        return;
+        return REFDYN_OK;
     }
     for (int i = 0; i < n; i++)
         force[i] = dense_dot(work->M + i * n, integrator->qdd, n) - work->f[i];
+    return REFDYN_OK;
 }

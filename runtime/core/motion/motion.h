@@ -73,6 +73,9 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
 /* Returns whether options.step_limit steps have been tried. */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 
+/* refdyn_integrator_refresh if the caller has changed inputs or parameters since the last one. */
+int refdyn_integrator_notice(struct refdyn_integrator *integrator);
+
 /* Motions whose steps a batch takes side by side: statuses in addition to those of refdyn.h. LEFT_TO_MOTION:
  * the motion takes the step itself, because the others cannot share it or its numbers are not finite. */
 enum { REFDYN_HALTED = 1000, REFDYN_LEFT_TO_MOTION };
@@ -231,6 +234,7 @@ double refdyn_programme_moved_most(const struct refdyn_step *step);
  * `struct refdyn_parameters` is written only by motion_options.c. */
 struct refdyn_parameters {
     double *own, *callers; /* as work->p; work->p while `own` are in use */
+    double *taken;         /* the caller's parameters, then the inputs, when they were taken */
 };
 
 void refdyn_parameters_lay_out(struct refdyn_parameters *parameters, const struct refdyn_model *model,
@@ -239,10 +243,14 @@ void refdyn_parameters_lay_out(struct refdyn_parameters *parameters, const struc
 void refdyn_parameters_enter(struct refdyn_parameters *parameters, struct refdyn_workspace *work);
 void refdyn_parameters_leave(struct refdyn_parameters *parameters, struct refdyn_workspace *work);
 /* Between the two calls: the first sets the caller's parameter at a place of p and copies the caller's
- * values; the second only copies them. */
+ * values; the second only copies them, and notes the inputs. */
 void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_workspace *work, int place,
                            double value);
-void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_model *model);
+void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_workspace *work);
+/* Returns whether the caller has changed a parameter or an input since then. Call it outside the two calls.
+ */
+int refdyn_parameters_have_changed(const struct refdyn_parameters *parameters,
+                                   const struct refdyn_workspace *work);
 /* Sets the gains that the options request for a step of h; INFINITY: no gains. */
 void refdyn_parameters_set_gains(struct refdyn_parameters *parameters, const struct refdyn_model *model,
                                  const struct refdyn_options *options, double h);
@@ -586,7 +594,13 @@ struct refdyn_motion {
     int rows_change;             /* at the time event where the last step ended */
     double t_final, t_most;      /* end of the motion and limit: refdyn_integrator_until, _limit [s] */
     long evaluations_before;     /* of the workspace, at the start */
+    int is_started;              /* refdyn_integrator_start has succeeded */
 };
+
+/* Returns OK, or NOT_STARTED before a start that has succeeded. */
+static inline int refdyn_integrator_status(const struct refdyn_integrator *integrator) {
+    return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
+}
 
 /* The longest ordinary step: half of the way to an obstacle whose special step has failed [s]. */
 static inline double refdyn_ahead_longest(const struct refdyn_motion *motion,

@@ -71,7 +71,9 @@ int refdyn_options_validate(const struct refdyn_options *options, const char **f
 
 void refdyn_parameters_lay_out(struct refdyn_parameters *parameters, const struct refdyn_model *model,
                                struct layout *layout) {
-    parameters->own = layout_doubles(layout, model->parameter_count + model->derived_count);
+    const int count = model->parameter_count + model->derived_count;
+    parameters->own = layout_doubles(layout, count);
+    parameters->taken = layout_doubles(layout, count + model->input_count);
 }
 
 void refdyn_parameters_enter(struct refdyn_parameters *parameters, struct refdyn_workspace *work) {
@@ -83,9 +85,24 @@ void refdyn_parameters_leave(struct refdyn_parameters *parameters, struct refdyn
     work->p = parameters->callers;
 }
 
-void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_model *model) {
-    const int count = model->parameter_count + model->derived_count;
-    memcpy(parameters->own, parameters->callers, (size_t)count * sizeof *parameters->own);
+static size_t parameter_bytes(const struct refdyn_model *model) {
+    return ((size_t)model->parameter_count + (size_t)model->derived_count) * sizeof(double);
+}
+
+void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_workspace *work) {
+    const size_t bytes = parameter_bytes(work->model);
+    memcpy(parameters->own, parameters->callers, bytes);
+    memcpy(parameters->taken, parameters->callers, bytes);
+    memcpy(parameters->taken + bytes / sizeof(double), work->x,
+           (size_t)work->model->input_count * sizeof(double));
+}
+
+int refdyn_parameters_have_changed(const struct refdyn_parameters *parameters,
+                                   const struct refdyn_workspace *work) {
+    const size_t bytes = parameter_bytes(work->model);
+    return memcmp(parameters->taken, work->p, bytes) != 0 ||
+           memcmp(parameters->taken + bytes / sizeof(double), work->x,
+                  (size_t)work->model->input_count * sizeof(double)) != 0;
 }
 
 void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_workspace *work, int place,
@@ -94,7 +111,7 @@ void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_w
     work->p[place] = value;
     refdyn_prepare(work);
     refdyn_parameters_enter(parameters, work);
-    refdyn_parameters_take(parameters, work->model);
+    refdyn_parameters_take(parameters, work);
 }
 
 void refdyn_parameters_set_gains(struct refdyn_parameters *parameters, const struct refdyn_model *model,

@@ -106,7 +106,9 @@ static int read_rows(struct balance *b, struct place *place) {
 }
 
 int refdyn_balance_read(struct balance *b, struct place *place) {
-    const int status = read_forces(b, place);
+    int status = b->ask ? b->ask(b->context) : REFDYN_OK;
+    if (!status)
+        status = read_forces(b, place);
     return status || b->row_count == 0 ? status : read_rows(b, place);
 }
 

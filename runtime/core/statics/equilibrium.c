@@ -255,7 +255,7 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
                    struct refdyn_statics_result *result, void *memory, size_t size) {
     struct statics statics = {.options = options, .result = result};
     *result = (struct refdyn_statics_result){.is_followed = 1, .unstable_coordinate = -1};
-    const int status = refdyn_workspace_status(work);
+    int status = refdyn_workspace_status(work);
     if (status)
         return status;
     if (wrong_option(options) || !are_coordinates(held, held_count, work->n) ||
@@ -263,11 +263,11 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
         return REFDYN_BAD_OPTION;
     if (!has_functions(work->model, options->row_count))
         return REFDYN_FUNCTION_MISSING;
-    if (!layout_fits(memory, size, refdyn_statics_size(work->model)))
-        return REFDYN_BAD_MEMORY;
-    const int refused = refdyn_check_parameters(work);
-    if (refused)
-        return refused;
+    status = layout_status(memory, size, refdyn_statics_size(work->model));
+    if (!status)
+        status = refdyn_check_parameters(work);
+    if (status)
+        return status;
     memset(memory, 0, refdyn_statics_size(work->model));
     lay_out(&statics, work->model, memory);
     struct balance *balance = &statics.balance;
@@ -275,6 +275,8 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
     balance->t = options->t;
     balance->rows = options->rows;
     balance->row_count = options->row_count;
+    balance->ask = options->ask;
+    balance->context = options->context;
     list_free(balance, held, held_count, options->length);
     return refdyn_carrying_begin(&statics) ? solve_on_contacts(&statics, q, hold_force)
                                            : solve(&statics, q, hold_force);

@@ -24,8 +24,10 @@ struct balance {
     struct refdyn_workspace *work;
     double t; /* [s] */
     int n, count, row_count;
-    int *free;       /* (count) coordinates not held */
-    const int *rows; /* (row_count) rows that hold */
+    int *free;                 /* (count) coordinates not held */
+    const int *rows;           /* (row_count) rows that hold */
+    int (*ask)(void *context); /* of the options, with its context */
+    void *context;
     double *size;    /* (row_count) largest coefficient in units over all places that were read; a row whose
                         coefficients all vanish becomes redundant */
     double *unit;    /* (n) change that counts as much as 1 rad */
@@ -59,7 +61,7 @@ void refdyn_balance_lay_out(struct balance *balance, const struct refdyn_model *
  * -1: none. Returns the status. */
 int refdyn_balance_fail(const struct balance *balance, int status, int row, int coordinate);
 
-/* Evaluates forces and rows at place->q. Error: NOT_FINITE. */
+/* Evaluates forces and rows at place->q, unless `ask` says stop. Errors: NOT_FINITE; the status of `ask`. */
 int refdyn_balance_read(struct balance *balance, struct place *place);
 /* Returns the distance at which row a is satisfied, in units of 1 rad and `length`. */
 double refdyn_balance_distance(const struct balance *balance, const struct place *place, int a);

@@ -62,8 +62,8 @@ const struct option_rule scene_rules[] = {
      "compute steps of 1, 2, 4 or 8 cases side by side (default: chosen from vectors, model and "
      "number of cases)",
      NULL, NULL},
-    {"set", "NAME=VALUE", OPTION_SETTING, "set an option or a parameter of the model (repeatable)", NULL,
-     NULL},
+    {"set", "NAME=VALUE", OPTION_SETTING, "set an option, a parameter or an input of the model (repeatable)",
+     NULL, NULL},
     {"loops", "WHEN", OPTION_TEXT,
      "auto (default), always or never: loops over equal elements instead of code for each", loop_words, NULL},
     {"accelerations", "HOW", OPTION_TEXT, "auto (default), recursive or dense: how the C solves M qdd = f",
@@ -85,8 +85,11 @@ static bool read_variant(const struct options *options, struct read_request *req
 /* Prints the messages of a model that cannot be read; other messages only if they are requested. */
 static enum status read_with(struct scene *scene, const struct options *options,
                              const struct setting *settings, int count, bool fold, bool is_telling) {
-    struct read_request request = {
-        .file = *options->operands, .settings = settings, .setting_count = count, .fold = fold};
+    struct read_request request = {.file = *options->operands,
+                                   .settings = settings,
+                                   .setting_count = count,
+                                   .fold = fold,
+                                   .name = options_text(options, "name")};
     if (!read_variant(options, &request))
         return STATUS_USAGE;
     if (scene->is_read)

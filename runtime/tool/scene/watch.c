@@ -31,6 +31,7 @@ struct watch {
     const char *model; /* NULL if there is none */
     struct watched_file *files;
     int count, room;
+    const char *changed;  /* path of the file that has changed last */
     volatile pid_t child; /* 0: none runs */
     int reports; /* descriptor of the child's paths, each with a zero at its end; -1 after the last */
     char *paths; /* received and incomplete */
@@ -54,6 +55,7 @@ static bool look(struct watch *watch) {
         struct stat now;
         if (has_changed(&watch->files[i], &now)) {
             watch->files[i].status = now;
+            watch->changed = watch->files[i].path;
             is_any = true;
         }
     }
@@ -194,6 +196,14 @@ static void print_watched(const struct watch *watch) {
     fputs("; Ctrl-C ends\n", stderr);
 }
 
+/* Separates the messages of two repetitions. */
+static void print_change(const struct watch *watch) {
+    char clock[sizeof "23:59:59"];
+    const time_t now = time(NULL);
+    strftime(clock, sizeof clock, "%H:%M:%S", localtime(&now));
+    fprintf(stderr, "\nrefdyn: %s: %s has changed\n", clock, watch->changed);
+}
+
 static void wait_for_change(struct watch *watch) {
     while (!look(watch))
         nanosleep(&look_pause, NULL);
@@ -217,6 +227,7 @@ enum status scene_watch(const struct options *options, const char *model, const 
             print_watched(&watch);
         if (status >= 0)
             wait_for_change(&watch);
+        print_change(&watch);
     }
     fprintf(stderr, "refdyn: no process could be started: %s\n", strerror(errno));
     return STATUS_FAULT;

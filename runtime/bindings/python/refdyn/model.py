@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import casadi_functions, cases as cases_, datasets, equilibria, inline, motion, program, recorded, stepping, urdf
-from .names import ByName, by_name, finite_row, nearest, one_real, unknown
+from .names import ByName, by_name, by_order, finite_row, nearest, one_real, unknown
 from .passing import Given
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
@@ -258,10 +258,10 @@ class Model:
 
     # ---- Equilibria, modes, motions, batches ----
 
-    def statics(self, q: npt.ArrayLike | None = None, *, t: float | None = None, inputs: Mapping[str, float] | None = None,
-                parameters: Mapping[str, float] | None = None, hold: str | Sequence[str] | None = None,
+    def statics(self, q: npt.ArrayLike | None = None, *, t: float | None = None, inputs: Given = None, parameters: Given = None, hold: str | Sequence[str] | None = None,
                 release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
         """Computes the equilibrium near q; the options are those of `refdyn statics`."""
+        inputs = by_order("input", inputs, self.inputs)
         values, constants = self._values("parameter", parameters), self._values("input", inputs)
         found = equilibria.find(self, "statics", q, t, constants, values, hold, release, way)
         if found is not None:
@@ -271,8 +271,8 @@ class Model:
         held = self.held if hold is None else (listed(hold) or "").split(",")
         return datasets.of_equilibrium(self, json.loads(printed), held, datasets.attributes(self, values, inputs))
 
-    def modes(self, at: str = "statics", *, q: npt.ArrayLike | None = None, t: float | None = None, inputs: Mapping[str, float] | None = None,
-              parameters: Mapping[str, float] | None = None, modes: int | None = None, hold: str | Sequence[str] | None = None,
+    def modes(self, at: str = "statics", *, q: npt.ArrayLike | None = None, t: float | None = None, inputs: Given = None, parameters: Given = None,
+              modes: int | None = None, hold: str | Sequence[str] | None = None,
               release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
         """Computes frequencies, damping ratios and shapes about the equilibrium, about the initial state (`at="initial"`) or about q.
 
@@ -284,6 +284,7 @@ class Model:
         if not isinstance(at, (str, os.PathLike)):
             raise TypeError(f"at: {type(at).__name__}; must be a name or a file; give a state as q=")
         check_place("at", at, [])
+        inputs = by_order("input", inputs, self.inputs)
         values, constants = self._values("parameter", parameters), self._values("input", inputs)
         is_found = q is None and at == "statics"
         if is_found and t is not None:
@@ -297,7 +298,7 @@ class Model:
         return datasets.of_modes(self, json.loads(printed), datasets.attributes(self, values, inputs))
 
     def linearise(self, at: str = "statics", *, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
-                  inputs: Mapping[str, float] | None = None, parameters: Mapping[str, float] | None = None, hold: str | Sequence[str] | None = None,
+                  inputs: Given = None, parameters: Given = None, hold: str | Sequence[str] | None = None,
                   move_held: bool = False, release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
         """Computes the linear model s' = A s + B x + rate, y = C s + D x about the equilibrium, the initial state or q, qd.
 
@@ -311,6 +312,7 @@ class Model:
         if not isinstance(at, (str, os.PathLike)):
             raise TypeError(f"at: {type(at).__name__}; must be a name or a file; give a state as q=")
         check_place("at", at, [])
+        inputs = by_order("input", inputs, self.inputs)
         values, constants = self._values("parameter", parameters), self._values("input", inputs)
         is_found = q is None and qd is None and at == "statics"
         if is_found and t is not None:
@@ -322,18 +324,20 @@ class Model:
 
     def simulate(self, t_end: float, tol: float | None = None, *, method: str | None = None, step: float | None = None, every: float | None = None,
                  from_: str = "initial", q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
-                 inputs: Mapping[str, npt.ArrayLike] | None = None, parameters: Mapping[str, float] | None = None,
-                 stop: str | Sequence[str] = (), dataset: bool = True, **options: Any) -> Any:
+                 inputs: Given = None, parameters: Given = None, stop: str | Sequence[str] = (), dataset: bool = True, **options: Any) -> Any:
         """Computes a motion until t_end [s]. The columns of `refdyn sim` become variables along t with units, the summary attributes.
 
         tol        tolerance: bound on the local error (1e-6), for motions without a fixed `step`
         from_      "initial", "statics" or the name of a STATE.json; q, qd and t define another start instead
-        inputs     constant values by name; with times `t` also samples, each valid until the next
+        inputs     constant values, by name or as an array; by name with times `t` also samples, each valid until the next
         stop       a condition that ends the motion, "E_z<2", or several
         dataset    False returns the columns as arrays by name, with their summary in `attrs`, which is faster for short motions
         options    further options of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way
         """
         check_place("from_", from_, [name for name, value in (("q", q), ("qd", qd), ("t", t)) if value is not None])
+        if isinstance(options.get("accuracy"), (bool, np.bool_)):
+            raise TypeError(f"accuracy: {options['accuracy']}; must be a number, the bound on the error of the motion")
+        inputs = by_order("input", inputs, self.inputs, "; samples need their times, inputs={'t': times, 'NAME': values}")
         values = self._values("parameter", parameters)
         constants, columns = split(inputs, self._kinds, self._by_events)
         conditions = (stop,) if isinstance(stop, str) else tuple(stop)
@@ -457,9 +461,10 @@ class Model:
         rates = [data[name + "_d"].values if name + "_d" in data else np.zeros(q.shape[:-1]) for name in self.coordinates]
         return q, np.stack(rates, axis=-1)
 
-    def _values(self, kind: str, given: Mapping[str, float] | None) -> dict[str, float]:
-        """Returns one number for each name."""
-        return {name: one_real(f"{kind} {name}", value) for name, value in by_name(kind, given, self._kinds).items()}
+    def _values(self, kind: str, given: Given) -> dict[str, float]:
+        """Returns one number for each name. An array has the values of all inputs or parameters in their order."""
+        values = by_order(kind, given, self._units[f"{kind}s"])
+        return {name: one_real(f"{kind} {name}", value) for name, value in by_name(kind, values, self._kinds).items()}
 
     def _run(self, command: str, options: Mapping[str, Any], values: Mapping[str, float | None] = {}, *words: str, shows_progress: bool = False) -> str:
         """Runs a command with these values instead of the model's. Names with None are left out: another option sets them."""

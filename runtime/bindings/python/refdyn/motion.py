@@ -37,6 +37,8 @@ def positive(name: str, value: Any) -> float:
     """Returns a positive number, 0 for None."""
     if value is None:
         return 0.0
+    if isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name}: {value}; must be a number")
     number = one_real(name, value)
     if not (number > 0 and np.isfinite(number)):
         raise ValueError(f"{name}: {program.text_of(name, value)!r} is not a positive number")
@@ -108,10 +110,9 @@ def row_of(name: str, value: npt.ArrayLike | None, count: int) -> np.ndarray | N
 
 
 def tell(model: Model, text: str) -> None:
-    """Turns the warnings in a text of the runtime into warnings of Python."""
-    for warning in program.warnings_of(text) if text else ():
-        if program.fact_of(warning) not in model._warned:
-            program.warn(warning)
+    """Turns the warnings in a text of the runtime into one of Python."""
+    if text:
+        program.warn_of(program.warnings_of(text), model._warned)
 
 
 def failure_of(model: Model, status: int, text: str, is_started: bool) -> Exception:

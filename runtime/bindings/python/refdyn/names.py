@@ -61,6 +61,18 @@ def by_name(kind: str, given: Mapping[str, Any] | None, kinds: Mapping[str, Coll
     return given
 
 
+def by_order(kind: str, given: Any, names: Collection[str], samples: str = "") -> Any:
+    """Returns the values of an array, which has those of `names` in their order, by name. NaN leaves a parameter to the start of a
+    motion. `samples`: how values along the time are given instead."""
+    if given is None or isinstance(given, Mapping) or np.ndim(given) == 0:
+        return given
+    values = reals(f"{kind}s", given)
+    if values.shape != (len(names),):
+        hint = samples if values.ndim == 2 and values.shape[1] == len(names) else ""
+        raise ValueError(f"{kind}s: have shape {values.shape}; must have ({len(names)},), one number for each of the model's {kind}s, or names{hint}")
+    return {name: value for name, value in zip(names, values.tolist()) if kind != "parameter" or not np.isnan(value)}
+
+
 def has_masked(value: Any) -> bool:
     """Returns whether a masked array, or a list that contains one, has masked values."""
     return bool(np.ma.is_masked(value)) or isinstance(value, (list, tuple)) and any(map(has_masked, value))

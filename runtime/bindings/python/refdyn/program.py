@@ -145,6 +145,13 @@ def warn(text: str) -> None:
     warnings.warn(text, ModelWarning, stacklevel=level)
 
 
+def warn_of(found: Sequence[str], warned: Collection[str]) -> None:
+    """One warning for all of a call, a line each; those whose facts are in `warned` are left out."""
+    texts = [text for text in found if fact_of(text) not in warned]
+    if texts:
+        warn("\n".join(texts))
+
+
 def private_folder() -> tempfile.TemporaryDirectory[str]:
     """A temporary folder for the files that a call exchanges with the program."""
     return tempfile.TemporaryDirectory(prefix=PRIVATE)
@@ -187,9 +194,7 @@ def run(*words: str | os.PathLike[str], places: Mapping[str, str] = {}, warned: 
     status, printed, complained = call([PROGRAM, *map(str, words)], shows_progress)
     said = wording.shown(complained, places)
     found = warnings_of(said)
-    for text in found:
-        if fact_of(text) not in warned:
-            warn(text)
+    warn_of(found, warned)
     if status:
         raise failure(status, WARNING.sub("", said))
     return printed, [fact_of(text) for text in found], WARNING.sub("", said)

@@ -14,7 +14,7 @@ OPTION = re.compile(rf"--({'|'.join(sorted(OPTIONS, key=len, reverse=True))})(?!
 NEAREST = re.compile(r"; (?:the nearest known one is \"([^\"\n]*)\"|the nearest is '?([\w.]+)'?)(?=\n|$)", re.M)
 OF_OPTION = re.compile(r"^[^\n]*?: (?=--[\w-]+: )")
 OF_FILE = re.compile(r"^<(?:state|cases|inputs|sweep)>(?::\d+)?: ", re.M)
-OF_SETTING = re.compile(r"^[^\n]*?(?:\.lua|<text>): (?:option )?(?=\w+: (?:value |unknown option or parameter|the model has no option))", re.M)
+OF_SETTING = re.compile(r"^[^\n]*?(?:\.lua|<text>): (?:option )?(?=\w+: (?:value |unknown option, parameter or input|the model has no option))", re.M)
 LONG_NUMBER = re.compile(r"-?\b\d+\.\d{12,}(?:e[+-]?\d+)?\b|(?<![\w.])-0(?![\w.])")
 
 

@@ -121,12 +121,12 @@ static enum status read_real(const struct options *options, bool *is_single) {
 
 static enum status generate(struct scene *scene, const struct options *options) {
     const char *emit = options_text(options, "emit");
-    const char *wrong = emit ? gen_wrong_emit(&scene->generation, emit) : NULL;
-    if (wrong)
-        return options_usage_error(options->command, "--emit: %s", wrong);
     const enum status status = read_real(options, &scene->generation.is_single);
     if (status != STATUS_DONE)
         return status;
+    const char *wrong = emit ? gen_wrong_emit(&scene->generation, emit) : NULL;
+    if (wrong)
+        return options_usage_error(options->command, "--emit: %s", wrong);
     return options_text(options, "explain") ? explain_pass(scene, options) : emit_scene(scene, options);
 }
 
@@ -175,6 +175,10 @@ static const char *list_passes(const struct command *command) {
 }
 
 static const struct option_rule gen_rules[] = {
+    {"name", "NAME", OPTION_TEXT,
+     "the name of the files and of all names in the C, instead of the model's: for two structures in one "
+     "program",
+     NULL, NULL},
     {"real", "TYPE", OPTION_TEXT,
      "double (default) or float: the type of numbers in the C; float: single precision for "
      "microcontrollers, without the table for the runtime",
@@ -194,13 +198,13 @@ const struct command gen_command = {
     .name = "gen",
     .run = run_gen,
     .operands = "MODEL.lua",
-    .options = "output! emit real for-lanes for-casadi depfile explain set loops accelerations fold",
+    .options = "output! name emit real for-lanes for-casadi depfile explain set loops accelerations fold",
     .tables = {gen_rules, scene_rules},
     .replaces_needed = "explain",
     .output = "DIR",
     .purpose = "write the C code of a model",
     .help = "Writes NAME.h and NAME.c, and further .c files if they are long, into the folder of -o. Prints "
-            "what was emitted.\n\n"
+            "what was emitted. docs/commands.md lists the quantities of --emit.\n\n"
             "  refdyn gen models/manipulator.lua -o out\n"
             "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"
             "  refdyn gen models/manipulator.lua --emit qdd_free,constrained --for-lanes -o out\n"

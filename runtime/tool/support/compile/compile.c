@@ -46,20 +46,26 @@ static void hash_words(SHA2_CTX *sha, const char *const *words) {
         hash_text(sha, *words, strlen(*words));
 }
 
-static void hash_emitted(SHA2_CTX *sha, const struct emitted *emitted) {
-    hash_text(sha, refdyn_model_header, refdyn_model_header_size);
+/* The SHA-256 of all sources, once for both tiers. */
+static const char *hash_emitted(const struct emitted *emitted) {
+    char *hash = format_allocate(SHA256_DIGEST_STRING_LENGTH, 1);
+    SHA2_CTX sha;
+    SHA256Init(&sha);
+    hash_text(&sha, refdyn_model_header, refdyn_model_header_size);
     if (emitted->lanes) {
-        hash_words(sha, compile_lanes_flags(emitted->lanes));
-        hash_text(sha, refdyn_lanes_header, refdyn_lanes_header_size);
+        hash_words(&sha, compile_lanes_flags(emitted->lanes));
+        hash_text(&sha, refdyn_lanes_header, refdyn_lanes_header_size);
     }
     for (int i = 0; i < emitted->count; i++) {
-        hash_text(sha, emitted->files[i].name, strlen(emitted->files[i].name));
-        hash_text(sha, emitted->files[i].text, emitted->files[i].length);
+        hash_text(&sha, emitted->files[i].name, strlen(emitted->files[i].name));
+        hash_text(&sha, emitted->files[i].text, emitted->files[i].length);
     }
+    SHA256End(&sha, hash);
+    return hash;
 }
 
 /* The words of a first compiler contain its flags. */
-static const char *key_of(const struct toolchain *chain, bool is_first, const struct emitted *emitted) {
+static const char *key_of(const struct toolchain *chain, bool is_first, const char *sources) {
     char *key = format_allocate(SHA256_DIGEST_STRING_LENGTH, 1);
     SHA2_CTX sha;
     SHA256Init(&sha);
@@ -69,7 +75,7 @@ static const char *key_of(const struct toolchain *chain, bool is_first, const st
         hash_words(&sha, compile_flags);
         hash_words(&sha, compile_gcc_flags);
     }
-    hash_emitted(&sha, emitted);
+    hash_text(&sha, sources, strlen(sources));
     SHA256End(&sha, key);
     return key;
 }
@@ -143,12 +149,12 @@ static bool load_or_build(struct compiled *compiled, const struct emitted *emitt
     struct toolchain chain, first;
     if (!compile_toolchain_find(&chain))
         return false;
-    const char *key = key_of(&chain, false, emitted);
+    const char *sources = hash_emitted(emitted), *key = key_of(&chain, false, sources);
     enum build_outcome outcome = BUILD_REFUSED;
     if (load(compiled, emitted, key))
         return true;
     if (tier != COMPILE_OPTIMISED && !emitted->lanes && compile_toolchain_first(&first, &chain))
-        outcome = provide(compiled, emitted, &first, key_of(&first, true, emitted), true);
+        outcome = provide(compiled, emitted, &first, key_of(&first, true, sources), true);
     if (outcome == BUILD_REFUSED)
         return provide(compiled, emitted, &chain, key, false) == BUILD_DONE;
     if (outcome != BUILD_DONE)

@@ -285,7 +285,15 @@ static void make_table(struct reading *reading) {
     reading->table[reading->known_count] = (struct option){.name = NULL};
 }
 
+/* Names of options in Python and in other programs. */
+static const char *const other_names[][2] = {
+    {"dt", "step"}, {"rtol", "tol"}, {"t-end", "until"}, {"t_end", "until"}};
+
 static const char *nearest_option(const struct reading *reading, const char *given) {
+    for (size_t i = 0; i < sizeof other_names / sizeof *other_names; i++)
+        for (int k = 0; strcmp(given, other_names[i][0]) == 0 && k < reading->known_count; k++)
+            if (strcmp(reading->known[k].rule->name, other_names[i][1]) == 0)
+                return other_names[i][1];
     const char *names[OPTIONS_MOST];
     for (int i = 0; i < reading->known_count; i++)
         names[i] = reading->known[i].rule->name;
@@ -335,6 +343,9 @@ enum status options_check_list(const struct command *command, const char *name, 
     for (int i = 0; items[i]; i++) {
         if (!*items[i])
             return options_usage_error(command, "--%s: '%s' has an empty item", name, list);
+        if (*items[i] == ' ' || items[i][strlen(items[i]) - 1] == ' ')
+            return options_usage_error(
+                command, "--%s: '%s' has a blank next to a comma or at an end; remove it", name, list);
         if (text_index(items[i], items, i) >= 0)
             return options_usage_error(command, "--%s: '%s' is given twice; give it once", name, items[i]);
     }
@@ -372,6 +383,12 @@ static enum status add_text(struct options *options, const struct option_rule *r
                                        rule->name, text);
     options_add_text(options, rule->name, text);
     return STATUS_DONE;
+}
+
+/* Is this word an option that getopt_long took as the value of the one before it? Negative numbers are
+ * values. A value that looks like an option is written after an equals sign: --NAME=VALUE. */
+static bool is_option(const char *word) {
+    return strncmp(word, "--", 2) == 0 || strcmp(word, "-o") == 0 || strcmp(word, "-h") == 0;
 }
 
 static enum status read_option(struct options *options, const struct option_rule *rule) {
@@ -478,7 +495,10 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
         else if (answer == 'h' || reading.known[answer - FIRST_ANSWER].rule->kind == OPTION_HELP) {
             print_command_help(options->command);
             return false;
-        } else
+        } else if (optarg && optarg == argv[optind - 1] && is_option(optarg))
+            *status = options_usage_error(options->command, "%s needs a value before '%s'",
+                                          option_shown(reading.known[answer - FIRST_ANSWER].rule), optarg);
+        else
             *status = read_option(options, reading.known[answer - FIRST_ANSWER].rule);
     }
     options->operands = (const char **)argv + optind;

@@ -1,7 +1,7 @@
 /*
  * The functions of gfortran's runtime library that LAPACK calls, for a program that contains LAPACK
- * (REFDYN_STANDALONE). The library itself would add its input and output, and libquadmath, which is under the
- * LGPL.
+ * (runtime/archives.cmake). The library itself would add its input and output, and libquadmath, which is
+ * under the LGPL.
  */
 #include <stddef.h>
 #include <stdio.h>
