@@ -30,6 +30,11 @@ LOOPS = ("--loops", "always")
 CASES += [(REFERENCE, (*LOOPS, "--set", "n_rfe=6")), (REFERENCE, (*LOOPS, "--fold")), (MODELS / "planar.lua", (*LOOPS, "--set", "n_rfe=5")),
           (TESTS / "models" / "loaded_beams.lua", (*LOOPS, "--set", "n_rfe=2"))]
 CASES += [(TESTS / "models" / "runs.lua", (*LOOPS, "--set", f"kind={kind}", "--set", "rfe=3")) for kind in ("sides", "segments", "slides", "driven")]
+SWEEPS = ("--accelerations", "recursive")  # short chains would be solved with the matrix
+CASES += [(REFERENCE, (*SWEEPS, *LOOPS, "--fold")), (MODELS / "gantry.lua", SWEEPS),
+          (TESTS / "models" / "loaded_beams.lua", (*SWEEPS, *LOOPS, "--set", "n_rfe=2")),
+          (TESTS / "models" / "runs.lua", (*SWEEPS, *LOOPS, "--set", "kind=driven", "--set", "rfe=3"))]
+CASES += [(path, SWEEPS) for path in all_models() if LONG and path != REFERENCE]
 CASES += [(path, ()) for path in few_models_of_tests()] + [(seed, ()) for seed in RANDOM]
 NAMES = [f"random {path}" if isinstance(path, int) else " ".join([path.stem, *options]) for path, options in CASES]
 EXACT = 1e-13    # of the largest entry: numerical rotations are orthogonal to 1e-16

@@ -14,44 +14,6 @@
 
 #include <string.h>
 
-struct articulated {
-    struct tensor J;
-    struct matrix H;
-    struct tensor M;
-};
-
-/* Values kept of joint i: U = IA e, D = e . U + rotor, as U / D and 1 / D. Theory, sect. 5.2. */
-struct pivot {
-    struct wrench U, U_over_D;
-    expression D_inverse;
-    expression kept; /* rotor / D: the part of U, and of joint i's force, that remains along its own axis */
-};
-
-/* Values kept of a ball joint, in the axes of its last frame: J = L D L^T, J^-1 H, and the directions of
- * its three axes. Theory, sect. 5.3. */
-struct ball {
-    expression D_inverse[3], L[3]; /* L: yx zx zy */
-    struct matrix H, J_inverse_H;
-    struct matrix turn; /* from the last frame's axes to those of the first frame's carrier */
-    expression tilt,
-        cos_inverse; /* in the middle frame the first axis is cos along itself, tilt along the last axis */
-};
-
-/* One step of the elimination: the joint of frame `first`, or a ball joint of the three frames up to `last`.
- */
-struct stage {
-    int first, last;
-    struct pivot pivot;
-    struct ball ball;
-};
-
-struct elimination {
-    const struct kinematics *k;
-    struct stage *stages;       /* by the frame that ends the stage; the others are empty */
-    bool *ends_stage;           /* by frame */
-    struct articulated *beyond; /* by frame: the contribution of everything beyond it */
-};
-
 /* IA of a rigid body: J, H = [mc]x, M = m 1. Theory, sect. 5.1. */
 static struct articulated rigid(struct graph *g, const struct inertia *inertia) {
     struct articulated a = {.H = {{0}}};
@@ -183,7 +145,7 @@ static struct tensor lever_square(struct graph *g, int axis, expression l, struc
 }
 
 /* About the parent's origin, r away: H' = H + [r]x M, J' = J - H [r]x + [r]x H'^T. Theory, sect. 5.1. */
-static struct articulated shift_articulated(struct graph *g, struct vector r, struct articulated a) {
+struct articulated articulated_body_shift(struct graph *g, struct vector r, struct articulated a) {
     const int axis = axis_along(r);
     struct articulated b = a;
     if (axis >= 0)
@@ -207,7 +169,7 @@ static struct articulated articulated_to_parent(const struct kinematics *k, int 
     a.J = kinematics_tensor_to_parent(k, i, a.J);
     a.H = articulated_body_matrix_to_parent(k, i, a.H);
     a.M = kinematics_tensor_to_parent_quickly(k, i, a.M);
-    return shift_articulated(k->g, k->joints[i].shift, a);
+    return articulated_body_shift(k->g, k->joints[i].shift, a);
 }
 
 static struct articulated articulated_add(struct graph *g, struct articulated a,
@@ -278,7 +240,7 @@ static struct vector backward_ball(struct graph *g, const struct ball *ball, str
 }
 
 /* J^-1 v */
-static struct vector solve_ball(struct graph *g, const struct ball *ball, struct vector v) {
+struct vector articulated_body_solve_ball(struct graph *g, const struct ball *ball, struct vector v) {
     return backward_ball(g, ball, scale_ball(g, ball, forward_ball(g, ball, v)));
 }
 
@@ -474,9 +436,10 @@ static void eliminate_inward(struct elimination *e, int i) {
         remark_stage(k, &e->stages[i]);
         const struct inertia inertia = dynamics_own_inertia(k, i);
         const struct articulated rigid_part = rigid(k->g, &inertia);
-        own = articulated_add(k->g, rigid_part, &e->beyond[i]);
+        own = e->whole[i] = articulated_add(k->g, rigid_part, &e->beyond[i]);
         own = eliminate_stage(k, &e->stages[i], own);
     }
+    e->passed[i] = own;
     if (frame->parent < 0)
         return;
     own = articulated_to_parent(k, i, own);
@@ -487,6 +450,8 @@ struct elimination *articulated_body_eliminate(const struct kinematics *k) {
     struct elimination *e = memory_get(k->memory, sizeof *e);
     e->k = k;
     e->beyond = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *e->beyond);
+    e->whole = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *e->whole);
+    e->passed = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *e->passed);
     list_stages(k, e);
     struct recursion recursion = kinematics_recursion(k, e->beyond, sizeof *e->beyond);
     for (int i = k->tree->count; recursion_inward(&recursion, &i);)
@@ -537,7 +502,7 @@ static struct wrench reduce_ball(const struct kinematics *k, const struct stage 
     const int last = stage->last;
     const struct vector moment = ball_moment(k, stage, solution->side.f);
     const struct vector left = vector_sub(g, kinematics_to_child(k, last, moment), p.moment);
-    const struct vector turned = solve_ball(g, ball, left);
+    const struct vector turned = articulated_body_solve_ball(g, ball, left);
     const struct vector force = vector_add(g, p.force, matrix_transpose_times(g, ball->H.at, turned));
     solution->angular_at_rest[last] = turned;
     const struct wrench through = {

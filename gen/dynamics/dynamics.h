@@ -163,8 +163,52 @@ struct wrench wrench_of_inertia(const struct kinematics *k, int i, struct vector
 /* ---- Solution of M x = f ---- */
 
 /* By articulated inertias, eliminated from the tips; each right side then costs O(n): theory, sect. 5. */
-struct elimination;
+
+/* IA = [J H; H^T M] maps (angular, linear) acceleration to (moment, force). */
+struct articulated {
+    struct tensor J;
+    struct matrix H;
+    struct tensor M;
+};
+
+/* Values kept of joint i: U = IA e, D = e . U + rotor, as U / D and 1 / D. Theory, sect. 5.2. */
+struct pivot {
+    struct wrench U, U_over_D;
+    expression D_inverse;
+    expression kept; /* rotor / D: the part of U, and of joint i's force, that remains along its own axis */
+};
+
+/* Values kept of a ball joint, in the axes of its last frame: J = L D L^T, J^-1 H, and the directions of
+ * its three axes. Theory, sect. 5.3. */
+struct ball {
+    expression D_inverse[3], L[3]; /* L: yx zx zy */
+    struct matrix H, J_inverse_H;
+    struct matrix turn; /* from the last frame's axes to those of the first frame's carrier */
+    expression tilt,
+        cos_inverse; /* in the middle frame the first axis is cos along itself, tilt along the last axis */
+};
+
+/* One step of the elimination: the joint of frame `first`, or a ball joint of the three frames up to `last`.
+ */
+struct stage {
+    int first, last;
+    struct pivot pivot;
+    struct ball ball;
+};
+
+struct elimination {
+    const struct kinematics *k;
+    struct stage *stages;               /* by the frame that ends the stage; the others are empty */
+    bool *ends_stage;                   /* by frame */
+    struct articulated *beyond;         /* by frame: the contribution of everything beyond it */
+    struct articulated *whole, *passed; /* by frame: IA before and after its stage is eliminated */
+};
+
 struct elimination *articulated_body_eliminate(const struct kinematics *k);
+/* About another point, from which the present origin is r away: theory, sect. 5.1. */
+struct articulated articulated_body_shift(struct graph *g, struct vector r, struct articulated a);
+/* J^-1 v of a ball joint. */
+struct vector articulated_body_solve_ball(struct graph *g, const struct ball *ball, struct vector v);
 /* f minus the generalized forces of `loads` (by frame, or NULL), which the recursion sums. `references`:
  * the accelerations at which these loads are evaluated; NULL: they depend on none. */
 struct right_side {

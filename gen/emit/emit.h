@@ -72,6 +72,11 @@ void emit_spline_functions(struct emission *emission, struct text *text);
 void emit_spline_prototypes(struct emission *emission, struct text *text);
 
 /* Loops after the straight-line code. `local` precedes the names of local arrays. */
+/* A table of integers within a loop. */
+void emit_local_table(struct text *text, const char *type, const char *title, const int *values, int count);
+/* emit_sweeps.c */
+void emit_sweeps(struct emission *emission, struct text *text, const struct function *function,
+                 const char *local, const struct sweeps *sweeps);
 void emit_loops(struct emission *emission, struct text *text, const struct function *function,
                 const char *local);
 /* Returns whether they write all entries of an array, so that it need not be cleared. */

@@ -48,6 +48,9 @@ static bool is_filled(const struct loop *loop, int array) {
         return loop->of.factoring.matrix == array;
     case LOOP_SOLVING:
         return loop->of.solving.array == array;
+    case LOOP_SWEEPS:
+        return loop->of.sweeps.columns[0].array == array ||
+               (loop->of.sweeps.column_count > 1 && loop->of.sweeps.columns[1].array == array);
     default:
         return false;
     }

@@ -10,30 +10,15 @@ struct printer {
     const char *local; /* precedes the names of local arrays */
 };
 
-const char *emit_array_text(struct emission *x, const struct function *function, int array,
-                            const char *local) {
-    const bool is_result = array < function->array_count;
-    const char *before = !is_result ? local : plan_is_struct_result(function) ? "out->" : "";
-    return memory_format(x->plan->memory, "%s%s", before, function->arrays[array].name);
-}
-
 static const char *name(const struct printer *p, int array) {
     return emit_array_text(p->x, p->function, array, p->local);
-}
-
-static void put_table(const struct printer *p, const char *type, const char *title, const int *values,
-                      int count) {
-    text_add(p->text, "        static const %s %s[%d] = {", type, title, count);
-    for (int i = 0; i < count; i++)
-        text_add(p->text, "%s%d", !i ? "" : i % 24 ? ", " : ",\n            ", values[i]);
-    text_add(p->text, "};\n");
 }
 
 static void put_flags(const struct printer *p, const char *title, const bool *flags, int count) {
     int *values = memory_get(p->x->plan->memory, ((size_t)count + 1) * sizeof *values);
     for (int i = 0; i < count; i++)
         values[i] = flags[i];
-    put_table(p, "unsigned char", title, values, count);
+    emit_local_table(p->text, "unsigned char", title, values, count);
 }
 
 static bool all(const bool *flags, int count, bool value) {
@@ -59,9 +44,9 @@ static bool is_chain(const struct pairs *pairs) {
 
 static void put_tables(const struct printer *p, const struct pairs *pairs) {
     if (!is_in_order(pairs))
-        put_table(p, "int", "order", pairs->order, pairs->n);
+        emit_local_table(p->text, "int", "order", pairs->order, pairs->n);
     if (!is_chain(pairs))
-        put_table(p, "int", "ends", pairs->end, pairs->n);
+        emit_local_table(p->text, "int", "ends", pairs->end, pairs->n);
     if (!all(pairs->is_revolute, pairs->n, true) && !all(pairs->is_revolute, pairs->n, false))
         put_flags(p, "is_turn", pairs->is_revolute, pairs->n);
     if (pairs->move_count && !all(pairs->moves_on, pairs->n, false))
@@ -462,6 +447,9 @@ static void put_loop(const struct printer *p, const struct loop *loop) {
         break;
     case LOOP_SOLVING:
         put_solving(p, &loop->of.solving);
+        break;
+    case LOOP_SWEEPS:
+        emit_sweeps(p->x, p->text, p->function, p->local, &loop->of.sweeps);
         break;
     }
     text_add(p->text, "    }\n");

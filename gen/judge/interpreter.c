@@ -109,6 +109,119 @@ static void run_solving(const struct values *v, const struct solving *solving) {
                 b[k * width + j] -= L[k * n + i] * b[i * width + j];
 }
 
+/* One state of the sweeps: an acceleration, and the changes of velocity and of direction that began it. */
+struct swept {
+    double angular[3], linear[3], spin[3], turned[3];
+};
+
+static void read_vector(const struct values *v, const struct vector_arrays *arrays, int i, double *to) {
+    for (int a = 0; a < 3; a++)
+        to[a] = entry(v, arrays->at[a], i);
+}
+
+static double add_dot(const struct values *v, double sum, const struct vector_arrays *arrays, int i,
+                      const double *state) {
+    for (int a = 0; a < 3; a++)
+        sum += entry(v, arrays->at[a], i) * state[a];
+    return sum;
+}
+
+static void add_crossed(const struct values *v, const double *state, const struct vector_arrays *arrays,
+                        int i, double *to) {
+    for (int a = 0; a < 3; a++) {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        to[a] += state[b] * entry(v, arrays->at[c], i) - state[c] * entry(v, arrays->at[b], i);
+    }
+}
+
+static void move_state(const struct values *v, const struct sweeps *s, int i, struct swept *state) {
+    double more[3] = {0};
+    if (!s->moves_on[i])
+        return;
+    add_crossed(v, state->angular, &s->shift, i, more);
+    add_crossed(v, state->spin, &s->swing, i, more);
+    for (int a = 0; a < 3; a++)
+        state->linear[a] += more[a];
+}
+
+static double held(const struct values *v, const struct sweeps *s, int i, const struct swept *state) {
+    const double sum = add_dot(v, 0, &s->hold_force, i, state->linear);
+    return add_dot(v, add_dot(v, sum, &s->hold_spin, i, state->spin), &s->hold_turned, i, state->turned);
+}
+
+/* Passes the stage at position i. x: minus the accelerations of its joints. */
+static void pass_stage(const struct values *v, const struct sweeps *s, int i, struct swept *state,
+                       double x[3]) {
+    double after[3], gain[3];
+    if (s->kind[i] != STAGE_BALL) {
+        double *along = s->kind[i] == STAGE_TURN ? state->angular : state->linear;
+        x[0] = add_dot(v, held(v, s, i, state), &s->hold_moment, i, state->angular);
+        for (int a = 0; a < 3; a++)
+            along[a] -= entry(v, s->turn.at[a], i) * x[0];
+        return;
+    }
+    for (int r = 0; r < 3; r++) {
+        after[r] = held(v, s, i + r, state);
+        gain[r] = after[r] + state->angular[r];
+    }
+    for (int r = 0; r < 3; r++) {
+        x[r] = add_dot(v, 0, &s->turn, i + r, gain);
+        state->angular[r] = -after[r];
+    }
+}
+
+/* The states of column j: the response to a unit force, and the two columns. */
+struct swept_column {
+    struct swept response, by[2];
+};
+
+static void sweep_pair(const struct values *v, const struct sweeps *s, int i, int j,
+                       struct swept_column *states) {
+    const int n = s->n, joints = sweeps_joints_at(s, i), row = s->order[i], other = s->order[j];
+    double x[3];
+    move_state(v, s, i, &states->response);
+    for (int c = 0; c < s->column_count; c++) {
+        const struct sweep_column *column = &s->columns[c];
+        double *entries = start_of(v, column->array);
+        for (int r = 0; r < joints; r++) {
+            const double up = add_dot(v, 0, &column->push_moment, i + r, states->response.angular);
+            entries[other * n + row + r] =
+                -add_dot(v, up, &column->push_force, i + r, states->response.linear);
+        }
+        move_state(v, s, i, &states->by[c]);
+        pass_stage(v, s, i, &states->by[c], x);
+        for (int r = 0; r < joints; r++)
+            entries[(row + r) * n + other] = -x[r];
+    }
+    pass_stage(v, s, i, &states->response, x);
+}
+
+static void begin_column(const struct values *v, const struct sweeps *s, int j, struct swept_column *states) {
+    *states = (struct swept_column){.response = {.angular = {0}}};
+    read_vector(v, &s->start_angular, j, states->response.angular);
+    read_vector(v, &s->start_linear, j, states->response.linear);
+    for (int c = 0; c < s->column_count; c++) {
+        const struct sweep_column *column = &s->columns[c];
+        read_vector(v, &column->start_angular, j, states->by[c].angular);
+        read_vector(v, &column->start_linear, j, states->by[c].linear);
+        read_vector(v, &column->spin, j, states->by[c].spin);
+        read_vector(v, &column->turned, j, states->by[c].turned);
+    }
+}
+
+/* Column by column, while the emitted loops carry all columns from stage to stage. */
+static void run_sweeps(const struct values *v, const struct sweeps *s) {
+    for (int i = 0; i < s->n; i++) {
+        struct swept_column states;
+        int next = i;
+        while (next < s->n && (next == i || s->kind[next] == STAGE_PART))
+            next++;
+        begin_column(v, s, i, &states);
+        for (; next < s->n && s->root[next] == s->root[i]; next += sweeps_joints_at(s, next))
+            sweep_pair(v, s, next, i, &states);
+    }
+}
+
 /* Runs one loop over the values of all arrays. */
 static void run_loop(const struct function *function, const struct loop *loop, double *values) {
     const struct values v = {function, values};
@@ -124,6 +237,9 @@ static void run_loop(const struct function *function, const struct loop *loop, d
         return;
     case LOOP_SOLVING:
         run_solving(&v, &loop->of.solving);
+        return;
+    case LOOP_SWEEPS:
+        run_sweeps(&v, &loop->of.sweeps);
     }
 }
 

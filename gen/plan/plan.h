@@ -82,14 +82,54 @@ struct solving {
     int matrix, array;
 };
 
+/* Derivatives of accelerations, column by column: acceleration_columns in tangent.h has the vectors, by
+ * position, and arrays_and_loops.c the loop. */
+struct sweep_column {
+    int array; /* n x n */
+    struct vector_arrays spin, turned, push_moment, push_force, start_angular, start_linear;
+};
+
+enum stage_kind {
+    STAGE_TURN,
+    STAGE_SLIDE,
+    STAGE_BALL,
+    STAGE_PART
+}; /* PART: not the first joint of its ball */
+
+struct sweeps {
+    struct vector_arrays turn, shift, swing, hold_moment, hold_force, hold_spin, hold_turned;
+    struct vector_arrays start_angular, start_linear;
+    struct sweep_column columns[2];
+    int column_count;
+    const int *order;     /* n: coordinate by position */
+    const int *root;      /* n: the first position of the chain, which begins on the ground */
+    const int *kind;      /* n: enum stage_kind */
+    const bool *moves_on; /* n: the parent has another origin */
+    int n;
+};
+
+/* Which components of a state of the sweeps may be nonzero. */
+struct sweep_state {
+    bool angular[3], linear[3], spin[3], turned[3];
+};
+/* column -1: the response to a unit force. */
+struct sweep_state sweeps_state(const struct sweeps *sweeps, int column);
+/* Drops the components of vectors that meet only zeros. */
+void sweeps_drop_unread(struct sweeps *sweeps);
+/* The number of joints of the stage at position i. */
+static inline int sweeps_joints_at(const struct sweeps *sweeps, int i) {
+    return sweeps->kind[i] == STAGE_BALL ? 3 : 1;
+}
+
 struct loop {
-    enum loop_kind { LOOP_PAIRS, LOOP_PRODUCT, LOOP_FACTORING, LOOP_SOLVING } kind;
+    enum loop_kind { LOOP_PAIRS, LOOP_PRODUCT, LOOP_FACTORING, LOOP_SOLVING, LOOP_SWEEPS } kind;
     const char *about; /* a line for the reader of the C */
     union {
         struct pairs pairs;
         struct product product;
         struct factoring factoring;
         struct solving solving;
+        struct sweeps sweeps;
     } of;
 };
 

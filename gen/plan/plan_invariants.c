@@ -297,6 +297,8 @@ static bool has_its_sizes(const struct walk *w, const struct loop *loop) {
                of[loop->of.factoring.matrix].columns * of[loop->of.factoring.matrix].columns;
     case LOOP_SOLVING:
         return of[solving->array].count == of[solving->matrix].columns * plan_columns_of(&of[solving->array]);
+    case LOOP_SWEEPS:
+        return loop->of.sweeps.n == w->plan->tree->count;
     }
     return false;
 }

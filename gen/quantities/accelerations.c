@@ -278,6 +278,10 @@ const expression *accelerations_free(struct derivation *d) {
     return free_by(d, d->free_solution);
 }
 
+const struct elimination *accelerations_elimination(struct derivation *d) {
+    return elimination(d, &d->by_method[0]);
+}
+
 const expression *accelerations_recursive(struct derivation *d) {
     return free_by(d, &d->by_method[0]);
 }

@@ -1,168 +1,15 @@
 /*
- * Quantities that are exact derivatives, emitted on request, among them the tangent of the motion equations.
+ * Quantities that are exact derivatives, emitted on request, by q, qd, t, inputs and parameters.
  *
- * Input: the motion at given qdd, and the forces of model and rows (tangent.h). Output: functions whose n^2
- * entries are computed by loops (plan.h): products of vectors of two coordinates, and products of arrays for
- * forces that depend on the state. Theory, sect. 7.4 to 7.8.
+ * Input: the motion at given qdd, and the forces of model and rows (tangent.h). Output: functions with one
+ * part for each kind of variable. Entries by q and qd are computed by loops (tangent_loops.c,
+ * acceleration_sweeps.c), the others by one forward sweep. Theory, sect. 7.7 and 7.8.
  */
 #include "gen/quantities/quantities.h"
 #include "runtime/core/linear/chain_cost.h"
-#include "refdyn_model.h"
 #include "gen/dynamics/dynamics.h"
 
-#include <stddef.h>
 #include <string.h>
-
-/* ---- Pairs ---- */
-
-/* One member of a list with `size` bytes for each frame. */
-static struct vector *gather(const struct builder *b, const void *list, size_t size, size_t offset) {
-    struct vector *member = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *member);
-    for (int i = 0; i < b->d->frames; i++)
-        memcpy(&member[i], (const char *)list + (size_t)i * size + offset, sizeof *member);
-    return member;
-}
-
-/* A member of the vectors of tangent.h, or of the motion at given qdd. */
-static struct vector *pair_member(const struct builder *b, const struct pair_vectors *vectors,
-                                  size_t offset) {
-    return gather(b, vectors, sizeof *vectors, offset);
-}
-
-static struct vector *motion_member(const struct builder *b, size_t offset) {
-    return gather(b, b->given->frames, sizeof *b->given->frames, offset);
-}
-
-static struct vector_arrays pair_arrays(struct builder *b, const struct pair_vectors *vectors, size_t offset,
-                                        const char *name) {
-    return pair_loops_add_arrays(&b->arrays, name, pair_member(b, vectors, offset));
-}
-
-static struct vector_arrays motion_arrays(struct builder *b, const char *name, size_t offset) {
-    return pair_loops_add_arrays(&b->arrays, name, motion_member(b, offset));
-}
-
-static struct pair_move moved(struct builder *b, const struct vector *moments, struct vector_arrays force,
-                              struct vector_arrays shift, const char *name) {
-    struct pair_move move = {.force = force, .shift = shift};
-    pair_loops_add_moved(&b->arrays, name, moments, &move);
-    return move;
-}
-
-/* Arrays of the near and far vectors of tangent.h: theory, sect. 7.4. */
-struct near_arrays {
-    struct vector_arrays axis, rate, rate2;
-};
-
-struct far_arrays {
-    struct vector_arrays lever, mass_force, stiffness_force, damping_force; /* lever: near */
-    struct pair_move mass, spin, stiffness, damping;
-};
-
-static struct far_arrays add_far_arrays(struct builder *b, const struct vector *turned) {
-    struct derivation *d = b->d;
-    struct pair_vectors *v = tangent_pair_vectors(b->given, derivation_composites(d));
-    struct far_arrays a;
-    for (int i = -1; recursion_next_joint(d->g, d->kinematics.tree, &i);)
-        v[i].stiffness.moment = vector_add(d->g, v[i].stiffness.moment, turned[i]);
-    a.lever = pair_arrays(b, v, offsetof(struct pair_vectors, less_gravity_lever), "lever");
-    const struct vector_arrays shift = pair_loops_add_arrays(&b->arrays, "shift", b->shifts);
-    const struct vector_arrays shift_rate =
-        motion_arrays(b, "shift_rate", offsetof(struct given_frame_rates, way_rate));
-    a.mass_force = pair_arrays(b, v, offsetof(struct pair_vectors, mass.force), "mass_force");
-    a.stiffness_force = pair_arrays(b, v, offsetof(struct pair_vectors, stiffness.force), "stiffness_force");
-    a.damping_force = pair_arrays(b, v, offsetof(struct pair_vectors, damping.force), "damping_force");
-    a.mass = moved(b, pair_member(b, v, offsetof(struct pair_vectors, mass.moment)), a.mass_force, shift,
-                   "mass_moment");
-    a.spin =
-        moved(b, pair_member(b, v, offsetof(struct pair_vectors, spin)), a.mass_force, shift_rate, "spin");
-    a.stiffness = moved(b, pair_member(b, v, offsetof(struct pair_vectors, stiffness.moment)),
-                        a.stiffness_force, shift, "stiffness_moment");
-    a.damping = moved(b, pair_member(b, v, offsetof(struct pair_vectors, damping.moment)), a.damping_force,
-                      shift, "damping_moment");
-    return a;
-}
-
-/* K_ij = e_j'' . N + 2 e_j' . P + lever_j . A, K_ji = e_j . (stiffness moment of i): theory, sect. 7.4. */
-static struct pair_product stiffness_product(const struct near_arrays *near, const struct far_arrays *a,
-                                             int array) {
-    struct pair_product product = {.array = array};
-    pair_loops_add_term(&product.turn.rows, 1, near->rate2, a->mass.moment);
-    pair_loops_add_term(&product.turn.rows, 2, near->rate, a->spin.moment);
-    pair_loops_add_term(&product.turn.rows, 1, a->lever, a->mass_force);
-    pair_loops_add_term(&product.turn.columns, 1, near->axis, a->stiffness.moment);
-    pair_loops_add_term(&product.slide.rows, 1, near->rate2, a->mass_force);
-    pair_loops_add_term(&product.slide.columns, 1, near->axis, a->stiffness_force);
-    return product;
-}
-
-/* D_ij = 2 e_j' . N + 2 e_j . P, D_ji = 2 e_j . (damping moment of i): theory, sect. 7.4. */
-static struct pair_product damping_product(const struct near_arrays *near, const struct far_arrays *a,
-                                           int array) {
-    struct pair_product product = {.array = array};
-    pair_loops_add_term(&product.turn.rows, 2, near->rate, a->mass.moment);
-    pair_loops_add_term(&product.turn.rows, 2, near->axis, a->spin.moment);
-    pair_loops_add_term(&product.turn.columns, 2, near->axis, a->damping.moment);
-    pair_loops_add_term(&product.slide.rows, 2, near->rate, a->mass_force);
-    pair_loops_add_term(&product.slide.columns, 2, near->axis, a->damping_force);
-    return product;
-}
-
-/* M_ij = M_ji = e_j . N: theory, sect. 7.4. */
-static struct pair_product mass_product(const struct near_arrays *near, const struct far_arrays *a,
-                                        int array) {
-    struct pair_product product = {.array = array, .is_mirrored = true};
-    pair_loops_add_term(&product.turn.rows, 1, near->axis, a->mass.moment);
-    pair_loops_add_term(&product.slide.rows, 1, near->axis, a->mass_force);
-    return product;
-}
-
-static void add_inertia_products(struct pairs *pairs, const struct near_arrays *near,
-                                 const struct far_arrays *a, const struct targets *targets) {
-    const struct pair_move moves[] = {a->mass, a->spin, a->stiffness, a->damping};
-    if (targets->by_q != NOTHING)
-        pairs->products[pairs->product_count++] = stiffness_product(near, a, targets->by_q);
-    if (targets->by_qd != NOTHING)
-        pairs->products[pairs->product_count++] = damping_product(near, a, targets->by_qd);
-    if (targets->mass != NOTHING)
-        pairs->products[pairs->product_count++] = mass_product(near, a, targets->mass);
-    memcpy(pairs->moves, moves, sizeof moves);
-    for (int i = 0; i < pairs->n; i++)
-        if (pairs->moves_on[i])
-            pairs->move_count = sizeof moves / sizeof *moves;
-}
-
-static void add_inertia_pairs(struct builder *b, const struct turned_applied_forces *turned,
-                              const struct targets *targets) {
-    const struct near_arrays near = {
-        .axis = motion_arrays(b, "axis", offsetof(struct given_frame_rates, axis)),
-        .rate = motion_arrays(b, "axis_rate", offsetof(struct given_frame_rates, axis_rate)),
-        .rate2 = motion_arrays(b, "axis_rate2", offsetof(struct given_frame_rates, axis_rate2))};
-    const struct vector_arrays rows = pair_loops_add_arrays(&b->arrays, "turned_rows", turned->rows);
-    const struct far_arrays far = add_far_arrays(b, turned->columns);
-    struct pairs *pairs =
-        pair_loops_add_pairs(&b->arrays, "pairs of coordinates (7.4): j, and i beyond it, from the tips");
-    add_inertia_products(pairs, &near, &far, targets);
-    if (targets->mass != NOTHING)
-        mass_matrix_add_rotors(b->d, b->f, targets->mass);
-    if (targets->by_q != NOTHING)
-        pair_loops_add_term(&pairs->products[0].turn.rows, 1, near.axis, rows);
-}
-
-/* ---- The tangent ---- */
-
-/* Adds all loops and straight-line entries of one set of derivatives by q and qd. */
-static void add_derivatives(struct builder *b, const struct targets *targets) {
-    const struct turned_applied_forces turned = force_derivatives_turned_forces(b, targets->sign);
-    force_derivatives_set_coordinate_derivatives(b, targets);
-    b->shifts = kinematics_ground_shifts(&b->d->kinematics);
-    b->arrays = pair_loops_open(b->d->plan, &b->d->kinematics, b->f, b->shifts);
-    if (targets->has_inertia)
-        add_inertia_pairs(b, &turned, targets);
-    else if (targets->by_q != NOTHING)
-        force_derivatives_add_turning_pairs(b, &turned, targets->by_q);
-    force_derivatives_add_loops(b, targets);
-}
 
 /* ---- Blocks: derivatives by q, qd, t, inputs and parameters, side by side in one function ---- */
 
@@ -294,7 +141,7 @@ static void spread_u(struct derivation *d, struct function *f, int array) {
         derivation_spread(d, f, array, i * d->n, 1, derivation_rows(d)[i].u);
 }
 
-/* ---- The tangent and what follows from it ---- */
+/* ---- The motion at given accelerations ---- */
 
 /* Values that every derivative treats as constant. */
 static const expression *given_accelerations(struct derivation *d, const expression *by_frame) {
@@ -404,6 +251,8 @@ static void add_given_results(struct builder *b) {
     spread_u(d, b->f, u);
 }
 
+/* ---- The tangent ---- */
+
 void quantity_tangent(struct derivation *d, struct function *f) {
     const int n = d->n;
     struct builder b = start_given(d, f, GIVEN_MOTION);
@@ -412,8 +261,32 @@ void quantity_tangent(struct derivation *d, struct function *f) {
         d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at given qdd, lambda", n * n, n);
     const int D = derivation_add_array(d, f, "D", "(n x n) the same by qd", n * n, n);
     const int M = derivation_add_array(d, f, "M", "(n x n) mass matrix", n * n, n);
-    add_derivatives(&b, &(struct targets){K, D, M, true, -1});
+    tangent_add_loops(&b, &(struct targets){K, D, M, true, -1});
     pair_loops_drop_unread(d->memory, f);
+}
+
+void quantity_tangent_vectors(struct derivation *d, struct function *f) {
+    const int n = d->n;
+    struct builder b = start_given(d, f, GIVEN_MOTION);
+    add_given_results(&b);
+    const int stiffness =
+        derivation_add_array(d, f, "stiffness", "(n) diagonal of K in addition to the vectors", n, 0);
+    const int damping =
+        derivation_add_array(d, f, "damping", "(n) diagonal of D in addition to the vectors", n, 0);
+    force_derivatives_set_own_derivatives(&b, -1, stiffness, damping);
+    b.shifts = kinematics_ground_shifts(&d->kinematics);
+    b.arrays = pair_loops_open_results(d->plan, &d->kinematics, f);
+    tangent_add_joint_vectors(&b);
+    d->plan->coupling_count = force_derivatives_add_couplings(&b, -1);
+}
+
+bool tangent_prefers_vectors(struct derivation *d) {
+    if (derivation_has_massless_joint(d))
+        return false;
+    struct function scratch = {.quantity = "", .about = ""};
+    struct builder b = start_given(d, &scratch, GIVEN_MOTION);
+    const int couplings = force_derivatives_add_couplings(&b, -1);
+    return refdyn_chain_pays(d->n, d->m, couplings, tangent_is_planar(&b));
 }
 
 void quantity_tangent_x(struct derivation *d, struct function *f) {
@@ -433,112 +306,6 @@ void quantity_tangent_x(struct derivation *d, struct function *f) {
     derivatives_fill_block(&b, &terms, parts.rows, BY_X, 1, g_x);
 }
 
-/* ---- The tangent as vectors of joints, which runtime/core/linear multiplies and eliminates in O(n) ---- */
-
-/* The vectors of the joints that turn, or of those that slide; zero for the others. */
-static struct vector *of_joints(const struct builder *b, bool is_revolute, size_t offset) {
-    const struct frame *frames = b->d->kinematics.tree->frames;
-    struct vector *list = motion_member(b, offset);
-    for (int i = 0; i < b->d->frames; i++)
-        if (frames[i].kind != FRAME_JOINT || frames[i].joint.is_revolute != is_revolute)
-            list[i] = (struct vector){{0, 0, 0}};
-    return list;
-}
-
-static void add_joint_vectors(struct builder *b) {
-    static const size_t axes[] = {offsetof(struct given_frame_rates, axis),
-                                  offsetof(struct given_frame_rates, axis_rate),
-                                  offsetof(struct given_frame_rates, axis_rate2)};
-    static const char *const names[2][3] = {{"slide_axis", "slide_rate", "slide_rate2"},
-                                            {"turn_axis", "turn_rate", "turn_rate2"}};
-    struct vector_arrays *all = memory_get(b->d->memory, REFDYN_VECTOR_COUNT * sizeof *all), *at = all;
-    for (int is_revolute = 1; is_revolute >= 0; is_revolute--)
-        for (int order = 0; order < 3; order++)
-            *at++ = pair_loops_add_arrays(&b->arrays, names[is_revolute][order],
-                                          of_joints(b, is_revolute, axes[order]));
-    const struct turned_applied_forces turned = force_derivatives_turned_forces(b, -1);
-    const struct strain_derivatives strains = force_derivatives_strains(b, -1);
-    const struct far_arrays a = add_far_arrays(b, turned.columns);
-    for (int i = 0; i < b->d->frames; i++)
-        strains.damping[i].at[2] = b->d->kinematics.tree->frames[i].joint.rotor;
-    const struct vector_arrays inertia[] = {
-        a.lever,
-        a.mass.shift,
-        a.spin.shift,
-        a.mass.moment,
-        a.mass_force,
-        a.spin.moment,
-        a.stiffness.moment,
-        a.stiffness_force,
-        a.damping.moment,
-        a.damping_force,
-        pair_loops_add_arrays(&b->arrays, "turned_rows", turned.rows),
-        pair_loops_add_arrays(&b->arrays, "strain_rows", strains.rows),
-        pair_loops_add_arrays(&b->arrays, "strain_columns", strains.columns),
-        pair_loops_add_arrays(&b->arrays, "strain_damping", strains.damping)};
-    memcpy(at, inertia, sizeof inertia);
-    int *places = memory_get(b->d->memory, 3 * REFDYN_VECTOR_COUNT * sizeof *places);
-    for (int i = 0; i < 3 * REFDYN_VECTOR_COUNT; i++) {
-        const int array = all[i / 3].at[i % 3];
-        places[i] = array == NOTHING ? -1 : b->f->arrays[array].offset;
-    }
-    b->d->plan->vector_places = places;
-}
-
-void quantity_tangent_vectors(struct derivation *d, struct function *f) {
-    const int n = d->n;
-    struct builder b = start_given(d, f, GIVEN_MOTION);
-    add_given_results(&b);
-    const int stiffness =
-        derivation_add_array(d, f, "stiffness", "(n) diagonal of K in addition to the vectors", n, 0);
-    const int damping =
-        derivation_add_array(d, f, "damping", "(n) diagonal of D in addition to the vectors", n, 0);
-    force_derivatives_set_own_derivatives(&b, -1, stiffness, damping);
-    b.shifts = kinematics_ground_shifts(&d->kinematics);
-    b.arrays = pair_loops_open_results(d->plan, &d->kinematics, f);
-    add_joint_vectors(&b);
-    d->plan->coupling_count = force_derivatives_add_couplings(&b, -1);
-}
-
-/* Returns whether all joints turn about one axis of the ground or slide perpendicular to it. */
-static bool is_planar(const struct builder *b) {
-    const struct vector *turns = of_joints(b, true, offsetof(struct given_frame_rates, axis));
-    const struct vector *slides = of_joints(b, false, offsetof(struct given_frame_rates, axis));
-    for (int axis = 0; axis < 3; axis++) {
-        bool is_normal = true;
-        for (int i = 0; i < b->d->frames; i++)
-            is_normal = is_normal && !turns[i].at[(axis + 1) % 3] && !turns[i].at[(axis + 2) % 3] &&
-                        !slides[i].at[axis];
-        if (is_normal)
-            return true;
-    }
-    return false;
-}
-
-/* Returns whether a joint moves no mass: solutions joint by joint divide by the mass that a joint carries. */
-static bool has_massless_joint(const struct derivation *d) {
-    const struct tree *tree = d->kinematics.tree;
-    bool *has_mass = memory_get(d->memory, ((size_t)tree->count + 1) * sizeof *has_mass);
-    for (int i = tree->count - 1; i >= 0; i--) {
-        const struct frame *frame = &tree->frames[i];
-        has_mass[i] |= !inertia_is_zero(&frame->inertia);
-        if (!has_mass[i])
-            return true;
-        if (frame->parent >= 0)
-            has_mass[frame->parent] = true;
-    }
-    return false;
-}
-
-bool derivatives_prefer_vectors(struct derivation *d) {
-    if (has_massless_joint(d))
-        return false;
-    struct function scratch = {.quantity = "", .about = ""};
-    struct builder b = start_given(d, &scratch, GIVEN_MOTION);
-    const int couplings = force_derivatives_add_couplings(&b, -1);
-    return refdyn_chain_pays(d->n, d->m, couplings, is_planar(&b));
-}
-
 void derivatives_open_blocks(struct derivation *d, struct terms *terms, int widths[BLOCK_COUNT]) {
     const bool has_parameters = reads_parameters(d, terms->values, terms->count);
     for (int k = 0; k < BLOCK_COUNT; k++)
@@ -553,13 +320,26 @@ static void add_block_derivatives(struct builder *b, const struct terms *terms, 
         spread_block(b, terms, first, k, arrays[k]);
     targets.by_q = arrays[BY_Q];
     targets.by_qd = arrays[BY_QD];
-    add_derivatives(b, &targets);
+    tangent_add_loops(b, &targets);
 }
 
 /* Arrays for the derivatives of the multipliers, named as in quantities.c. */
 struct row_arrays {
     int u, responses, inverse; /* m x n; M^-1 u^T, n x m; (u M^-1 u^T)^-1, m x m */
 };
+
+/* (u M^-1 u^T)^-1 */
+static int add_inverse(struct builder *b) {
+    struct derivation *d = b->d;
+    const int m = d->m, inverse = add_matrix(d, b->f, "inverse", m, m);
+    for (int row = 0; row < m; row++) {
+        expression *unit = derivation_new_values(d, m);
+        unit[row] = EXPR_ONE;
+        accelerations_solve_rows(d, d->solution->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
+        plan_set_entries(d->memory, b->f, inverse, row * m, unit, m);
+    }
+    return inverse;
+}
 
 static struct row_arrays add_row_arrays(struct builder *b) {
     struct derivation *d = b->d;
@@ -570,13 +350,7 @@ static struct row_arrays add_row_arrays(struct builder *b) {
     a.responses = add_matrix(d, b->f, "responses", n, m);
     for (int i = 0; i < m; i++)
         derivation_spread(d, b->f, a.responses, i, m, d->solution->responses[i]);
-    a.inverse = add_matrix(d, b->f, "inverse", m, m);
-    for (int row = 0; row < m; row++) {
-        expression *unit = derivation_new_values(d, m);
-        unit[row] = EXPR_ONE;
-        accelerations_solve_rows(d, d->solution->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
-        plan_set_entries(d->memory, b->f, a.inverse, row * m, unit, m);
-    }
+    a.inverse = add_inverse(b);
     return a;
 }
 
@@ -620,21 +394,67 @@ static struct row_arrays add_multiplier_blocks(struct builder *b, const struct t
     return arrays;
 }
 
-/* Replaces r by dqdd = -M^-1 (r - u^T dlambda): theory, sect. 7.7. */
-static void build_acceleration_derivatives(struct derivation *d, struct function *f, bool has_rows) {
-    int widths[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
-    struct builder b = start(d, f, has_rows);
-    struct terms terms = motion_terms(&b);
-    derivatives_open_blocks(d, &terms, widths);
+/* The same from the derivatives at given lambda, dqdd0 = -M^-1 r: (u M^-1 u^T) dlambda = -u dqdd0 - g, and
+ * dqdd = dqdd0 + M^-1 u^T dlambda. */
+static void add_row_corrections(struct builder *b, const struct terms *terms, const int widths[BLOCK_COUNT],
+                                const int dqdd[BLOCK_COUNT]) {
+    struct derivation *d = b->d;
+    const int n = d->n, m = d->m;
+    int minus_g[BLOCK_COUNT], dlambda[BLOCK_COUNT];
+    const int u = add_matrix(d, b->f, "u", n, m), responses = add_matrix(d, b->f, "responses", m, n);
+    for (int i = 0; i < m; i++) {
+        derivation_spread(d, b->f, u, i, m, derivation_rows(d)[i].u);
+        derivation_spread(d, b->f, responses, i * n, 1, d->solution->responses[i]);
+    }
+    const int inverse = add_inverse(b);
+    derivatives_add_blocks(d, b->f, &(struct block_rows){.before = "rows_", .count = m}, widths, minus_g);
+    derivatives_add_blocks(d, b->f, &(struct block_rows){.before = "lambda_", .count = m}, widths, dlambda);
+    fill_minus_g(b, terms, minus_g);
+    for (int k = 0; k < BLOCK_COUNT; k++) {
+        if (dqdd[k] == NOTHING)
+            continue;
+        const char *about = memory_format(d->memory, "derivatives of lambda %s", blocks[k].about);
+        force_derivatives_add_product(b, minus_g[k], u, dqdd[k], -1, about);
+        force_derivatives_add_product(b, dlambda[k], inverse, minus_g[k], 1, "(u M^-1 u^T)^-1");
+        force_derivatives_add_product(b, dqdd[k], responses, dlambda[k], 1, "M^-1 u^T dlambda");
+    }
+}
+
+/* dqdd by sweeps, and by solutions of M x = f for the other blocks: theory, sect. 7.7. */
+static void add_by_sweeps(struct builder *b, const struct terms *terms, const int widths[BLOCK_COUNT],
+                          bool has_rows) {
+    struct derivation *d = b->d;
+    int dqdd[BLOCK_COUNT];
+    derivatives_add_blocks(d, b->f, &(struct block_rows){"", "d(qdd)", "n", d->n}, widths, dqdd);
+    acceleration_sweeps_add(b, dqdd[BY_Q], dqdd[BY_QD]);
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        for (int column = 0; column < widths[k]; column++) {
+            const struct right_side side = {.f = terms->derivatives[k] + column * terms->count +
+                                                 parts_of(d).motion};
+            const expression *solved =
+                articulated_body_solve(&d->kinematics, accelerations_elimination(d), side, NULL);
+            derivation_spread(d, b->f, dqdd[k], column, widths[k], force_derivatives_scaled(d, -1, solved));
+        }
+    if (has_rows)
+        add_row_corrections(b, terms, widths, dqdd);
+    pair_loops_drop_unread(d->memory, b->f);
+}
+
+/* Replaces r by dqdd = -M^-1 (r - u^T dlambda) with the matrix M: theory, sect. 7.7. */
+static void add_by_matrix(struct builder *b, const struct terms *terms, const int widths[BLOCK_COUNT],
+                          bool has_rows) {
+    struct derivation *d = b->d;
+    struct function *f = b->f;
+    int r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
     derivatives_add_blocks(d, f, &(struct block_rows){"", "d(qdd)", "n", d->n}, widths, r);
     const int M = add_matrix(d, f, "M", d->n, d->n);
-    add_block_derivatives(&b, &terms, parts_of(d).motion, r,
+    add_block_derivatives(b, terms, parts_of(d).motion, r,
                           (struct targets){.mass = M, .has_inertia = true, .sign = -1});
     if (has_rows) {
-        const struct row_arrays arrays = add_multiplier_blocks(&b, &terms, widths, r, dlambda);
+        const struct row_arrays arrays = add_multiplier_blocks(b, terms, widths, r, dlambda);
         for (int k = 0; k < BLOCK_COUNT; k++)
             if (r[k] != NOTHING)
-                force_derivatives_add_product(&b, r[k], arrays.u, dlambda[k], -1,
+                force_derivatives_add_product(b, r[k], arrays.u, dlambda[k], -1,
                                               "programme forces u^T dlambda");
     }
     pair_loops_add_loop(d->memory, f, LOOP_FACTORING, "M = L^T D L (5.7)")->of.factoring =
@@ -644,6 +464,38 @@ static void build_acceleration_derivatives(struct derivation *d, struct function
             pair_loops_add_loop(d->memory, f, LOOP_SOLVING, "accelerations")->of.solving =
                 (struct solving){M, r[k]};
     pair_loops_drop_unread(d->memory, f);
+}
+
+/* The cheaper form by counted operations. A matrix of many coordinates always costs more. */
+static void build_acceleration_derivatives(struct derivation *d, struct function *f, bool has_rows) {
+    int widths[BLOCK_COUNT];
+    struct builder b = start(d, f, has_rows);
+    struct terms terms = motion_terms(&b);
+    struct function by_sweeps = *f, by_matrix = *f;
+    long sweeps = 0, matrix = 0;
+    derivatives_open_blocks(d, &terms, widths);
+    const bool fits = d->model->accelerations != ACCELERATIONS_DENSE && acceleration_sweeps_fit(d);
+    if (fits) {
+        b.f = &by_sweeps;
+        add_by_sweeps(&b, &terms, widths, has_rows);
+        sweeps = operation_cost_with_loops(d, &by_sweeps);
+    }
+    const bool is_certain = d->n > MOST_WRITTEN_OUT || d->model->accelerations == ACCELERATIONS_RECURSIVE;
+    if (!fits || !is_certain) {
+        b.f = &by_matrix;
+        add_by_matrix(&b, &terms, widths, has_rows);
+        matrix = operation_cost_with_loops(d, &by_matrix);
+    }
+    *f = fits && (is_certain || sweeps <= matrix) ? by_sweeps : by_matrix;
+    if (fits && !is_certain)
+        operation_cost_note_choice(d, memory_format(d->memory, "%s %s, %ld (%s %ld)", f->quantity,
+                                                    sweeps <= matrix ? "in sweeps" : "with the matrix",
+                                                    sweeps <= matrix ? sweeps : matrix,
+                                                    sweeps <= matrix ? "with the matrix" : "in sweeps",
+                                                    sweeps <= matrix ? matrix : sweeps));
+    else
+        operation_cost_note_choice(
+            d, memory_format(d->memory, "%s %s", f->quantity, fits ? "in sweeps" : "with the matrix"));
 }
 
 void quantity_d_qdd(struct derivation *d, struct function *f) {

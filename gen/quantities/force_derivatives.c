@@ -258,7 +258,7 @@ void force_derivatives_add_loops(struct builder *b, const struct targets *target
                                           targets->sign, about[order]);
 }
 
-/* ---- Forces in `tangent_vectors` ---- */
+/* ---- Forces in `tangent_vectors` and in derivatives of accelerations ---- */
 
 static bool is_own(const struct builder *b, const expression *derivatives, int i) {
     for (int j = 0; j < b->d->frames; j++)
@@ -354,4 +354,38 @@ int force_derivatives_add_couplings(struct builder *b, double sign) {
                           : force_derivatives_scaled(b->d, sign, values_of(&derivatives.list[s], order)));
     }
     return derivatives.count;
+}
+
+struct vector *force_derivatives_of_stages(const struct builder *b, const int *firsts, int order,
+                                           double sign) {
+    struct vector *own = new_vectors(b->d, b->d->frames);
+    for (int i = -1; recursion_next_joint(b->d->g, b->d->kinematics.tree, &i);) {
+        const struct own_derivatives of = own_derivatives_of(b, i, order, sign);
+        for (int turn = 0; turn < of.count; turn++)
+            own[i].at[of.first + turn - firsts[i]] = of.at[turn];
+        own[i].at[i - firsts[i]] = diagonal_derivative(b, i, order, sign);
+    }
+    return own;
+}
+
+void force_derivatives_add_coupled_accelerations(struct builder *b, const struct targets *targets) {
+    static const char *const names[] = {"pull_by_q", "pull_by_qd"};
+    const struct derivation *d = b->d;
+    const int arrays[] = {targets->by_q, targets->by_qd};
+    struct derivatives derivatives = derivatives_of_points(b, targets);
+    add_coupled_coordinates(b, &derivatives);
+    if (!derivatives.count)
+        return;
+    const int responses = pair_loops_add_local(d->memory, b->f, "pulled", derivatives.count * d->n, d->n);
+    for (int s = 0; s < derivatives.count; s++) {
+        const struct right_side side = {.f = derivatives.list[s].column};
+        derivation_spread(
+            b->d, b->f, responses, s * d->n, 1,
+            articulated_body_solve(&d->kinematics, accelerations_elimination(b->d), side, NULL));
+    }
+    for (int order = 0; order < 2; order++)
+        if (arrays[order] != NOTHING && has_derivative(b, &derivatives, order))
+            force_derivatives_add_product(
+                b, arrays[order], responses, add_derivative_array(b, &derivatives, names[order], order), 1,
+                order ? "forces that couple coordinates, by qd" : "forces that couple coordinates, by q");
 }

@@ -100,19 +100,7 @@ static void statics_tangent_loops_add(struct derivation *d, struct function *f, 
     force_derivatives_add_loops(&b, &targets);
 }
 
-enum {
-    LOOP_ADVANTAGE = 2, /* compilers turn loops over pairs into vector instructions, so that this many of
-                           their operations count as one */
-    WORTH_TEXT = 4      /* written out if that saves a fifth, because it is more text */
-};
-
-/* Operations of loops and of the vectors that they read. */
-static long weigh_loops(const struct derivation *d, const struct function *f) {
-    struct operation_count count = {.quantity = f->quantity};
-    for (int i = 0; i < f->loop_count; i++)
-        loops_count_operations(f, &f->loops[i], &count);
-    return operation_cost_of_results(d, f) + (count.adds + count.muls) / LOOP_ADVANTAGE;
-}
+enum { WORTH_TEXT = 4 }; /* written out if that saves a fifth, because it is more text */
 
 /* An n x n matrix in both forms. */
 struct chosen_matrix {
@@ -127,7 +115,7 @@ static enum matrix_form cheaper_form(struct derivation *d, const struct chosen_m
     derivation_add_array(d, &trial, name, "", d->n * d->n, d->n);
     matrix->add_loops(d, &trial, 0);
     pair_loops_drop_unread(d->memory, &trial);
-    const long loops = weigh_loops(d, &trial);
+    const long loops = operation_cost_with_loops(d, &trial);
     if (d->n > MOST_WRITTEN_OUT) {
         operation_cost_note_choice(d, memory_format(d->memory, "%s in loops, %ld", name, loops));
         return FORM_LOOPS;

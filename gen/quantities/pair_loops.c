@@ -196,11 +196,14 @@ static void use_pairs(struct pairs *pairs, bool *used) {
 }
 
 static void use_loop(struct loop *loop, bool *used) {
+    if (loop->kind == LOOP_SWEEPS)
+        sweeps_drop_unread(&loop->of.sweeps);
     const struct array_list list = loops_list_arrays(loop);
     if (loop->kind == LOOP_PAIRS)
         use_pairs(&loop->of.pairs, used);
     for (int i = 0; i < list.count && loop->kind != LOOP_PAIRS; i++)
-        used[*list.arrays[i]] = true;
+        if (*list.arrays[i] != NOTHING)
+            used[*list.arrays[i]] = true;
 }
 
 static void renumber_loop(struct loop *loop, const int *number) {

@@ -532,7 +532,7 @@ bool quantities_list_functions(struct plan *plan, const char *emit) {
     struct derivation *d = choice_of_tree(plan);
     const char *last_reason = NULL;
     d->emit = emit;
-    d->has_vectors = emit && is_in_list(emit, implicit) && is_corrected(d) && derivatives_prefer_vectors(d);
+    d->has_vectors = emit && is_in_list(emit, implicit) && is_corrected(d) && tangent_prefers_vectors(d);
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
     plan->lacks = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->lacks);
     for (int i = 0; i < QUANTITY_COUNT; i++) {

@@ -84,10 +84,15 @@ expression *derivation_bias_forces(struct derivation *d);
 expression *derivation_generalized_forces(struct derivation *d);
 expression *derivation_all_forces(struct derivation *d);
 
+/* Returns whether a joint moves no mass: solutions joint by joint divide by the mass that a joint carries. */
+bool derivation_has_massless_joint(const struct derivation *d);
+
 /* accelerations.c: by frame. */
 const expression *accelerations_free(struct derivation *d);
 /* qdd_free by recursion, even where the matrix is cheaper. */
 const expression *accelerations_recursive(struct derivation *d);
+/* The articulated inertias of this recursion. */
+const struct elimination *accelerations_elimination(struct derivation *d);
 /* With qdd, lambda, the responses and S. */
 const struct solution *accelerations_constrained(struct derivation *d);
 /* Replaces rest by the solution x of S x = rest; `what` names x. */
@@ -97,6 +102,8 @@ void accelerations_solve_rows(struct derivation *d, const expression *S, express
 long operation_cost_of_values(const struct derivation *d, const expression *values, int count);
 /* Operations of all results and local arrays of a function, without its loops. */
 long operation_cost_of_results(const struct derivation *d, const struct function *function);
+/* The same with its loops, whose operations count less. */
+long operation_cost_with_loops(const struct derivation *d, const struct function *function);
 /* Adds a choice to the summary and the header. */
 void operation_cost_note_choice(struct derivation *d, const char *choice);
 
@@ -150,7 +157,7 @@ void derivatives_fill_block(const struct builder *b, const struct terms *terms, 
 void derivatives_fill_by_state(const struct builder *b, const expression *in_symbols, int order,
                                double factor, int array);
 /* Returns whether an implicit step needs fewer operations with `tangent_vectors` than with `tangent`. */
-bool derivatives_prefer_vectors(struct derivation *d);
+bool tangent_prefers_vectors(struct derivation *d);
 /* The name of block 0, 1 ... of these derivatives, "q", "qd", "t", "x" (the inputs) and "p" (the
  * parameters); NULL after the last one. */
 const char *derivatives_block_name(int block);
@@ -237,10 +244,31 @@ struct strain_derivatives {
 struct strain_derivatives force_derivatives_strains(const struct builder *b, double sign);
 /* Adds the arrays of forces that couple coordinates, count x n each, and returns the count. */
 int force_derivatives_add_couplings(struct builder *b, double sign);
+/* By frame: derivatives of the forces on joint i by the coordinates of its stage (order 0) or their rates,
+ * without those that couple more coordinates; `firsts`: the first frame of the stage of each frame. */
+struct vector *force_derivatives_of_stages(const struct builder *b, const int *firsts, int order,
+                                           double sign);
+/* Adds products for all forces that couple coordinates, times M^-1: derivatives of accelerations. */
+void force_derivatives_add_coupled_accelerations(struct builder *b, const struct targets *targets);
 /* Adds forces and torques at points, after all arrays of the result. */
 void force_derivatives_add_loops(struct builder *b, const struct targets *targets);
 void force_derivatives_add_product(struct builder *b, int target, int left, int right, double factor,
                                    const char *about);
+
+/* Adds all loops and straight-line entries of M qdd - h - Q by q and qd, and of M. */
+void tangent_add_loops(struct builder *b, const struct targets *targets);
+/* Adds the arrays of `tangent_vectors`, once b->arrays are open. */
+void tangent_add_joint_vectors(struct builder *b);
+/* Returns whether all joints turn about one axis of the ground or slide perpendicular to it. */
+bool tangent_is_planar(const struct builder *b);
+
+/* ---- Derivatives of accelerations in sweeps over chains: theory, sect. 7.7 ---- */
+
+/* Returns whether all joints are in chains that begin on the ground, and carry mass. */
+bool acceleration_sweeps_fit(struct derivation *d);
+/* Adds -M^-1 times the derivatives of the equations of motion by q and qd, for the builder's applied forces,
+ * to these arrays of its function; NOTHING: left out. */
+void acceleration_sweeps_add(struct builder *b, int by_q, int by_qd);
 
 /* ---- Rules for parameters, spatial Jacobians, times of kinks ---- */
 

@@ -191,9 +191,34 @@ long operation_cost_of_results(const struct derivation *d, const struct function
     return operations;
 }
 
+/* Compilers turn loops over arrays into vector instructions, so that this many of their operations count as
+ * one. */
+enum { LOOP_ADVANTAGE = 2 };
+
+long operation_cost_with_loops(const struct derivation *d, const struct function *function) {
+    struct operation_count count = {.quantity = function->quantity};
+    for (int i = 0; i < function->loop_count; i++)
+        loops_count_operations(function, &function->loops[i], &count);
+    return operation_cost_of_results(d, function) + (count.adds + count.muls) / LOOP_ADVANTAGE;
+}
+
 void operation_cost_note_choice(struct derivation *d, const char *choice) {
     struct plan *plan = d->plan;
     if (d->is_second)
         return;
     plan->choices = plan->choices ? memory_format(plan->memory, "%s; %s", plan->choices, choice) : choice;
+}
+
+bool derivation_has_massless_joint(const struct derivation *d) {
+    const struct tree *tree = d->kinematics.tree;
+    bool *has_mass = memory_get(d->memory, ((size_t)tree->count + 1) * sizeof *has_mass);
+    for (int i = tree->count - 1; i >= 0; i--) {
+        const struct frame *frame = &tree->frames[i];
+        has_mass[i] |= !inertia_is_zero(&frame->inertia);
+        if (!has_mass[i] && frame->kind == FRAME_JOINT)
+            return true;
+        if (frame->parent >= 0)
+            has_mass[frame->parent] |= has_mass[i];
+    }
+    return false;
 }

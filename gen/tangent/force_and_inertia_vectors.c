@@ -141,14 +141,6 @@ expression *tangent_generalized_forces(const struct given_motion *given,
 
 /* ---- Sums beyond a joint ---- */
 
-/* Sums over all mass beyond a joint, own axes, with arms rho from its origin (theory, sect. 7.5). The
- * inertia is in the composites. */
-struct flow {
-    struct vector momentum; /* b = int rho' dm */
-    struct matrix growth;   /* E = int rho' rho^T dm */
-    struct wrench load;     /* L = (int rho x (rdd - grav) dm, int (rdd - grav) dm) */
-};
-
 /* a b^T */
 static struct matrix outer(struct graph *g, struct vector a, struct vector b) {
     struct matrix m;
@@ -194,7 +186,7 @@ static struct wrench own_load(const struct given_motion *given, int i) {
 }
 
 /* b = w x mc, E = [w]x int rho rho^T dm, L the inertia wrench at the given accelerations. */
-static struct flow own_flow(const struct given_motion *given, int i) {
+struct flow tangent_own_flow(const struct given_motion *given, int i) {
     struct graph *g = given->k->g;
     const struct inertia own = dynamics_own_inertia(given->k, i), *inertia = &own;
     const struct vector w = given->k->frames[i].angular;
@@ -326,7 +318,7 @@ struct pair_vectors *tangent_pair_vectors(const struct given_motion *given,
         const struct frame *frame = &k->tree->frames[i];
         kinematics_remark(k, i, "momentum b, growth E and load L of all beyond (7.5)");
         if (frame->kind == FRAME_JOINT) {
-            flows[i] = flow_add(k->g, own_flow(given, i), flows[i]);
+            flows[i] = flow_add(k->g, tangent_own_flow(given, i), flows[i]);
             name_flow(k, i, &flows[i]);
             vectors[i] = vectors_of_joint(given, i, &composites[i], &flows[i]);
         }

@@ -86,5 +86,42 @@ struct pair_vectors {
 struct pair_vectors *tangent_pair_vectors(const struct given_motion *given, const struct inertia *composites);
 /* M qdd + c + g at the given accelerations, by frame. */
 expression *tangent_inertia_forces(const struct given_motion *given);
+/* Sums over mass, own axes, with arms rho from the origin: theory, sect. 7.5. */
+struct flow {
+    struct vector momentum; /* b = int rho' dm */
+    struct matrix growth;   /* E = int rho' rho^T dm */
+    struct wrench load;     /* L = (int rho x (rdd - grav) dm, int (rdd - grav) dm) */
+};
+/* Of the body that moves with frame i. */
+struct flow tangent_own_flow(const struct given_motion *given, int i);
+
+/* ---- Derivatives of accelerations, column by column: theory, sect. 7.7 ---- */
+
+/* One column of derivatives by q or qd, ground axes, moments about the joint's origin. */
+struct acceleration_column {
+    struct vector spin; /* beta, the change of the angular velocity of everything beyond the joint */
+    struct vector push_moment, push_force;     /* the wrench that the stage passes on */
+    struct vector start_angular, start_linear; /* A, the change of acceleration after the stage */
+    struct vector own;                         /* derivatives of the accelerations of the stage's joints */
+};
+
+/* Values of joint i, ground axes. In a single joint x = -(hold . A + hold_spin . beta + hold_turned . gamma)
+ * and A gains `turn` x. In a ball joint the values of its joint number r are row r of A_angular =
+ * -(hold_force A_linear + hold_spin beta + hold_turned gamma), and x = turn . (change of A_angular). */
+struct acceleration_columns {
+    struct acceleration_column by[2];          /* by q, qd */
+    struct vector turn;                        /* e, or row r of the matrix from turns to coordinates */
+    struct vector turned;                      /* gamma: e of a revolute joint, else 0 */
+    struct vector hold_moment, hold_force;     /* U / D, or 0 and row r of J^-1 H */
+    struct vector hold_spin, hold_turned;      /* the same for the changes of velocity and of direction */
+    struct vector start_angular, start_linear; /* the acceleration after the stage by a unit force at i */
+};
+
+/* The stages of an elimination and the changes `own` of the required force of each joint by the coordinates
+ * of its stage, by q and qd and by frame. Returns the columns by frame. */
+struct acceleration_columns *acceleration_columns_derive(const struct given_motion *given,
+                                                         const struct elimination *elimination,
+                                                         const struct applied_forces *applied_forces,
+                                                         struct vector *const own[2]);
 
 #endif

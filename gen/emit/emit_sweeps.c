@@ -1,0 +1,452 @@
+/*
+ * The C text of the sweeps of a plan (plan.h), which compute derivatives of accelerations on chains.
+ *
+ * The states of all columns are local arrays, one for each component, and the columns are the inner loops.
+ * Compilers turn inner loops into vector instructions only if the number of their iterations is a constant.
+ * Columns are therefore passed in blocks of BLOCK. A block may contain columns that have not begun or that
+ * belong to another chain; their values are not used. Lanes are vectors already.
+ */
+#include "gen/emit/emit.h"
+
+#include <string.h>
+
+enum { BLOCK = 4 }; /* columns; with 8, short chains take longer */
+
+struct printer {
+    struct emission *x;
+    struct text *text;
+    const struct function *function;
+    const char *local;
+    const struct sweeps *s;
+};
+
+static const char axes[3] = "xyz";
+
+static const char *name(const struct printer *p, int array) {
+    return emit_array_text(p->x, p->function, array, p->local);
+}
+
+/* ---- States ---- */
+
+/* A state by the prefix of its arrays. */
+struct state {
+    const char *prefix;
+    struct sweep_state has;
+};
+
+enum { MOST_STATES = 3 };
+
+static int list_states(const struct printer *p, struct state states[MOST_STATES]) {
+    states[0] = (struct state){"response", sweeps_state(p->s, -1)};
+    for (int c = 0; c < p->s->column_count; c++)
+        states[c + 1] = (struct state){
+            memory_format(p->x->plan->memory, "by_%s", p->function->arrays[p->s->columns[c].array].name),
+            sweeps_state(p->s, c)};
+    return p->s->column_count + 1;
+}
+
+/* The parts of a state, and the arrays from which they begin. */
+struct state_part {
+    const char *name;
+    const bool *has;
+    const struct vector_arrays *start;
+};
+
+static int list_parts(const struct printer *p, const struct state *state, int column,
+                      struct state_part parts[4]) {
+    const struct sweep_column *of = column < 0 ? NULL : &p->s->columns[column];
+    parts[0] =
+        (struct state_part){"angular", state->has.angular, of ? &of->start_angular : &p->s->start_angular};
+    parts[1] = (struct state_part){"linear", state->has.linear, of ? &of->start_linear : &p->s->start_linear};
+    if (!of)
+        return 2;
+    parts[2] = (struct state_part){"spin", state->has.spin, &of->spin};
+    parts[3] = (struct state_part){"turned", state->has.turned, &of->turned};
+    return 4;
+}
+
+static int padded(const struct printer *p) {
+    return p->x->is_lanes ? p->s->n : (p->s->n + BLOCK - 1) / BLOCK * BLOCK;
+}
+
+static bool has_kind(const struct sweeps *s, enum stage_kind kind) {
+    for (int i = 0; i < s->n; i++)
+        if (s->kind[i] == (int)kind)
+            return true;
+    return false;
+}
+
+/* Declares the arrays of all states and of the results of one stage. */
+static void put_arrays(const struct printer *p, const struct state *states, int count) {
+    const int size = padded(p);
+    for (int k = 0; k < count; k++) {
+        struct state_part parts[4];
+        const int part_count = list_parts(p, &states[k], k - 1, parts);
+        for (int part = 0; part < part_count; part++)
+            for (int a = 0; a < 3; a++)
+                if (parts[part].has[a])
+                    text_add(p->text, "        %s %s_%s_%c[%d];\n", p->x->number, states[k].prefix,
+                             parts[part].name, axes[a], size);
+        for (int r = 0; r < (has_kind(p->s, STAGE_BALL) ? 3 : 1) && k; r++) {
+            text_add(p->text, "        %s %s_row_%d[%d];\n", p->x->number, states[k].prefix, r, size);
+            text_add(p->text, "        %s %s_column_%d[%d];\n", p->x->number, states[k].prefix, r, size);
+        }
+    }
+}
+
+/* Columns that have not begun are zero. */
+static void put_zeros(const struct printer *p, const struct state *states, int count) {
+    if (p->x->is_lanes)
+        return;
+    text_add(p->text, "        for (int j = 0; j < %d; j++) {\n", padded(p));
+    for (int k = 0; k < count; k++) {
+        struct state_part parts[4];
+        const int part_count = list_parts(p, &states[k], k - 1, parts);
+        for (int part = 0; part < part_count; part++)
+            for (int a = 0; a < 3; a++)
+                if (parts[part].has[a])
+                    text_add(p->text, "            %s_%s_%c[j] = 0.0;\n", states[k].prefix, parts[part].name,
+                             axes[a]);
+    }
+    text_add(p->text, "        }\n");
+}
+
+/* ---- One stage ---- */
+
+static void open_columns(const struct printer *p) {
+    if (p->x->is_lanes) {
+        text_add(p->text, "                for (int j = root; j < i; j++) {\n");
+        return;
+    }
+    text_add(p->text, "                for (int block = root / %d * %d; block < i; block += %d)\n", BLOCK,
+             BLOCK, BLOCK);
+    text_add(p->text, "                    for (int j = block; j < block + %d; j++) {\n", BLOCK);
+}
+
+static void close_columns(const struct printer *p) {
+    text_add(p->text, "%s}\n", p->x->is_lanes ? "                " : "                    ");
+}
+
+static const char *margin(const struct printer *p) {
+    return p->x->is_lanes ? "                    " : "                        ";
+}
+
+/* Returns whether a text uses a name. */
+static bool uses(const char *text, const char *name) {
+    const size_t length = strlen(name);
+    for (const char *at = text; (at = strstr(at, name)); at += length)
+        if (at[-1] == ' ' || at[-1] == '(' || at[-1] == '-')
+            if (at[length] == ' ' || at[length] == ';' || at[length] == ')')
+                return true;
+    return false;
+}
+
+/* Copies values of position i + r to constants that the loops over columns use. They are not read again for
+ * each block. */
+static void put_constants(const struct printer *p, const char *loops, const char *title,
+                          const struct vector_arrays *arrays, int r) {
+    for (int a = 0; a < 3; a++) {
+        const char *constant = memory_format(p->x->plan->memory, "%s_%d%c", title, r, axes[a]);
+        if (arrays->at[a] == NOTHING || !uses(loops, constant))
+            continue;
+        text_add(p->text, "                const %s %s = %s[i", p->x->number, constant,
+                 name(p, arrays->at[a]));
+        text_add(p->text, r ? " + %d];\n" : "];\n", r);
+    }
+}
+
+enum { TERMS_ON_A_LINE = 4 };
+
+static const char *separator(const struct printer *p, int count) {
+    if (!count)
+        return "";
+    return count % TERMS_ON_A_LINE ? " + " : memory_format(p->x->plan->memory, " +\n%s    ", margin(p));
+}
+
+/* Adds the terms of a dot product of constants and components of a state to a sum of `count` terms. */
+static int put_terms(const struct printer *p, int count, const char *title, int r,
+                     const struct vector_arrays *arrays, const char *values, const bool has[3],
+                     const char *index) {
+    for (int a = 0; a < 3; a++)
+        if (has[a] && arrays->at[a] != NOTHING)
+            text_add(p->text, "%s%s_%d%c * %s_%c%s", separator(p, count++), title, r, axes[a], values,
+                     axes[a], index);
+    return count;
+}
+
+static const char *part_of(const struct printer *p, const struct state *state, const char *part) {
+    return memory_format(p->x->plan->memory, "%s_%s", state->prefix, part);
+}
+
+static int put_cross(const struct printer *p, int count, const char *title,
+                     const struct vector_arrays *arrays, const char *values, const bool has[3], int a) {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    const bool plus = has[b] && arrays->at[c] != NOTHING, minus = has[c] && arrays->at[b] != NOTHING;
+    if (!plus && !minus)
+        return count;
+    text_add(p->text, "%s(", separator(p, count * TERMS_ON_A_LINE));
+    if (plus)
+        text_add(p->text, "%s_%c[j] * %s_0%c", values, axes[b], title, axes[c]);
+    if (minus)
+        text_add(p->text, "%s%s_%c[j] * %s_0%c", plus ? " - " : "-", values, axes[c], title, axes[b]);
+    text_add(p->text, ")");
+    return count + 1;
+}
+
+static bool has_cross(const struct vector_arrays *arrays, const bool has[3], int a) {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    return (has[b] && arrays->at[c] != NOTHING) || (has[c] && arrays->at[b] != NOTHING);
+}
+
+/* The linear acceleration of the stage's origin. */
+static void put_move(const struct printer *p, const struct state *state) {
+    for (int a = 0; a < 3; a++) {
+        if (!state->has.linear[a] ||
+            (!has_cross(&p->s->shift, state->has.angular, a) && !has_cross(&p->s->swing, state->has.spin, a)))
+            continue;
+        text_add(p->text, "%s%s_linear_%c[j] += ", margin(p), state->prefix, axes[a]);
+        const int count =
+            put_cross(p, 0, "shift", &p->s->shift, part_of(p, state, "angular"), state->has.angular, a);
+        put_cross(p, count, "swing", &p->s->swing, part_of(p, state, "spin"), state->has.spin, a);
+        text_add(p->text, ";\n");
+    }
+}
+
+static bool moves(const struct printer *p, const struct state *states, int count) {
+    for (int k = 0; k < count; k++)
+        for (int a = 0; a < 3; a++)
+            if (states[k].has.linear[a] && (has_cross(&p->s->shift, states[k].has.angular, a) ||
+                                            has_cross(&p->s->swing, states[k].has.spin, a)))
+                return true;
+    return false;
+}
+
+static void put_moves(const struct printer *p, const struct state *states, int count) {
+    struct text loops = {.memory = p->text->memory};
+    struct printer inner = *p;
+    inner.text = &loops;
+    if (!moves(p, states, count))
+        return;
+    for (int k = 0; k < count; k++) {
+        open_columns(&inner);
+        put_move(&inner, &states[k]);
+        close_columns(&inner);
+    }
+    text_add(p->text, "            if (moves_on[i]) {\n");
+    put_constants(p, loops.data, "shift", &p->s->shift, 0);
+    put_constants(p, loops.data, "swing", &p->s->swing, 0);
+    text_add(p->text, "%s            }\n", loops.data);
+}
+
+/* "= 0" in place of a sum without terms. */
+static void end_sum(const struct printer *p, int count) {
+    text_add(p->text, "%s;\n", count ? "" : emit_zero(p->x));
+}
+
+/* Minus the entries of the stage's columns: products of the response and what the stage passes on. */
+static void put_columns(const struct printer *p, const struct state *response, const struct state *state,
+                        const struct sweep_column *column, int joints) {
+    for (int r = 0; r < joints; r++) {
+        text_add(p->text, "%s%s_column_%d[j] = ", margin(p), state->prefix, r);
+        int count = put_terms(p, 0, memory_format(p->x->plan->memory, "%s_moment", state->prefix), r,
+                              &column->push_moment, "response_angular", response->has.angular, "[j]");
+        count = put_terms(p, count, memory_format(p->x->plan->memory, "%s_force", state->prefix), r,
+                          &column->push_force, "response_linear", response->has.linear, "[j]");
+        end_sum(p, count);
+    }
+}
+
+/* What the joint holds against its carrier's acceleration, and against changes of velocity and direction. */
+static int put_held(const struct printer *p, const struct state *state, int r) {
+    const struct sweeps *s = p->s;
+    int count =
+        put_terms(p, 0, "force", r, &s->hold_force, part_of(p, state, "linear"), state->has.linear, "[j]");
+    count = put_terms(p, count, "spin", r, &s->hold_spin, part_of(p, state, "spin"), state->has.spin, "[j]");
+    return put_terms(p, count, "turned", r, &s->hold_turned, part_of(p, state, "turned"), state->has.turned,
+                     "[j]");
+}
+
+static void put_single(const struct printer *p, const struct state *state, bool is_turn, bool is_response) {
+    const bool *has = is_turn ? state->has.angular : state->has.linear;
+    text_add(p->text, "%sconst %s held = ", margin(p), p->x->number);
+    int count = put_held(p, state, 0);
+    count = put_terms(p, count, "moment", 0, &p->s->hold_moment, part_of(p, state, "angular"),
+                      state->has.angular, "[j]");
+    end_sum(p, count);
+    for (int a = 0; a < 3; a++)
+        if (has[a] && p->s->turn.at[a] != NOTHING)
+            text_add(p->text, "%s%s_%s_%c[j] -= turn_0%c * held;\n", margin(p), state->prefix,
+                     is_turn ? "angular" : "linear", axes[a], axes[a]);
+    if (!is_response)
+        text_add(p->text, "%s%s_row_0[j] = held;\n", margin(p), state->prefix);
+}
+
+static void put_ball(const struct printer *p, const struct state *state, bool is_response) {
+    static const bool all[3] = {true, true, true};
+    const char *number = p->x->number;
+    for (int r = 0; r < 3; r++) {
+        text_add(p->text, "%sconst %s after_%c = ", margin(p), number, axes[r]);
+        end_sum(p, put_held(p, state, r));
+    }
+    for (int r = 0; r < 3 && !is_response; r++)
+        text_add(p->text, "%sconst %s gain_%c = after_%c + %s_angular_%c[j];\n", margin(p), number, axes[r],
+                 axes[r], state->prefix, axes[r]);
+    for (int r = 0; r < 3 && !is_response; r++) {
+        text_add(p->text, "%s%s_row_%d[j] = ", margin(p), state->prefix, r);
+        end_sum(p, put_terms(p, 0, "turn", r, &p->s->turn, "gain", all, ""));
+    }
+    for (int r = 0; r < 3; r++)
+        text_add(p->text, "%s%s_angular_%c[j] = -after_%c;\n", margin(p), state->prefix, axes[r], axes[r]);
+}
+
+static void put_stage_loops(const struct printer *p, const struct state *states, int count,
+                            enum stage_kind kind) {
+    const struct sweeps *s = p->s;
+    for (int c = 0; c < s->column_count; c++) {
+        open_columns(p);
+        put_columns(p, &states[0], &states[c + 1], &s->columns[c], kind == STAGE_BALL ? 3 : 1);
+        close_columns(p);
+    }
+    for (int k = 0; k < count; k++) {
+        open_columns(p);
+        if (kind == STAGE_BALL)
+            put_ball(p, &states[k], !k);
+        else
+            put_single(p, &states[k], kind == STAGE_TURN, !k);
+        close_columns(p);
+    }
+}
+
+static void put_stage(const struct printer *p, const struct state *states, int count, enum stage_kind kind) {
+    const struct sweeps *s = p->s;
+    struct memory *memory = p->x->plan->memory;
+    struct text loops = {.memory = p->text->memory};
+    struct printer inner = *p;
+    inner.text = &loops;
+    put_stage_loops(&inner, states, count, kind);
+    for (int r = 0; r < (kind == STAGE_BALL ? 3 : 1); r++) {
+        put_constants(p, loops.data, "turn", &s->turn, r);
+        put_constants(p, loops.data, "moment", &s->hold_moment, r);
+        put_constants(p, loops.data, "force", &s->hold_force, r);
+        put_constants(p, loops.data, "spin", &s->hold_spin, r);
+        put_constants(p, loops.data, "turned", &s->hold_turned, r);
+        for (int c = 0; c < s->column_count; c++) {
+            const char *prefix = states[c + 1].prefix;
+            put_constants(p, loops.data, memory_format(memory, "%s_moment", prefix),
+                          &s->columns[c].push_moment, r);
+            put_constants(p, loops.data, memory_format(memory, "%s_force", prefix), &s->columns[c].push_force,
+                          r);
+        }
+    }
+    text_add(p->text, "%s", loops.data);
+}
+
+/* ---- The loop ---- */
+
+static void put_stages(const struct printer *p, const struct state *states, int count) {
+    int left = has_kind(p->s, STAGE_TURN) + has_kind(p->s, STAGE_SLIDE) + has_kind(p->s, STAGE_BALL);
+    const char *before = "            ";
+    for (int kind = STAGE_TURN; kind <= STAGE_BALL; kind++) {
+        if (!has_kind(p->s, (enum stage_kind)kind))
+            continue;
+        if (--left)
+            text_add(p->text, "%sif (kind[i] == %d) {\n", before, kind);
+        else
+            text_add(p->text, "%s{\n", before);
+        put_stage(p, states, count, (enum stage_kind)kind);
+        text_add(p->text, "            }");
+        before = " else ";
+        if (!left)
+            text_add(p->text, "\n");
+    }
+}
+
+static bool is_ordered(const struct sweeps *s) {
+    for (int i = 0; i < s->n; i++)
+        if (s->order[i] != i)
+            return false;
+    return true;
+}
+
+static void put_stores(const struct printer *p, const struct state *states, int count) {
+    const int n = p->s->n;
+    const bool ordered = is_ordered(p->s);
+    const char *row = ordered ? "i" : "order[i]", *column = ordered ? "j" : "order[j]";
+    const int most = has_kind(p->s, STAGE_BALL) ? 3 : 1;
+    for (int r = 0; r < most; r++) {
+        const char *of = r ? memory_format(p->x->plan->memory, "(%s + %d)", row, r) : row;
+        const char *indent = r ? "                " : "            ";
+        if (r == 1)
+            text_add(p->text, "            if (joints == 3) {\n");
+        for (int k = 1; k < count; k++) {
+            const char *entries = name(p, p->s->columns[k - 1].array);
+            text_add(p->text, "%sfor (int j = root; j < i; j++)\n", indent);
+            text_add(p->text, "%s    %s[%s * %d + %s] = -%s_row_%d[j];\n", indent, entries, of, n, column,
+                     states[k].prefix, r);
+            text_add(p->text, "%sfor (int j = root; j < i; j++)\n", indent);
+            text_add(p->text, "%s    %s[%s * %d + %s] = -%s_column_%d[j];\n", indent, entries, column, n, of,
+                     states[k].prefix, r);
+        }
+    }
+    if (most > 1)
+        text_add(p->text, "            }\n");
+}
+
+/* The columns of the stage's own joints begin. */
+static void put_starts(const struct printer *p, const struct state *states, int count) {
+    text_add(p->text, "            for (const int end = i + joints; i < end; i++) {\n");
+    for (int k = 0; k < count; k++) {
+        struct state_part parts[4];
+        const int part_count = list_parts(p, &states[k], k - 1, parts);
+        for (int part = 0; part < part_count; part++)
+            for (int a = 0; a < 3; a++)
+                if (parts[part].has[a])
+                    text_add(p->text, "                %s_%s_%c[i] = %s%s;\n", states[k].prefix,
+                             parts[part].name, axes[a],
+                             parts[part].start->at[a] == NOTHING ? emit_zero(p->x)
+                                                                 : name(p, parts[part].start->at[a]),
+                             parts[part].start->at[a] == NOTHING ? "" : "[i]");
+    }
+    text_add(p->text, "            }\n");
+}
+
+static bool is_single_chain(const struct sweeps *s) {
+    for (int i = 0; i < s->n; i++)
+        if (s->root[i])
+            return false;
+    return true;
+}
+
+static void put_tables(const struct printer *p, const struct state *states, int count) {
+    const struct sweeps *s = p->s;
+    int *values = memory_get(p->x->plan->memory, ((size_t)s->n + 1) * sizeof *values);
+    if (!is_ordered(s))
+        emit_local_table(p->text, "int", "order", s->order, s->n);
+    if (!is_single_chain(s))
+        emit_local_table(p->text, "int", "roots", s->root, s->n);
+    if (has_kind(s, STAGE_BALL) || has_kind(s, STAGE_TURN) == has_kind(s, STAGE_SLIDE))
+        emit_local_table(p->text, "unsigned char", "kind", s->kind, s->n);
+    for (int i = 0; i < s->n; i++)
+        values[i] = s->moves_on[i];
+    if (moves(p, states, count))
+        emit_local_table(p->text, "unsigned char", "moves_on", values, s->n);
+}
+
+void emit_sweeps(struct emission *x, struct text *text, const struct function *function, const char *local,
+                 const struct sweeps *sweeps) {
+    const struct printer p = {x, text, function, local, sweeps};
+    struct state states[MOST_STATES];
+    const int count = list_states(&p, states);
+    put_tables(&p, states, count);
+    put_arrays(&p, states, count);
+    put_zeros(&p, states, count);
+    text_add(text, "        for (int i = 0; i < %d;) {\n", sweeps->n);
+    text_add(text, "            const int root = %s, joints = %s;\n",
+             is_single_chain(sweeps) ? "0" : "roots[i]",
+             has_kind(sweeps, STAGE_BALL) ? "kind[i] == 2 ? 3 : 1" : "1");
+    put_moves(&p, states, count);
+    put_stages(&p, states, count);
+    put_stores(&p, states, count);
+    put_starts(&p, states, count);
+    text_add(text, "        }\n");
+}
