@@ -90,7 +90,8 @@ enum refdyn_status {
                                    called */
     REFDYN_BAD_TIME =
         -21, /**< a requested time is not finite, before integrator.t, or outside the last step */
-    REFDYN_MEMORY_TOO_SMALL = -22 /**< memory is smaller than the size function of the call requires */
+    REFDYN_MEMORY_TOO_SMALL = -22, /**< memory is smaller than the size function of the call requires */
+    REFDYN_NO_DERIVATIVE = -23 /**< a motion has no derivative by a value: events differ on its two sides */
 };
 
 /** One line of text for a status, without a full stop. Never NULL. */

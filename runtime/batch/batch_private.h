@@ -68,6 +68,23 @@ typedef void lanes_take(struct lanes *lanes, struct lane_step *steps);
 lanes_take refdyn_lanes_take_2, refdyn_lanes_take_4, refdyn_lanes_take_8, refdyn_lanes_take_4_apart,
     refdyn_lanes_take_8_apart;
 
+/* ---- Copies of a motion, for differences: runtime/gradients ---- */
+
+/* Change of a value of the case; REFDYN_VARIED_SAMPLES: none. */
+struct shift {
+    enum refdyn_varied what;
+    int place;
+    double change;
+};
+
+/* The cases of a batch are copies of case `number`, which repeat its steps. */
+struct refdyn_copies {
+    long number;
+    const struct shift *shifts;            /* by number of the copy */
+    const struct refdyn_pattern *pattern;  /* NULL: the copies choose their steps */
+    const struct refdyn_step_watch *watch; /* of the steps; NULL: nobody watches */
+};
+
 /* ---- Workers: one case of a batch from its start to its end (motion_of_case.c) ---- */
 
 /* The variables and arrays of one case, in one block of memory. */

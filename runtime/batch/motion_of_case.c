@@ -49,7 +49,32 @@ void refdyn_worker_release(struct worker *worker) {
 /* ---- The start of a case ---- */
 
 static double value_of(const struct worker *worker, const struct refdyn_batch_column *column) {
-    return column->values[worker->now.number];
+    const struct refdyn_copies *copies = worker->batch->copies;
+    return column->values[copies ? copies->number : worker->now.number];
+}
+
+/* Adds the change of a copy if it is of this kind. */
+static void shift(const struct worker *worker, enum refdyn_varied what, double *values) {
+    const struct refdyn_copies *copies = worker->batch->copies;
+    if (copies && copies->shifts[worker->now.number].what == what)
+        values[copies->shifts[worker->now.number].place] += copies->shifts[worker->now.number].change;
+}
+
+/* Is the value that the copy changes one that the start of the motion sets: an anchored parameter that is not
+ * given, or a coordinate that the equilibrium moves? */
+static int is_shifted_late(const struct worker *worker) {
+    const struct refdyn_batch *batch = worker->batch;
+    const struct refdyn_model *model = batch->model;
+    const struct shift *shift = batch->copies ? &batch->copies->shifts[worker->now.number] : NULL;
+    for (int j = 0; shift && shift->what == REFDYN_VARIED_PARAMETER && j < model->anchored_count; j++)
+        if (model->anchored[j] == shift->place)
+            return !worker->given[j];
+    if (!shift || shift->what != REFDYN_VARIED_COORDINATE)
+        return 0;
+    int is_late = batch->from_statics;
+    for (int k = 0; k < batch->held_count; k++)
+        is_late &= batch->held[k] != shift->place;
+    return is_late;
 }
 
 /* Copies the columns of one kind to their places. */
@@ -90,6 +115,9 @@ static void set_values(struct worker *worker) {
         if (batch->columns[i].what == REFDYN_VARIED_SAMPLES)
             worker->samples = batch->samples + (int)value_of(worker, &batch->columns[i]);
     mark_given(worker);
+    shift(worker, REFDYN_VARIED_INPUT, work->x);
+    if (!is_shifted_late(worker))
+        shift(worker, REFDYN_VARIED_PARAMETER, work->p);
     refdyn_prepare(work);
 }
 
@@ -103,6 +131,8 @@ static void set_state(struct worker *worker) {
     if (batch->qd)
         memcpy(worker->qd, batch->qd, bytes);
     set_columns(worker, REFDYN_VARIED_COORDINATE, worker->q);
+    if (!is_shifted_late(worker))
+        shift(worker, REFDYN_VARIED_COORDINATE, worker->q);
 }
 
 /* Finds the equilibrium; the rates of the case are those with which it leaves the equilibrium. */
@@ -119,8 +149,24 @@ static int find_equilibrium(struct worker *worker) {
     return status;
 }
 
+/* Samples set all their inputs again, to which the change of a copy is added. */
 static void meet_sample(struct worker *worker, double t) {
-    worker->next_sample = worker->samples ? refdyn_samples_set(worker->samples, t, worker->work.x) : INFINITY;
+    const struct refdyn_samples *samples = worker->samples;
+    const struct refdyn_copies *copies = worker->batch->copies;
+    worker->next_sample = samples ? refdyn_samples_set(samples, t, worker->work.x) : INFINITY;
+    for (int i = 0; samples && copies && i < samples->width; i++)
+        if (samples->place[i] == copies->shifts[worker->now.number].place)
+            shift(worker, REFDYN_VARIED_INPUT, worker->work.x);
+}
+
+/* The integrator has started: a copy repeats the steps of its motion. */
+static void join_copies(struct worker *worker) {
+    const struct refdyn_copies *copies = worker->batch->copies;
+    if (copies && copies->pattern)
+        refdyn_repetition_start(worker->integrator.motion, copies->pattern);
+    worker->integrator.motion->watch = copies ? copies->watch : NULL;
+    if (copies && copies->watch)
+        copies->watch->note(copies->watch->context, worker->integrator.motion, NULL);
 }
 
 /* Prepares everything before the first step. */
@@ -139,8 +185,14 @@ static int begin(struct worker *worker) {
         return status;
     worker->result.stage = REFDYN_AT_START;
     set_columns(worker, REFDYN_VARIED_RATE, worker->qd);
+    if (is_shifted_late(worker))
+        shift(worker, REFDYN_VARIED_COORDINATE, worker->q);
+    shift(worker, REFDYN_VARIED_RATE, worker->qd);
     refdyn_anchor(&worker->work, batch->t, worker->q, worker->qd, worker->given);
+    if (is_shifted_late(worker))
+        shift(worker, REFDYN_VARIED_PARAMETER, worker->work.p);
     status = refdyn_integrator_start(integrator, batch->t, worker->q, worker->qd);
+    join_copies(worker);
     refdyn_integrator_until(integrator, batch->times[batch->time_count - 1]);
     refdyn_integrator_limit(integrator, worker->next_sample);
     return status;

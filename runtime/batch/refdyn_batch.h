@@ -119,6 +119,7 @@ struct refdyn_batch {
     int (*end)(void *context, const struct refdyn_batch_case *one, const struct refdyn_batch_result *result);
     /** Called between steps: returns non-zero to end the batch. NULL: not needed. */
     int (*stop)(void *context);
+    const struct refdyn_copies *copies; /**< private to refdyn_derivatives_run; NULL */
     double
         *states; /**< (count x 2 n) q and qd at the end of each case, or where it failed; NULL: not needed */
     int *statuses; /**< (count) enum refdyn_status of each case; NULL: not needed */
@@ -133,6 +134,65 @@ struct refdyn_batch {
  * that do not ascend, places or samples that do not exist, fewer than one thread; BAD_MEMORY.
  */
 int refdyn_batch_run(const struct refdyn_batch *batch, long *ended);
+
+/* ---- Derivatives of a motion ---- */
+
+/** A value by which a motion is differentiated. The derivative by an input with samples is by a constant that
+ * is added to all of them. A start value or rate changes along the rows: the start of the changed motion is
+ * the nearest state on the programme. */
+struct refdyn_variable {
+    enum refdyn_varied what; /**< its kind, not REFDYN_VARIED_SAMPLES */
+    int place;               /**< index of the parameter, input or coordinate in the tables of the model */
+};
+
+/** Why a motion has no derivative by a variable, or none at some outputs. */
+struct refdyn_underivable {
+    int status; /**< 0: derivatives exist at all outputs. NO_DERIVATIVE: when the variable changes slightly,
+                     events happen in another order, or on one side only. Otherwise the enum refdyn_status
+                     with which a changed motion has failed */
+    double t;   /**< time of that event or failure: outputs from there on have NaN [s] */
+    double change;   /**< change of the variable, signed, with which this happened */
+    int event;       /**< of the model; -1: a kink of formulas, or a time event */
+    int is_at_start; /**< 1: the event is at the start of the motion */
+    long jumps;      /**< values that are NaN because they jump at the time of their output */
+    double t_jump;   /**< the first such time [s] */
+};
+
+/**
+ * Derivatives of a motion at its outputs, by parameters, inputs and start values.
+ *
+ * The motion chooses its steps; then copies with one value changed repeat them, side by side in lanes and on
+ * threads, and central differences are formed (Bock 1981; runtime/core/motion/repeated_steps.c). It works
+ * with each method, with rows, projections, events and impacts. Where an event of the model ends the motion,
+ * the last output is the state at that event, and its derivatives include the change of its time.
+ */
+struct refdyn_derivatives {
+    const struct refdyn_batch *batch; /**< the motion. `count`, `output`, `end`, `states` and `statuses` are
+                                           not read */
+    long number;                      /**< number of the case in the columns of the batch */
+    int count;                        /**< variables */
+    const struct refdyn_variable *variables; /**< (count) */
+    int width;                               /**< values of an output */
+    /** Writes the values (width) of the shown state, which are to be differentiated. Calls come from several
+     * threads, for cases with different `room`. NULL: q and qd; width is then 2 n. */
+    void (*values)(void *context, const struct refdyn_batch_case *one, double *values);
+    void *context; /**< first argument of `values` */
+
+    double *at;          /**< ((time_count + 2) x width) values of the motion; NULL: not needed */
+    double *derivatives; /**< (count x (time_count + 2) x width) */
+    struct refdyn_underivable *underivable; /**< (count) */
+
+    struct refdyn_batch_result
+        motion;   /**< result: how the motion ended. If it failed, there are no derivatives */
+    int outputs;  /**< result: outputs of the motion, including the start and an event that ended it */
+    double cpu_s; /**< result: processor time of the motion, of which `copies_cpu_s` is a multiple [s] */
+    double copies_cpu_s; /**< result: processor time of the copies [s] */
+    long copies;         /**< result: copies that were computed */
+};
+
+/** Computes the derivatives. Errors: those of refdyn_batch_run; the status of the motion, except
+ * EVENT_ENDS, if it failed. */
+int refdyn_derivatives_run(struct refdyn_derivatives *derivatives);
 
 #ifdef __cplusplus
 }

@@ -277,3 +277,47 @@ void record_print_balance_warning(const struct record_motion *motion, FILE *out)
                 "--tol or --step\n",
           out);
 }
+
+/* ---- Derivatives ---- */
+
+static void print_event(const struct refdyn_model *model, const struct refdyn_underivable *why, FILE *out) {
+    if (why->event >= 0)
+        fprintf(out, "the event %s", model->events[why->event].name);
+    else
+        fputs("a time event or a kink of the model's formulas", out);
+    if (why->is_at_start)
+        fputs(" at the start of the motion", out);
+}
+
+/* Values that jump where an event happens at an output. */
+static void print_jumps(const char *name, const struct refdyn_underivable *why, FILE *out) {
+    char t[RECORD_NUMBER_LENGTH];
+    fprintf(
+        out,
+        "refdyn: warning: --derivatives %s: %ld value%s at an output at which an event happens, the first at "
+        "t = %s s; %s nan there\n",
+        name, why->jumps, why->jumps > 1 ? "s jump" : " jumps", record_number(why->t_jump, t),
+        why->jumps > 1 ? "their derivatives are" : "its derivative is");
+}
+
+static void print_underivable(const struct refdyn_model *model, const char *name,
+                              const struct refdyn_underivable *why, FILE *out) {
+    char t[RECORD_NUMBER_LENGTH], change[RECORD_NUMBER_LENGTH];
+    fprintf(out, "refdyn: warning: --derivatives %s: nan from t = %s s on: when %s changes by %s, ", name,
+            record_number(why->t, t), name, record_number(why->change, change));
+    if (why->status == REFDYN_NO_DERIVATIVE) {
+        print_event(model, why, out);
+        fputs(" happens in another order, or on one side only\n", out);
+    } else
+        fprintf(out, "the motion fails there: %s\n", refdyn_status_text(why->status));
+}
+
+void record_print_underivable(const struct refdyn_model *model, const char *const *names,
+                              const struct refdyn_underivable *underivable, int count, FILE *out) {
+    for (int i = 0; i < count; i++) {
+        if (underivable[i].jumps > 0)
+            print_jumps(names[i], &underivable[i], out);
+        if (underivable[i].status)
+            print_underivable(model, names[i], &underivable[i], out);
+    }
+}

@@ -53,6 +53,7 @@ struct record_part {
     const char *path, *axis;       /* of the dataset; axis: NULL if it has only the axis of time */
     const char *const *axis_names; /* (count) along that axis; NULL without one */
     int first, count;              /* columns */
+    bool is_derivative;            /* added to the columns of the motion, and not read as one of them */
 };
 
 struct record_table {
@@ -263,6 +264,10 @@ void record_print_failure(const struct record_motion *motion, int status, bool i
 /* Warns of rows that are not satisfied, and of energy that does not balance. */
 void record_print_rows_warning(const struct refdyn_integrator *integrator, FILE *out);
 void record_print_balance_warning(const struct record_motion *motion, FILE *out);
+
+/* Warns of derivatives that do not exist: by which of the names (count), from when on, and why. */
+void record_print_underivable(const struct refdyn_model *model, const char *const *names,
+                              const struct refdyn_underivable *underivable, int count, FILE *out);
 
 /* What the summary has in addition to the motion. */
 struct record_summary {

@@ -154,6 +154,7 @@ struct motion {
     PyObject *held;                           /* what stops and samples read */
     struct refdyn_statics_result equilibrium; /* where the motion starts, if has_equilibrium */
     int has_equilibrium;
+    int has_start[2]; /* the caller has given q; qd */
     double cpu_s, wall_s;
     int status, is_started; /* of the last call of the runtime; the start could be evaluated */
     const char *unfit;      /* the column that was not finite; NULL if none was */
@@ -193,6 +194,7 @@ void refdyn_motion_print_failure(const struct motion *motion, FILE *out);
 PyObject *refdyn_motion_start(PyObject *self, PyObject *arguments);
 PyObject *refdyn_motion_rows(PyObject *self, PyObject *out);
 PyObject *refdyn_motion_summary(PyObject *self, PyObject *nothing);
+PyObject *refdyn_motion_derivatives(PyObject *self, PyObject *arguments); /* motion_derivatives_call.c */
 PyObject *refdyn_motion_advance(PyObject *self, PyObject *t);
 PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments);
 PyObject *refdyn_motion_steps(PyObject *self, PyObject *arguments);

@@ -415,6 +415,8 @@ static PyMethodDef motion_methods[] = {
     {"refresh", refdyn_motion_refresh, METH_VARARGS, "refresh(p, x, state)"},
     {"steps", refdyn_motion_steps, METH_VARARGS, "steps(count, q, qd, t, h, p, x, new_q, new_qd)"},
     {"rows", refdyn_motion_rows, METH_O, "rows(out)"},
+    {"derivatives", refdyn_motion_derivatives, METH_VARARGS,
+     "derivatives(whats, places, names, times, threads, out)"},
     {"summary", refdyn_motion_summary, METH_NOARGS, "summary()"},
     {"state", motion_state, METH_O, "state(out)"},
     {"accelerations", motion_accelerations, METH_O, "accelerations(out)"},

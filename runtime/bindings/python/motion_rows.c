@@ -13,7 +13,7 @@ struct start {
     int limit_count, has_rows, is_as_requested;
 };
 
-static int copy_state(const struct motion *motion, const struct start *start) {
+static int copy_state(struct motion *motion, const struct start *start) {
     const Py_ssize_t n = motion->library->model->n;
     double *state = refdyn_motion_at(motion, motion->start_at);
     PyObject *const given[] = {start->q, start->qd};
@@ -21,6 +21,7 @@ static int copy_state(const struct motion *motion, const struct start *start) {
     refdyn_initial_state(&motion->block->work, state, state + n);
     for (int i = 0; i < 2; i++) {
         Py_buffer view;
+        motion->has_start[i] = given[i] != Py_None;
         if (given[i] == Py_None)
             continue;
         if (!refdyn_need_doubles(given[i], names[i], n, 1, 0, &view))

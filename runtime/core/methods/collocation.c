@@ -56,6 +56,11 @@ static void begin(struct refdyn_step *step, int is_new) {
         memory->rate = 0;
 }
 
+int refdyn_collocation_iterations(const struct refdyn_step *step, int *keeps) {
+    *keeps = memory_of(step)->kept != 0;
+    return (int)memory_of(step)->iterations;
+}
+
 static void solve(void *context, int count, const double *lambda, double *x) {
     const struct taking *taking = context;
     refdyn_linear_solve_all(taking->step->linear, count, lambda, x);
@@ -133,7 +138,7 @@ static int find_stages(struct refdyn_step *step, const struct collocation_of_one
     if (goes_without_matrices(step))
         iteration.most = PICARD_MOST;
     status = solve_stages_of_one(collocation, &iteration);
-    memory_of(step)->contraction = iteration.contraction;
+    note_iteration(step, &iteration, is_kept);
     if (iteration.status && saturates(step) && misses_rounding_alone(collocation, &iteration))
         iteration.status = REFDYN_OK;
     return status ? status : iteration.status;
@@ -255,8 +260,8 @@ static double unsmooth_error(struct refdyn_step *step, const struct stages_of_on
 static int take(struct refdyn_step *step, double h) {
     struct taking taking = {step, h};
     const struct refdyn_step *motion = step;
-    const int is_kept = refdyn_linear_has_factors(step->linear, step->evaluation.work, h) &&
-                        memory_of(step)->contraction <= fast;
+    const int is_kept =
+        refdyn_linear_has_factors(step->linear, step->evaluation.work, h) && keeps_factors(step);
     begin_attempt(step, h);
     const struct collocation_of_one collocation = collocation_of(&taking);
     int status = find_stages(step, &collocation, is_kept);

@@ -70,7 +70,9 @@ struct refdyn_step {
     const struct refdyn_stage_guide *guide; /* NULL: stages are not projected */
     enum refdyn_method number;              /* the method that takes the step */
     const struct refdyn_method_definition *method;
-    double tolerance;      /* tolerance at which iterations end; 0: at rounding */
+    double tolerance;      /* of the motion; 0: steps are fixed */
+    double settled;        /* tolerance at which iterations end; 0: at rounding */
+    int iterations, keeps; /* copies: number of iterations, 0: until they settle; whether factors are kept */
     double t_begin, t_end; /* ends of the last attempted step [s]; equal: no attempt from here */
     double t_limit;        /* stages are evaluated before this time, on the left side of a time event [s] */
     double *state, *rates; /* (2 n + 1), (2 n + 1 + m) at t_begin */
@@ -147,6 +149,8 @@ struct refdyn_collocation_table {
 };
 /* Computes the accelerations (n) at theta from the polynomial of the last step. */
 void refdyn_collocation_accelerations(const struct refdyn_step *step, double theta, double *qdd);
+/* Number of iterations of the last step; whether it has kept factors of an earlier one. */
+int refdyn_collocation_iterations(const struct refdyn_step *step, int *keeps);
 /* A guided step iterates without matrices where none fit into memory. */
 extern const struct refdyn_method_kind refdyn_collocation;
 

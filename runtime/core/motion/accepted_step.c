@@ -107,7 +107,9 @@ static double lasting_share(const struct refdyn_motion *motion, double h) {
 
 void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_attempt *attempt,
                              double error) {
-    attempt->size = error / refdyn_automatic_tolerance(motion) * lasting_share(motion, attempt->h);
+    attempt->size = refdyn_repeats(motion)
+                        ? 0
+                        : error / refdyn_automatic_tolerance(motion) * lasting_share(motion, attempt->h);
     attempt->is_measured = 1;
 }
 
@@ -124,9 +126,11 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
         refdyn_attempt_measured(motion, attempt, refdyn_step_largest_error(&motion->step, attempt->h));
     *error = attempt->size;
     attempt->ahead.rank = motion->work->partition.rank;
-    const int is_good = *error <= 1;
+    const int is_good = *error <= 1 || refdyn_repeats(motion);
     if (is_good)
         status = refdyn_motion_complete(motion);
+    if (status && refdyn_repeats(motion))
+        return status;
     if (!is_good || status) {
         *t = refdyn_obstacles_cause(motion, &attempt->ahead, status);
         return isfinite(*t) ? REFDYN_OK : status;
@@ -150,6 +154,10 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
         return;
     }
     refdyn_statistics_rejected(&motion->statistics, 1);
+    if (refdyn_repeats(motion)) {
+        refdyn_repetition_fail(motion, status);
+        return;
+    }
     if (status) {
         refdyn_motion_failed(motion, status, motion->failure.t);
         refdyn_control_failed(&motion->control, attempt->h);
@@ -181,10 +189,14 @@ static int attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
     const double t_begin = motion->step.t_begin;
     if (refdyn_step_limit_reached(motion))
         return REFDYN_TOO_MANY_STEPS;
-    if (!(fmin(control->next, refdyn_ahead_longest(motion, ahead)) >= ahead->least))
+    if (motion->repetition.status)
+        return motion->repetition.status;
+    if (!refdyn_repeats(motion) &&
+        !(fmin(control->next, refdyn_ahead_longest(motion, ahead)) >= ahead->least))
         return REFDYN_STEP_TOO_SMALL;
     attempt->is_measured = 0;
-    attempt->h = refdyn_control_clip(control, t_begin, ahead->stop);
+    attempt->h =
+        refdyn_repeats(motion) ? ahead->stop - t_begin : refdyn_control_clip(control, t_begin, ahead->stop);
     attempt->t_new = attempt->h == ahead->stop - t_begin ? ahead->stop : t_begin + attempt->h;
     return REFDYN_OK;
 }
@@ -192,7 +204,9 @@ static int attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
 /* The step is over already where events are due at its beginning, and after fixed and special steps. */
 static int attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt) {
     *attempt = (struct refdyn_attempt){.is_over = 0};
-    const int status = begin(motion);
+    int status = refdyn_repetition_begin_step(motion);
+    if (!status)
+        status = begin(motion);
     if (status)
         return status;
     attempt->is_over = motion->state_events.due_named > 0;
@@ -200,6 +214,8 @@ static int attempt_begin(struct refdyn_motion *motion, double t_out, struct refd
         return REFDYN_OK;
     if (refdyn_step_limit_reached(motion))
         return REFDYN_TOO_MANY_STEPS;
+    if (refdyn_repeats(motion))
+        return refdyn_repetition_plan(motion, t_out, attempt);
     refdyn_control_drop(&motion->control, refdyn_control_least(motion->step.t_begin, t_out));
     refdyn_obstacles_find(motion, t_out, &attempt->ahead);
     attempt->is_over = motion->options.tol == 0;
@@ -213,6 +229,12 @@ static int attempt_begin(struct refdyn_motion *motion, double t_out, struct refd
 static int may_be_taken_beside(const struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
     return !attempt->is_left && !motion->step.guide && !motion->options.balance &&
            motion->options.gain_share == 0 && motion->state_events.named == 0;
+}
+
+int refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
+    if (motion->watch)
+        motion->watch->note(motion->watch->context, motion, &attempt->ahead);
+    return refdyn_repetition_end_step(motion);
 }
 
 int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
@@ -230,5 +252,5 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
             refdyn_attempt_judge(motion, attempt, refdyn_motion_take(motion, attempt->t_new, attempt->h));
         attempt->is_left = 0;
     }
-    return status;
+    return status ? status : refdyn_step_over(motion, attempt);
 }

@@ -322,6 +322,15 @@ void refdyn_automatic_take_up(struct refdyn_motion *motion) {
         begin_with(motion, choice->next);
 }
 
+void refdyn_automatic_leave(struct refdyn_motion *motion) {
+    if (motion->options.method == REFDYN_AUTO)
+        motion->options.method = motion->step.number;
+}
+
+void refdyn_automatic_change(struct refdyn_motion *motion, enum refdyn_method method) {
+    begin_with(motion, method);
+}
+
 int refdyn_automatic_after_failure(struct refdyn_motion *motion) {
     struct refdyn_automatic *choice = &motion->automatic;
     const struct refdyn_step *step = &motion->step;

@@ -75,6 +75,7 @@ static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_
     refdyn_rows_lay_out(&motion->before, model, &layout);
     refdyn_time_events_lay_out(&motion->time_events, model, &layout);
     refdyn_state_events_lay_out(&motion->state_events, model, &layout);
+    refdyn_repetition_lay_out(&motion->repetition, model, &layout);
     refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
     return layout.used;
 }
@@ -235,8 +236,11 @@ static void take_parameters(struct refdyn_integrator *integrator) {
 }
 
 /* A motion begins, and forgets the one before it. */
-static void clear(struct refdyn_motion *motion) {
+static void clear(struct refdyn_motion *motion, const struct refdyn_options *options) {
+    motion->options = *options;
     const enum refdyn_method method = motion->options.method;
+    refdyn_repetition_clear(motion);
+    motion->step.settled = refdyn_settled_tolerance(motion->options.tol);
     motion->t_most = motion->t_final = INFINITY;
     motion->evaluations_before = motion->work->evaluations;
     refdyn_statistics_start(&motion->statistics);
@@ -307,7 +311,7 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
                           integrator->options.tol > 0 ? integrator->options.tol : sqrt(DBL_EPSILON));
     refdyn_prepare(integrator->work);
     memcpy(integrator->start_moved, q, bytes);
-    clear(enter(integrator));
+    clear(enter(integrator), &integrator->options);
     take_parameters(integrator);
     const int status = start(integrator);
     note_moves(integrator, status != REFDYN_OK);
@@ -514,7 +518,7 @@ int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, l
 int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
                            struct refdyn_attempt *attempt) {
     struct refdyn_motion *motion = enter(integrator);
-    int status = REFDYN_OK;
+    int status = motion->repetition.status;
     while (!status && (!attempt->is_over || is_before(motion, t_out)))
         status = refdyn_accept_step(motion, t_out, 1, attempt);
     if (status == REFDYN_HALTED) {
@@ -531,6 +535,8 @@ void refdyn_integrator_judge(struct refdyn_integrator *integrator, struct refdyn
     attempt->is_left = taken == REFDYN_LEFT_TO_MOTION;
     if (!attempt->is_left)
         refdyn_attempt_judge(motion, attempt, taken);
+    if (!attempt->is_left && attempt->is_over)
+        refdyn_step_over(motion, attempt);
     refdyn_parameters_leave(&motion->parameters, motion->work);
 }
 

@@ -3,7 +3,7 @@
  *
  * Parts in reading order: obstacles ahead, one accepted step, its length, the automatic method; the
  * programme, the parameters; time events, rows that jump or fade out, singular states; contacts, state
- * events, kinks; energy; the motion, the struct of all these parts.
+ * events, kinks; energy; steps that copies repeat; the motion, the struct of all these parts.
  */
 #ifndef REFDYN_MOTION_H
 #define REFDYN_MOTION_H
@@ -70,6 +70,8 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
 void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_attempt *attempt,
                              double error);
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
+/* After an accepted step: who watches is told, and a copy compares it with its pattern. */
+int refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
 /* Returns whether options.step_limit steps have been tried. */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 
@@ -192,6 +194,10 @@ double refdyn_automatic_tolerance(const struct refdyn_motion *motion);
  * method. It does so if the tangent at the beginning of the step is not finite, because no smaller step
  * changes that. */
 int refdyn_automatic_after_failure(struct refdyn_motion *motion);
+/* No automatic choice from now on, until the next start; the second function uses another method from the
+ * beginning of the step. */
+void refdyn_automatic_leave(struct refdyn_motion *motion);
+void refdyn_automatic_change(struct refdyn_motion *motion, enum refdyn_method method);
 /* The motion continues from a time before the end of its last step, by `back` [s]. */
 void refdyn_automatic_go_back(struct refdyn_motion *motion, double back);
 /* Changes to the method that `next` names. */
@@ -205,12 +211,16 @@ struct refdyn_programme {
     int choice;    /* with partition.choices of then; -1: not of M */
     long factored; /* a step's matrix, linear->factored of then; -1: not of one */
     long aligned;  /* how often directions in the metric of M were computed */
+    int is_held;   /* the present directions suit all states */
 };
 
 void refdyn_programme_lay_out(struct refdyn_programme *programme, const struct refdyn_model *model,
                               struct layout *layout);
 /* Marks the directions as out of date. */
 void refdyn_programme_forget(struct refdyn_programme *programme);
+/* Directions in the metric of M are kept until they are forgotten, however far the motion goes; 0: ends this.
+ */
+void refdyn_programme_hold(struct refdyn_programme *programme, int is_held);
 /* Moves a state (2 n) at t onto the programme. The workspace must have the row terms of the state; afterwards
  * it has those of the new one. Errors: those of refdyn_project. */
 int refdyn_programme_meet(struct refdyn_programme *programme, struct refdyn_step *step, double t,
@@ -274,6 +284,8 @@ void refdyn_time_events_take(struct refdyn_time_events *events, const struct ref
 /* t, or the right side of a time event that is there: where functions have the values with which the motion
  * continues. */
 double refdyn_time_events_right_of(const struct refdyn_time_events *events, double t);
+/* A time near t at which other events than known ones happen; INFINITY: there is none. */
+double refdyn_time_events_near(struct refdyn_motion *motion, double t);
 /* Entry in the list of obstacles: the next time event after the beginning of the step. The step evaluates
  * nothing after it, and does not extrapolate across a time event at its beginning. */
 double refdyn_time_events_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead);
@@ -572,6 +584,68 @@ void refdyn_energy_has_jumped(struct refdyn_motion *motion, double before);
 /* Work done at theta of the step that was taken, by quadrature. Errors: those of refdyn_rates. */
 int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_done);
 
+/* ---- Steps that copies of a motion repeat (repeated_steps.c) ---- */
+
+/* A place in the recorded motion whose time each copy finds: the start, or the end of a step. */
+struct refdyn_waypoint {
+    double t;                     /* [s] */
+    int is_fixed;                 /* an output, a sample or the end: at this time in each copy */
+    int is_switch;                /* a time event that is not among the known ones */
+    int first_break, break_count; /* in `places`: indices of known time events */
+    int first_due, due_count;     /* in `places`: state events and kinks that are due, ascending */
+};
+
+struct refdyn_repeated_step {
+    double t; /* end [s] */
+    enum refdyn_method method;
+    int waypoint;          /* where it ends; -1: nowhere */
+    int is_empty;          /* no step: events are due because others have acted */
+    int is_special;        /* through a singular state, or to rows that fade out */
+    int aligns;            /* directions in the metric of M are computed at its end */
+    int iterations, keeps; /* as in struct refdyn_step */
+};
+
+/* The steps of a motion. The first waypoint is the start. */
+struct refdyn_pattern {
+    struct refdyn_repeated_step *steps; /* (step_count) */
+    struct refdyn_waypoint *waypoints;  /* (waypoint_count) */
+    int *places;
+    int step_count, waypoint_count, place_count;
+};
+
+/* `struct refdyn_repetition` is written only by repeated_steps.c. */
+struct refdyn_repetition {
+    const struct refdyn_pattern *pattern; /* NULL: the motion chooses its steps */
+    int status;                           /* why the copy has left the pattern; 0: it has not */
+    int next, from, to;                   /* step; last waypoint; next waypoint of time, -1: not known */
+    double t_from, t_to;                  /* own times of these waypoints [s] */
+    int is_additional;                    /* the next step is not in the pattern */
+    double *breaks;                       /* (break_count) scratch: own times of known time events [s] */
+};
+
+void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,
+                               struct layout *layout);
+/* A motion that starts chooses its steps; the second function lets it repeat a pattern from its start on. */
+void refdyn_repetition_clear(struct refdyn_motion *motion);
+void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_pattern *pattern);
+/* Before and after each step; error: NO_DERIVATIVE where the events differ from those of the pattern. They do
+ * nothing in a motion that chooses its steps. */
+int refdyn_repetition_begin_step(struct refdyn_motion *motion);
+int refdyn_repetition_end_step(struct refdyn_motion *motion);
+/* Plans the next step, or takes it if it is special; error: as above. */
+int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt);
+/* A step of the copy could not be taken, with this status. */
+void refdyn_repetition_fail(struct refdyn_motion *motion, int status);
+/* The known time events at t: writes their indices into `places` (break_count) and returns their number.
+ * times (break_count): scratch. */
+int refdyn_pattern_breaks(const struct refdyn_motion *motion, double t, double *times, int *places);
+
+/* Called at the start, with ahead NULL; after each accepted step; and where events are due without one. */
+struct refdyn_step_watch {
+    void (*note)(void *context, const struct refdyn_motion *motion, const struct refdyn_ahead *ahead);
+    void *context;
+};
+
 /* ---- The motion: start, outputs (integrator.c) ---- */
 
 struct refdyn_motion {
@@ -588,6 +662,8 @@ struct refdyn_motion {
     struct refdyn_singular_crossing crossing;
     struct refdyn_fading fading;
     struct refdyn_residuals_before before;
+    struct refdyn_repetition repetition;
+    const struct refdyn_step_watch *watch; /* NULL: nobody watches */
     struct refdyn_statistics statistics;
     struct refdyn_failure failure;
     enum refdyn_method ordinary; /* method of ordinary steps, while a special step is on */
@@ -596,6 +672,11 @@ struct refdyn_motion {
     long evaluations_before;     /* of the workspace, at the start */
     int is_started;              /* refdyn_integrator_start has succeeded */
 };
+
+/* Does the motion repeat the steps of another one? */
+static inline int refdyn_repeats(const struct refdyn_motion *motion) {
+    return motion->repetition.pattern != NULL;
+}
 
 /* Returns OK, or NOT_STARTED before a start that has succeeded. */
 static inline int refdyn_integrator_status(const struct refdyn_integrator *integrator) {

@@ -25,12 +25,17 @@ void refdyn_programme_forget(struct refdyn_programme *programme) {
     programme->factored = -1;
 }
 
+void refdyn_programme_hold(struct refdyn_programme *programme, int is_held) {
+    programme->is_held = is_held;
+}
+
 /* In the metric of the mass matrix of a state that is not far away. */
 int refdyn_programme_align(struct refdyn_programme *programme, struct refdyn_step *step, double t,
                            const double *state) {
     struct refdyn_workspace *work = step->evaluation.work;
-    if (programme->choice == work->partition.choices &&
-        refdyn_step_largest_change(step, state, programme->q) < turned_most)
+    const int is_near = programme->choice == work->partition.choices &&
+                        refdyn_step_largest_change(step, state, programme->q) < turned_most;
+    if (is_near || (programme->is_held && programme->choice >= 0))
         return REFDYN_OK;
     const int status = refdyn_linear_mass_directions(step->linear, work, t, state);
     if (status)

@@ -224,6 +224,32 @@ static double find_switch(struct refdyn_time_events *events, const struct refdyn
     return after;
 }
 
+/* The signs between t - reach and t + reach change, once: bisection. */
+static double bisect(struct search *search, double t, double reach) {
+    double before = t - reach, after = t + reach;
+    evaluate(search, before, search->values[ROWS - 1]);
+    if (!has_switched(search, after))
+        return INFINITY;
+    while (after - before > blur(after)) {
+        const double middle = before + (after - before) / 2;
+        *(has_switched(search, middle) ? &after : &before) = middle;
+    }
+    return after;
+}
+
+double refdyn_time_events_near(struct refdyn_motion *motion, double t) {
+    const struct refdyn_step *step = &motion->step;
+    const int count = motion->work->model->switch_count;
+    struct search search = {.step = step, .count = count};
+    double found = INFINITY;
+    for (int k = 0; k < ROWS; k++)
+        search.values[k] = motion->time_events.switches + k * count;
+    search.now = motion->time_events.switches + ROWS * count;
+    for (double reach = 16 * blur(t); !isfinite(found) && reach < (t - step->t_begin) / 2; reach *= 4)
+        found = bisect(&search, t, reach);
+    return found;
+}
+
 /* How far the step may reach, with this known time event ahead. */
 static double farthest(const struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double known) {
     if (ahead->h > 0)

@@ -16,7 +16,7 @@ from .program import text_of, warn
 if TYPE_CHECKING:
     import xarray
 
-KEPT = ("final", "at", "extremes", "norms", "history")
+KEPT = ("final", "at", "extremes", "norms", "history", "derivatives")
 NUMBER = re.compile(r"(?<![\w.\[])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")  # numbers are left out when reasons are compared
 SHOWN_REASONS = 5
 

@@ -5,7 +5,7 @@ import json
 import os
 import pathlib
 import re
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -121,7 +121,7 @@ def of_linear_model(model: Model, result: Mapping[str, Any], attrs: Mapping[str,
 
 # ---- Motions ----
 
-def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, Any], is_dataset: bool) -> Any:
+def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, Any], is_dataset: bool, by: Sequence[str]) -> Any:
     """Reads the columns of a CSV along t."""
     facts = json.loads(pathlib.Path(summary).read_text()) if summary else {}
     units = {"t": "s", **facts.pop("units", {})}
@@ -129,15 +129,18 @@ def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, 
         names = file.readline().rstrip("\n").split(",")
         rows = [line.split(",") for line in file if line.endswith("\n")]
     run = Columns(names, np.array(rows, dtype=float).reshape(len(rows), len(names)), units, facts)
+    if by:
+        run.gather(by)
     return of_columns(model, run, attrs) if is_dataset else run
 
 
 def of_columns(model: Model, run: Columns, attrs: Mapping[str, Any]) -> xarray.Dataset:
     units = {**model.units, **model._units["inputs"], **run.units}
-    data = {name: variable(("t",), column, units.get(name)) for name, column in run.items()}
+    data = {name: variable(("t", "parameter")[:column.ndim], column, units.get(name)) for name, column in run.items()}
     for name, row in residuals(model, data):
         data[name].attrs["long_name"] = row
-    return dataset(data, attrs={**attrs, **plain(run.attrs)})
+    coords = {"parameter": list(run.variables)} if run.variables else None
+    return dataset(data, coords, attrs={**attrs, **plain(run.attrs)})
 
 
 def residuals(model: Model, names: Iterable[str]) -> list[tuple[str, str]]:
@@ -228,7 +231,7 @@ def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> 
             if varied.dtype.kind == "O":
                 varied.values = of_options(model, name, varied.values)
             names[name] = put(variables, name + ("_start" if is_start else ""), "case", varied)
-        for group in ("final", "at", "extremes", "norms", "history"):
+        for group in ("final", "at", "extremes", "norms", "history", "derivatives"):
             put_group(variables, group, file.get(group, {}))
         return dataset(variables, attrs={**attrs, **plain(json.load(summary_file))}), names
 

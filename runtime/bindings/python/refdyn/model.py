@@ -324,13 +324,16 @@ class Model:
 
     def simulate(self, t_end: float, tol: float | None = None, *, method: str | None = None, step: float | None = None, every: float | None = None,
                  from_: str = "initial", q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
-                 inputs: Given = None, parameters: Given = None, stop: str | Sequence[str] = (), dataset: bool = True, **options: Any) -> Any:
+                 inputs: Given = None, parameters: Given = None, stop: str | Sequence[str] = (), derivatives: str | Sequence[str] = (),
+                 dataset: bool = True, **options: Any) -> Any:
         """Computes a motion until t_end [s]. The columns of `refdyn sim` become variables along t with units, the summary attributes.
 
         tol        tolerance: bound on the local error (1e-6), for motions without a fixed `step`
         from_      "initial", "statics" or the name of a STATE.json; q, qd and t define another start instead
         inputs     constant values, by name or as an array; by name with times `t` also samples, each valid until the next
         stop       a condition that ends the motion, "E_z<2", or several
+        derivatives  parameters, inputs and start values (NAME or NAME_d of a coordinate): for each column a variable d_COLUMN with its
+                   derivatives by them, (t, parameter)
         dataset    False returns the columns as arrays by name, with their summary in `attrs`, which is faster for short motions
         options    further options of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way
         """
@@ -341,38 +344,39 @@ class Model:
         values = self._values("parameter", parameters)
         constants, columns = split(inputs, self._kinds, self._by_events)
         conditions = (stop,) if isinstance(stop, str) else tuple(stop)
+        by = (derivatives,) if isinstance(derivatives, str) else tuple(derivatives)
         shown = (lambda run: self._dataset(run, values, inputs)) if dataset else (lambda run: run)
         if recorded.is_in_process(method, from_, conditions, options):
             chosen = motion.options_of(method, tol, step, *(options.get(name) for name in recorded.OPTIONS), True)
             try:
-                run = recorded.simulate(self, t_end, chosen, every, (q, qd, t), constants, columns, values, conditions, from_, options)
+                run = recorded.simulate(self, t_end, chosen, every, (q, qd, t), constants, columns, values, conditions, from_, options, by)
             except (program.NumericalError, KeyboardInterrupt) as error:
                 if getattr(error, "run", None) is not None:
                     error.run = shown(error.run)
                 raise
             if run is not None:
                 return shown(run)
-        return self._simulate_by_program(t_end, tol, method, step, every, from_, (q, qd, t), (constants, columns), values, inputs, conditions, options, dataset)
+        return self._simulate_by_program(t_end, tol, method, step, every, from_, (q, qd, t), (constants, columns), values, inputs, conditions, options, dataset, by)
 
     def _dataset(self, run: recorded.Columns, values: Mapping[str, float], inputs: Any) -> xarray.Dataset:
         return datasets.of_columns(self, run, datasets.attributes(self, values, inputs))
 
     def _simulate_by_program(self, t_end: float, tol: float | None, method: str | None, step: float | None, every: float | None, from_: str,
                              start: tuple[Any, Any, Any], given_inputs: tuple[Mapping[str, float], Mapping[str, np.ndarray]], values: Mapping[str, float],
-                             inputs: Any, conditions: Sequence[str], options: Mapping[str, Any], dataset: bool) -> Any:
+                             inputs: Any, conditions: Sequence[str], options: Mapping[str, Any], dataset: bool, by: Sequence[str]) -> Any:
         """The same by `refdyn sim`: for options that only the program has, and for messages about wrong ones."""
         constants, columns = given_inputs
         attrs = datasets.attributes(self, values, inputs)
         with program.private_folder() as folder, self._state_file(*start, {}) as state:
             run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
             given = {"until": t_end, "tol": tol, "method": method, "step": step, "every": every, "from": state or from_,
-                     "inputs": datasets.write_samples(columns, folder), "output": run, "summary": summary, **program.further(options, self.simulate, program.OF_SIM)}
+                     "inputs": datasets.write_samples(columns, folder), "output": run, "summary": summary, "derivatives": ",".join(by) or None, **program.further(options, self.simulate, program.OF_SIM)}
             try:
                 self._run("sim", given, {**values, **constants}, *(word for condition in conditions for word in ("--stop", condition)))
             except program.NumericalError as error:
-                error.run = datasets.of_motion(self, run + ".part", None, attrs, dataset) if os.path.exists(run + ".part") else None
+                error.run = datasets.of_motion(self, run + ".part", None, attrs, dataset, ()) if os.path.exists(run + ".part") else None
                 raise
-            return datasets.of_motion(self, run, summary, attrs, dataset)
+            return datasets.of_motion(self, run, summary, attrs, dataset, by)
 
     def batch(self, cases: Any = None, t_end: float | None = None, *, sweep: str | os.PathLike[str] | None = None, keep: Mapping[str, Any] | None = None,
               progress: bool = False, tol: float | None = None, method: str | None = None, from_: str | None = None, threads: int | None = None,

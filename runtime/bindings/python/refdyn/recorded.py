@@ -27,6 +27,13 @@ class Columns(dict[str, np.ndarray]):
     def __init__(self, names: Sequence[str], table: np.ndarray, units: Mapping[str, str], attrs: dict[str, Any]) -> None:
         super().__init__(zip(names, table.T))
         self.units, self.attrs = units, attrs
+        self.variables: tuple[str, ...] = ()  # by which there are derivatives: d_COLUMN, (rows, variables)
+
+    def gather(self, names: Sequence[str]) -> None:
+        """Replaces the columns d_COLUMN_by_NAME of the program by d_COLUMN, (rows, names)."""
+        for column in [column for column in self if f"d_{column}_by_{names[0]}" in self]:
+            self[f"d_{column}"] = np.column_stack([self.pop(f"d_{column}_by_{name}") for name in names])
+        self.variables = tuple(names)
 
 
 def is_in_process(method: str | None, from_: str, stop: Sequence[str], options: Mapping[str, Any]) -> bool:
@@ -45,7 +52,8 @@ def samples_of(columns: Mapping[str, np.ndarray], compiled: Compiled, by_events:
 
 
 def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, state: tuple[npt.ArrayLike | None, npt.ArrayLike | None, Any], constants: Mapping[str, float],
-             columns: Mapping[str, np.ndarray], values: Mapping[str, float], stop: Sequence[str], from_: str, further: Mapping[str, Any]) -> Columns | None:
+             columns: Mapping[str, np.ndarray], values: Mapping[str, float], stop: Sequence[str], from_: str, further: Mapping[str, Any],
+             names: Sequence[str] = ()) -> Columns | None:
     """Computes a motion; None if the program has to compute it, or to say what is wrong with it."""
     until, distance = motion.positive("t_end", t_end), motion.positive("every", every)
     q, qd, t = (None if value is None else finite_row(name, value, "one state: a row of numbers") for name, value in zip(("q", "qd", "t"), state))
@@ -66,6 +74,9 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
         compiled = model._purpose("motion,statics", rest["given"])
     else:
         compiled = model._purpose("motion")
+    variables = variables_of(model, compiled, names) if names else None
+    if names and (variables is None or from_ == "statics"):
+        return None
     samples = samples_of(columns, compiled, list(model._by_events)) if columns else (None, None)
     if samples is None:
         return None
@@ -77,7 +88,36 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
     motion.tell(model, text)
     if status != motion.DONE:
         raise motion.failure_of(model, status, text, False)
-    return recorded(model, compiled, core, outputs)
+    run = recorded(model, compiled, core, outputs)
+    if variables is not None:
+        add_derivatives(model, run, core, variables, begin, until, names)
+    return run
+
+
+def variables_of(model: Model, compiled: Compiled, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
+    """What each name is, and its place; None if the program has to say what is wrong with one."""
+    coordinates = list(model.coordinates)
+    kinds = [compiled.places, compiled.inputs, {name: i for i, name in enumerate(coordinates)}, {f"{name}_d": i for i, name in enumerate(coordinates)}]
+    found = [[(what, kind[name]) for what, kind in enumerate(kinds) if name in kind] for name in names]
+    if len(set(names)) < len(names) or any(len(meanings) != 1 for meanings in found):
+        return None
+    whats, places = np.array([meanings[0] for meanings in found], dtype=np.intc).T
+    return np.ascontiguousarray(whats), np.ascontiguousarray(places)
+
+
+def add_derivatives(model: Model, run: Columns, core: Any, variables: tuple[np.ndarray, np.ndarray], begin: float, until: float, names: Sequence[str]) -> None:
+    """Adds d_COLUMN, (rows, names), for each column but the time, unless an event has ended the motion."""
+    t, columns = run["t"], list(run)
+    times = t[1:] if not core.has_ended else np.append(t[1:-1], until)
+    out = np.empty((len(names), len(times) + 2, len(columns)))
+    status, text = core.derivatives(*variables, tuple(names), np.ascontiguousarray(times), 1, out)
+    motion.tell(model, text)
+    if status != motion.DONE:
+        raise motion.failure_of(model, status, text, True)
+    for i, column in enumerate(columns):
+        if i > 0 or core.has_ended:
+            run[f"d_{column}"] = np.ascontiguousarray(out[:, :len(t), i].T)
+    run.variables = tuple(names)
 
 
 def recorded(model: Model, compiled: Compiled, core: Any, outputs: int) -> Columns:

@@ -25,6 +25,7 @@ struct recorder {
     double *before; /* (item_count) squares at the previous output, for norms */
     double t_before;
     bool keeps_ends_alone;
+    struct case_derivatives *derivatives; /* NULL: none are kept */
 };
 
 /* Looks up the items' columns in the table, and selects the blocks that it must compute. */
@@ -50,7 +51,7 @@ static void recorder_start(struct recorder *recorder, const struct kept *kept,
     find_places(recorder);
     recorder->keeps_ends_alone = true;
     for (int i = 0; i < layout->item_count; i++)
-        recorder->keeps_ends_alone &= kept->kinds[i] == KEPT_FINAL;
+        recorder->keeps_ends_alone &= kept->kinds[i] == KEPT_FINAL || kept->kinds[i] == KEPT_DERIVATIVE;
 }
 
 /* Begins a case: all its values are unknown (NaN). */
@@ -106,6 +107,8 @@ static void record(struct recorder *recorder, int item, double value, int number
     case KEPT_HISTORY:
         if (output >= 0)
             to[output] = value;
+        break;
+    case KEPT_DERIVATIVE: /* runs_derive */
         break;
     }
 }
@@ -182,7 +185,9 @@ static struct recorder *recorder_of(struct running *running, const struct refdyn
     if (recorder->values)
         return recorder;
     pthread_mutex_lock(&running->lock);
+    const struct refdyn_batch batch = runs_describe(running->setup, running->structure);
     recorder_start(recorder, &running->setup->kept, &running->setup->layout, one->integrator);
+    recorder->derivatives = runs_derivatives_start(recorder->kept, recorder->layout, &batch, one->integrator);
     pthread_mutex_unlock(&running->lock);
     return recorder;
 }
@@ -284,6 +289,8 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
     }
     if (is_refused)
         scene_refused_fact(&running->structure->scene, one->integrator->work, reason);
+    if (!has_failed && recorder->derivatives)
+        runs_derive(recorder->derivatives, one->number, recorder->values, reason, sizeof reason);
     const struct case_record record = {.number = one->number,
                                        .status = is_refused   ? STATUS_FAULT
                                                  : has_failed ? STATUS_NUMBERS
@@ -368,6 +375,8 @@ static enum status run_structure(struct running *running, struct structure *stru
     running->recorders =
         format_allocate_large((size_t)(threads * running->setup->lanes), sizeof *running->recorders);
     const int result = run_cases(running, structure, numbers);
+    for (int i = 0; i < threads * running->setup->lanes; i++)
+        runs_derivatives_release(running->recorders[i].derivatives);
     free(running->recorders);
     free(numbers);
     if (result)

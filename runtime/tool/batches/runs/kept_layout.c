@@ -46,11 +46,11 @@ struct listing {
 };
 
 static void add_item(struct listing *listing, enum kept_kind kind, const char *column, const char *unit) {
-    static const char *const groups[] = {"final", "at", "extremes", "norms", "history"};
-    static const char *const axes[] = {NULL, "at/t", "extremes/which", NULL, "history/t"};
+    static const char *const groups[] = {"final", "at", "extremes", "norms", "history", "derivatives"};
+    static const char *const axes[] = {NULL, "at/t", "extremes/which", NULL, "history/t", NULL};
     struct runs_layout *layout = listing->layout;
     struct kept *kept = listing->kept;
-    const int sizes[] = {1, 0, EXTREMES, 1, kept->times.output_count};
+    const int sizes[] = {1, 0, EXTREMES, 1, kept->times.output_count, 1};
     int size = sizes[kind];
     for (int i = 0; kind == KEPT_AT && i < kept->times.count; i++)
         size += kept->times.at[i] >= 0;
@@ -100,6 +100,18 @@ static void add_named(struct listing *listing, enum kept_kind kind, const struct
     }
 }
 
+/* Adds the derivatives of each final value except the time. */
+static void add_derivatives(struct listing *listing, const struct name_list *by,
+                            const struct record_table *table, const struct refdyn_model *model) {
+    const int last = 1 + 2 * model->n + 9 * model->point_count;
+    for (int k = 0; k < by->count; k++)
+        for (int i = 1; i < last; i++) {
+            const char *name = runs_derivative_name(table->names[i], by->names[k]);
+            if (!has_item(listing, KEPT_DERIVATIVE, name))
+                add_item(listing, KEPT_DERIVATIVE, name, NULL);
+        }
+}
+
 static void add_model(struct listing *listing, const struct keep *keep, const struct refdyn_model *model) {
     struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
     struct refdyn_integrator integrator = {.work = &work};
@@ -112,6 +124,7 @@ static void add_model(struct listing *listing, const struct keep *keep, const st
     add_named(listing, KEPT_EXTREMES, &keep->extremes, &table);
     add_named(listing, KEPT_NORM, &keep->norms, &table);
     add_named(listing, KEPT_HISTORY, &keep->history, &table);
+    add_derivatives(listing, &keep->derivatives, &table, model);
 }
 
 /* ---- Axes ---- */
@@ -164,6 +177,24 @@ static bool are_known(const struct name_list *list, const struct listing *listin
     return true;
 }
 
+/* Reports the first name by which no model can be differentiated, and returns false. */
+static bool are_variables(const struct name_list *list, const struct refdyn_model *const *models, int count) {
+    for (int i = 0; i < list->count; i++) {
+        bool is_known = false;
+        for (int k = 0; k < count && !is_known; k++)
+            is_known = simulate_derivatives_find(models[k], list->names[i], NULL) == 1;
+        if (is_known)
+            continue;
+        fprintf(stderr,
+                "%s: keep.derivatives: '%s' is no parameter that the model reads, input, coordinate or rate "
+                "NAME_d; "
+                "leave it out\n",
+                list->places[i], list->names[i]);
+        return false;
+    }
+    return true;
+}
+
 /* ---- Names that HDF5 does not allow ---- */
 
 static const char *find_unfit(const char *group, const char *name, const struct runs_layout *layout) {
@@ -200,7 +231,9 @@ bool runs_kept_lay_out(struct memory *memory, const struct keep *keep,
     for (int i = 0; i < model_count; i++)
         add_model(&listing, keep, models[i]);
     add_axes(memory, keep, kept, layout);
-    return are_known(&keep->extremes, &listing, KEPT_EXTREMES, models[0], "extremes") &&
+    kept->derivatives = &keep->derivatives;
+    return are_variables(&keep->derivatives, models, model_count) &&
+           are_known(&keep->extremes, &listing, KEPT_EXTREMES, models[0], "extremes") &&
            are_known(&keep->norms, &listing, KEPT_NORM, models[0], "norms") &&
            are_known(&keep->history, &listing, KEPT_HISTORY, models[0], "history");
 }

@@ -67,14 +67,30 @@ struct seen_times {
     int output_count;
 };
 
-enum kept_kind { KEPT_FINAL, KEPT_AT, KEPT_EXTREMES, KEPT_NORM, KEPT_HISTORY };
+enum kept_kind { KEPT_FINAL, KEPT_AT, KEPT_EXTREMES, KEPT_NORM, KEPT_HISTORY, KEPT_DERIVATIVE };
 
 /* What each item of a layout is. */
 struct kept {
     struct seen_times times;
-    enum kept_kind *kinds; /* (layout.item_count) */
-    const char **columns;  /* (layout.item_count) names in the table of a motion */
+    enum kept_kind *kinds;               /* (layout.item_count) */
+    const char **columns;                /* (layout.item_count) names in the table of a motion */
+    const struct name_list *derivatives; /* by which the final state is differentiated */
 };
+
+/* Derivatives of the final states of one structure's cases (case_derivatives.c). */
+struct case_derivatives;
+
+/* d_COLUMN_by_NAME, the item of a derivative. */
+const char *runs_derivative_name(const char *column, const char *by);
+/* Prepares derivatives for one thread. Not by several threads at the same time. NULL: none are kept. */
+struct case_derivatives *runs_derivatives_start(const struct kept *kept, const struct runs_layout *layout,
+                                                const struct refdyn_batch *batch,
+                                                struct refdyn_integrator *integrator);
+/* Computes the derivatives of a case that has ended and writes them into values (layout.width). Writes why
+ * some do not exist into reason (size) if it is empty. */
+void runs_derive(struct case_derivatives *derivatives, long number, double *values, char *reason,
+                 size_t size);
+void runs_derivatives_release(struct case_derivatives *derivatives);
 
 /* The outputs at multiples of `every` from t to `until`, and the times of keep->at. Without `every`, outputs
  * that something is kept of are a 200th of the motion apart. */

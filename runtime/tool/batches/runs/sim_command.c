@@ -37,7 +37,8 @@ const struct command sim_command = {
     .name = "sim",
     .run = run_motion,
     .operands = "MODEL.lua",
-    .options = "output until! method step tol step-max accuracy verify inputs stop every from stabilise "
+    .options = "output until! method step tol step-max accuracy derivatives lanes verify inputs stop every "
+               "from stabilise "
                "singular start hold release way summary watch of case set fold",
     .tables = {case_rules, simulate_sim_rules, simulate_rules, equilibria_rules, scene_rules},
     .has_gsl = true,

@@ -369,7 +369,7 @@ static void read_keep(const struct reading *reading, const struct value *value, 
     static const struct field_reader fields[] = {
         {"final", read_truth, AT(keep.final)},       {"at", read_times, AT(keep)},
         {"extremes", read_names, AT(keep.extremes)}, {"norms", read_names, AT(keep.norms)},
-        {"history", read_names, AT(keep.history)},
+        {"history", read_names, AT(keep.history)},   {"derivatives", read_names, AT(keep.derivatives)},
     };
     struct sweep_keep *keep = target;
     if (value->kind != VALUE_TABLE || value->tag) {
@@ -380,7 +380,9 @@ static void read_keep(const struct reading *reading, const struct value *value, 
     keep->final = false;
     read_fields(reading, value, path, fields, sizeof fields / sizeof *fields);
     if (!keep->final &&
-        keep->at_count + keep->extremes.count + keep->norms.count + keep->history.count == 0 &&
+        keep->at_count + keep->extremes.count + keep->norms.count + keep->history.count +
+                keep->derivatives.count ==
+            0 &&
         errors == reading->check.messages->errors)
         message_error(reading->check.messages, value->place,
                       "%s: keeps nothing; add final = true or names of columns", path);

@@ -245,6 +245,7 @@ static void copy_keep(struct sweep_reading *reading, double t_end) {
                       .extremes = copy_names(memory, &keep->extremes),
                       .norms = copy_names(memory, &keep->norms),
                       .history = copy_names(memory, &keep->history),
+                      .derivatives = copy_names(memory, &keep->derivatives),
                       .at = memory_grow(memory, keep->at, (size_t)keep->at_count * sizeof *keep->at,
                                         ((size_t)keep->at_count + 1) * sizeof *keep->at),
                       .at_count = keep->at_count};

@@ -50,7 +50,7 @@ struct sweep_names {
 
 struct sweep_keep {
     bool final;
-    struct sweep_names extremes, norms, history;
+    struct sweep_names extremes, norms, history, derivatives;
     double *at; /* (at_count) ascending, not below 0 [s] */
     int at_count;
     struct place at_place;
@@ -146,7 +146,9 @@ struct keep {
     struct name_list extremes; /* smallest and largest value over the outputs, with their times */
     struct name_list norms;    /* root mean square over time */
     struct name_list history;  /* the value at each output */
-    const double *at;          /* (at_count) further times at which the state is kept, ascending [s] */
+    struct name_list
+        derivatives;  /* parameters, inputs and start values by which the final state is differentiated */
+    const double *at; /* (at_count) further times at which the state is kept, ascending [s] */
     int at_count;
 };
 

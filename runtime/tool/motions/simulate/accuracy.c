@@ -56,7 +56,7 @@ static bool put_numbers(struct row_sink *sink, const struct record_table *table)
     return is_written(sink);
 }
 
-static struct row_sink row_sink_numbers(FILE *file) {
+struct row_sink simulate_row_sink_numbers(FILE *file) {
     static const struct row_form form = {begin_numbers, put_numbers, is_written};
     return (struct row_sink){.form = &form, .file = file};
 }
@@ -146,6 +146,18 @@ static bool end_hdf5(struct row_sink *sink) {
 struct row_sink simulate_row_sink_hdf5(const char *path, const struct task *task) {
     static const struct row_form form = {begin_hdf5, put_hdf5, end_hdf5};
     return (struct row_sink){.form = &form, .path = path, .task = task};
+}
+
+bool simulate_row_sink_begin(struct row_sink *sink, const struct record_table *table) {
+    return sink->form->begin(sink, table);
+}
+
+bool simulate_row_sink_put(struct row_sink *sink, const struct record_table *table) {
+    return sink->form->put(sink, table);
+}
+
+bool simulate_row_sink_end(struct row_sink *sink) {
+    return sink->form->end(sink);
 }
 
 bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct record_table *table) {
@@ -370,7 +382,7 @@ static void run(struct search *search, struct candidate *candidate, const struct
     if (!candidate->rows)
         perror("refdyn: a temporary file");
     else {
-        struct row_sink rows = row_sink_numbers(candidate->rows);
+        struct row_sink rows = simulate_row_sink_numbers(candidate->rows);
         simulate_trial_run(&candidate->trial, task, integration, &rows);
     }
     search->cpu_total_s += candidate->trial.motion.cpu_s;

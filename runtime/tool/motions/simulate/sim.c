@@ -117,16 +117,63 @@ static enum status verify(const struct trial *trial, const struct task *task, st
     return status;
 }
 
+/* ---- --derivatives ---- */
+
+/* Writes the rows with their derivatives, or alone if the motion has failed. */
+static enum status write_rows(struct motion_derivatives *derivatives, struct trial *trial,
+                              const struct task *task, const struct refdyn_options *integration,
+                              FILE *numbers, struct row_sink *rows) {
+    enum status status = STATUS_DONE;
+    struct record_table table;
+    const bool is_done = trial->usage == STATUS_DONE && trial->result == REFDYN_OK;
+    if (!trial->is_started || trial->usage != STATUS_DONE)
+        return STATUS_DONE;
+    if (is_done)
+        status = simulate_derivatives_run(derivatives, trial, task, integration);
+    if (is_done && status == STATUS_DONE)
+        return simulate_derivatives_write(derivatives, trial, numbers, rows) ? STATUS_DONE : STATUS_FAULT;
+    simulate_table_start(&table, &trial->motion.integrator, trial->motion.scene->compiled.spatial);
+    return simulate_row_sink_copy(numbers, rows, &table) ? status : STATUS_FAULT;
+}
+
+/* Runs the motion, whose rows are copied from a temporary file after their derivatives are known. */
+static enum status run_with_derivatives(struct trial *trial, const struct task *task,
+                                        const struct refdyn_options *integration, struct row_sink *rows) {
+    struct motion_derivatives derivatives;
+    FILE *numbers = tmpfile();
+    enum status status = simulate_derivatives_read(&derivatives, task->scene, task->options);
+    struct row_sink own = simulate_row_sink_numbers(numbers);
+    *trial = (struct trial){.usage = status};
+    if (status == STATUS_DONE && !numbers) {
+        fprintf(stderr, "refdyn: a temporary file could not be opened: %s\n", strerror(errno));
+        trial->usage = status = STATUS_FAULT;
+    }
+    if (status == STATUS_DONE) {
+        simulate_trial_run(trial, task, integration, &own);
+        status = write_rows(&derivatives, trial, task, integration, numbers, rows);
+    }
+    simulate_derivatives_release(&derivatives);
+    if (numbers)
+        fclose(numbers);
+    return status;
+}
+
 static enum status simulate(const struct task *task, const struct refdyn_options *integration,
                             struct row_sink *rows) {
     struct target *target = task->scene->result;
     struct trial trial;
     struct estimate estimate = {.count = 0};
     struct summary summary = {.trial = &trial};
-    simulate_trial_run(&trial, task, integration, rows);
+    enum status derived = STATUS_DONE;
+    if (options_text(task->options, "derivatives"))
+        derived = run_with_derivatives(&trial, task, integration, rows);
+    else
+        simulate_trial_run(&trial, task, integration, rows);
     enum status status = trial.usage;
     if (status != STATUS_DONE)
         keep_part(target, false, false);
+    else if (derived == STATUS_FAULT)
+        keep_part(target, !rows->is_lost, false);
     else if (trial.result != REFDYN_OK)
         status = stop(&trial, target, rows);
     else {
@@ -136,6 +183,7 @@ static enum status simulate(const struct task *task, const struct refdyn_options
             verified = verify(&trial, task, &summary, &estimate);
         status = finish(&summary, task->scene);
         status = status == STATUS_DONE ? verified : status;
+        status = status == STATUS_DONE ? derived : status;
     }
     simulate_estimate_release(&estimate);
     simulate_trial_release(&trial);
@@ -221,6 +269,17 @@ static enum status run_task(const struct task *task, const struct refdyn_options
 static enum status check_error_options(const struct options *options,
                                        const struct refdyn_options *integration) {
     const double tol = options_number(options, "tol");
+    const char *excluded = options_number(options, "accuracy") > 0             ? "--accuracy; use --tol"
+                           : simulate_gsl_has(options_text(options, "method")) ? "the methods of GSL"
+                                                                               : NULL;
+    if (options_text(options, "derivatives") && excluded)
+        return options_usage_error(options->command, "--derivatives excludes %s", excluded);
+    const double lanes = options_number(options, "lanes");
+    if (lanes > 0 && !options_text(options, "derivatives"))
+        return options_usage_error(options->command, "--lanes needs --derivatives");
+    if (lanes > 0 && lanes != 1 && lanes != 2 && lanes != 4 && lanes != 8)
+        return options_usage_error(options->command, "--lanes: %.0f is not a lane width; use 1, 2, 4 or 8",
+                                   lanes);
     if (options_number(options, "accuracy") > 0 && (tol > 0 || integration->tol == 0))
         return options_usage_error(options->command,
                                    "--accuracy chooses the tolerance itself; it excludes %s",
@@ -315,6 +374,10 @@ enum status simulate_run(const struct options *options) {
 const struct option_rule simulate_sim_rules[] = {
     {"accuracy", "ERROR", OPTION_POSITIVE,
      "bound on the error of the whole motion [m, rad]; the tolerance is chosen to meet it", NULL, NULL},
+    {"derivatives", "NAME,...", OPTION_LIST,
+     "derivatives of all columns by these parameters, inputs and start values (NAME or NAME_d of a "
+     "coordinate)",
+     NULL, NULL},
     {"verify", NULL, OPTION_FLAG, "estimate the error of the whole motion by repeating it more accurately",
      NULL, NULL},
     {"stop", "NAME<VALUE", OPTION_TEXTS,

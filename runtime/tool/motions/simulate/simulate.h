@@ -146,6 +146,12 @@ struct row_sink {
 struct row_sink simulate_row_sink_csv(FILE *file);
 struct row_sink simulate_row_sink_hdf5(const char *path, const struct task *task);
 
+/* Rows as numbers, from which they are copied later. */
+struct row_sink simulate_row_sink_numbers(FILE *file);
+/* Begin, add a row and end; false if that cannot be written. */
+bool simulate_row_sink_begin(struct row_sink *sink, const struct record_table *table);
+bool simulate_row_sink_put(struct row_sink *sink, const struct record_table *table);
+bool simulate_row_sink_end(struct row_sink *sink);
 /* Copies all rows of a file of numbers into another sink, including its beginning and end; `table` has their
  * columns.
  */
@@ -205,6 +211,35 @@ struct search {
 enum status simulate_search_run(struct search *search, const struct task *task,
                                 const struct refdyn_options *integration);
 void simulate_search_release(struct search *search);
+
+/* Derivatives: --derivatives, columns d_COLUMN_by_NAME (motion_derivatives.c). */
+
+struct motion_derivatives {
+    const char **names; /* (count) as given */
+    struct refdyn_variable *variables;
+    int count;
+    int width, rows;                        /* columns of the motion; rows that `values` has */
+    double *values;                         /* (count x rows x width) */
+    struct refdyn_underivable *underivable; /* (count) */
+    long copies;                            /* motions that were computed beside the nominal one */
+    double cpu_s, part;                     /* of all [s]; of the copies, in motions */
+};
+
+/* Finds by what a name lets a motion be differentiated. Returns how many meanings it has in the model: 1 sets
+ * *variable, which may be NULL. */
+int simulate_derivatives_find(const struct refdyn_model *model, const char *name,
+                              struct refdyn_variable *variable);
+/* Finds the names of --derivatives; reports unknown ones. */
+enum status simulate_derivatives_read(struct motion_derivatives *derivatives, const struct scene *scene,
+                                      const struct options *options);
+/* Computes the derivatives of a motion that has reached its end; reports what has none. Call
+ * simulate_derivatives_release in any case. */
+enum status simulate_derivatives_run(struct motion_derivatives *derivatives, struct trial *trial,
+                                     const struct task *task, const struct refdyn_options *integration);
+/* Copies the rows of the motion and its derivatives into a sink, including its beginning and end. */
+bool simulate_derivatives_write(const struct motion_derivatives *derivatives, struct trial *trial,
+                                FILE *numbers, struct row_sink *to);
+void simulate_derivatives_release(struct motion_derivatives *derivatives);
 
 /* Summary of a motion: text on stderr, JSON in a file. */
 

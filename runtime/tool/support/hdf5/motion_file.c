@@ -70,8 +70,9 @@ static bool add_all(struct motion_writer *writer, const struct motion_layout *la
     for (int i = 0; i < layout->part_count; i++) {
         add_part(writer, &layout->parts[i], layout->parts[0].path);
         put_units(&writer->file, &layout->parts[i], layout->units + layout->parts[i].first);
-        hdf5_put_texts(&writer->file, layout->parts[i].path, MOTION_COLUMNS,
-                       layout->names + layout->parts[i].first, layout->parts[i].count);
+        if (!layout->parts[i].is_derivative)
+            hdf5_put_texts(&writer->file, layout->parts[i].path, MOTION_COLUMNS,
+                           layout->names + layout->parts[i].first, layout->parts[i].count);
     }
     for (int i = 0; i < layout->fact_count; i++)
         put_fact(&writer->file, &layout->facts[i]);

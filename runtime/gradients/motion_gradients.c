@@ -1,0 +1,564 @@
+/*
+ * Derivatives of a motion by differences of copies that repeat its steps.
+ *
+ * In: a motion and the values by which it is differentiated. Out: derivatives of its outputs, and where there
+ * are none. Central differences; where the model refuses one side, such as a negative damping, differences of
+ * the same order on the other side. repeated_steps.c says how copies repeat steps.
+ *
+ * The change of a value is about 1e-5 of it. It is changed if the motion responds too little or too
+ * much for the differences to be accurate. Copies that fail are taken again with refined steps, all sides of
+ * a difference alike; those that meet other events, with a smaller change.
+ */
+#include "runtime/gradients/gradients.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+enum {
+    BLOCK = 32, /* variables whose copies are in memory at the same time */
+    SIDES = 2,  /* copies of a variable */
+    ROUNDS = 5, /* bound on the rounds of one variable */
+    REFINED_MOST = 2
+};
+/* Change of a value relative to its size, as a power of two so that it is added without rounding; and first
+ * change of a value of 0, which may be a time constant: small, so that it is raised if need be. */
+enum { CHANGE_EXPONENT = -17, CHANGE_OF_ZERO = -30 };
+/* Largest change of positions in the motion [rad, length]: a difference within these bounds is accurate. */
+static const double response_least = 1e-9, response_most = 1e-4, response_aim = 1e-6;
+/* Bound on the change of a value that is not zero, relative to it. */
+static const double change_most = 0x1p-8;
+/* Curvature of the response, relative to it, that a change may show; rounding and errors of iterations. */
+static const double curved_most = 0.05, curved_least = 1e-7;
+/* Copies that meet other events: the factor of the next change. */
+static const double smaller = 1.0 / 64;
+/* An output is at an event if it is nearer than this part of the motion. There, values that jump differ by
+ * more than `jump` of the largest difference between the sides, and by more than rounding. */
+static const double near_part = 1e-5, jump = 0.05, rounding = 1e-11;
+
+/* Which copies form a difference; x the value and d its change. */
+enum form { CENTRAL, /* x + d, x - d */ ONE_SIDED /* x + d, x + 2 d */ };
+
+/* The difference by one variable. */
+struct difference {
+    enum form form;
+    double change;
+    int tries, is_open;
+};
+
+/* The end of a copy. */
+struct ending {
+    int status, outputs, event, is_at_start;
+    double t;
+};
+
+struct run {
+    struct refdyn_derivatives *given;
+    struct recorded_steps recorded;
+    int refined;        /* how often the pattern was refined */
+    int n, width, rows; /* rows: outputs that memory has */
+    double *start;      /* p, x, q, qd of the motion at its start */
+    double *q;          /* (rows x n) positions of the motion */
+    double *times;      /* (rows) of its outputs [s] */
+    int *is_near;       /* (rows) an event is at this output */
+    int needs_base;
+    double *base; /* (rows x width) values of a copy without a change */
+    int has_base;
+
+    struct difference differences[BLOCK];
+    int first, count; /* variables of the block */
+    struct shift shifts[SIDES * BLOCK + 1];
+    struct ending endings[SIDES * BLOCK + 1];
+    double *values;    /* (SIDES * block x rows x width) by copy */
+    double *positions; /* (SIDES * block x rows x n) */
+    double cpu_s;      /* of the last copies [s]; their ends are counted under the lock of `counted` */
+};
+
+static size_t row_size(const struct run *run) {
+    return (size_t)run->rows * (size_t)run->width;
+}
+
+/* ---- States of the motion and of copies ---- */
+
+static void write_values(const struct refdyn_derivatives *given, const struct refdyn_batch_case *one,
+                         double *values) {
+    if (given->values)
+        given->values(given->context, one, values);
+    else
+        memcpy(values, one->integrator->q, 2 * (size_t)given->batch->model->n * sizeof *values);
+}
+
+/* Keeps what the motion starts with: p, x, q and qd. */
+static void keep_start(struct run *run, const struct refdyn_integrator *integrator) {
+    const struct refdyn_workspace *work = integrator->work;
+    const struct refdyn_model *model = work->model;
+    double *start = run->start;
+    memcpy(start, work->p, (size_t)model->parameter_count * sizeof *start);
+    memcpy(start + model->parameter_count, work->x, (size_t)model->input_count * sizeof *start);
+    memcpy(start + model->parameter_count + model->input_count, integrator->q,
+           2 * (size_t)run->n * sizeof *start);
+}
+
+static int see_motion(void *context, const struct refdyn_batch_case *one, int number) {
+    struct run *run = context;
+    if (number == 0)
+        keep_start(run, one->integrator);
+    memcpy(run->q + (size_t)number * (size_t)run->n, one->integrator->q, (size_t)run->n * sizeof *run->q);
+    run->times[number] = one->integrator->t;
+    if (run->given->at)
+        write_values(run->given, one, run->given->at + (size_t)number * (size_t)run->width);
+    run->given->outputs = number + 1;
+    return 0;
+}
+
+static int end_motion(void *context, const struct refdyn_batch_case *one,
+                      const struct refdyn_batch_result *result) {
+    struct run *run = context;
+    run->given->motion = *result;
+    if (result->status == REFDYN_EVENT_ENDS)
+        see_motion(run, one, run->given->outputs);
+    return 0;
+}
+
+static double *values_of(const struct run *run, long copy) {
+    return copy == SIDES * BLOCK ? run->base : run->values + (size_t)copy * row_size(run);
+}
+
+static int see_copy(void *context, const struct refdyn_batch_case *one, int number) {
+    struct run *run = context;
+    const size_t n = (size_t)run->n, row = (size_t)number;
+    if (number >= run->given->outputs)
+        return 0;
+    write_values(run->given, one, values_of(run, one->number) + row * (size_t)run->width);
+    if (one->number < SIDES * BLOCK)
+        memcpy(run->positions + ((size_t)one->number * (size_t)run->rows + row) * n, one->integrator->q,
+               n * sizeof(double));
+    run->endings[one->number].outputs = number + 1;
+    return 0;
+}
+
+/* The event that has happened on one side only; -1: the model does not name it. */
+static int other_event(const struct refdyn_motion *motion) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    const struct refdyn_repetition *repetition = &motion->repetition;
+    const struct refdyn_pattern *pattern = repetition->pattern;
+    int event = events->due_count > 0 ? events->due[0] : -1;
+    if (event < 0 && repetition->next < pattern->step_count) {
+        const int waypoint = pattern->steps[repetition->next].waypoint;
+        if (waypoint >= 0 && pattern->waypoints[waypoint].due_count > 0)
+            event = pattern->places[pattern->waypoints[waypoint].first_due];
+    }
+    return event < motion->work->model->event_count ? event : -1;
+}
+
+static int end_copy(void *context, const struct refdyn_batch_case *one,
+                    const struct refdyn_batch_result *result) {
+    struct run *run = context;
+    struct ending *ending = &run->endings[one->number];
+    const struct refdyn_integrator *integrator = one->integrator;
+    ending->status = result->status;
+    ending->t = result->status == REFDYN_EVENT_ENDS ? result->t : integrator->failed_t;
+    if (result->status == REFDYN_EVENT_ENDS && run->given->motion.status == REFDYN_EVENT_ENDS)
+        see_copy(run, one, ending->outputs);
+    if (result->status == REFDYN_NO_DERIVATIVE) {
+        ending->event = other_event(integrator->motion);
+        ending->is_at_start = integrator->motion->repetition.next == 0;
+    }
+    return 0;
+}
+
+/* ---- The motion ---- */
+
+static int run_motion(struct run *run) {
+    const struct shift none = {.what = REFDYN_VARIED_SAMPLES};
+    struct refdyn_derivatives *given = run->given;
+    struct refdyn_batch batch = *given->batch;
+    const struct refdyn_copies copies = {given->number, &none, NULL, &run->recorded.watch};
+    const long first = 0;
+    long ended;
+    batch.lanes = NULL;
+    batch.count = batch.threads = 1;
+    batch.numbers = &first;
+    batch.copies = &copies;
+    batch.context = run;
+    batch.output = see_motion;
+    batch.end = end_motion;
+    batch.states = NULL;
+    batch.statuses = NULL;
+    const int status = refdyn_batch_run(&batch, &ended);
+    if (status)
+        return status;
+    given->cpu_s = given->motion.cpu_s;
+    if (given->motion.status && given->motion.status != REFDYN_EVENT_ENDS)
+        return given->motion.status;
+    return ended < 1 ? REFDYN_BAD_OPTION : refdyn_recorded_end(&run->recorded);
+}
+
+/* Marks outputs at events, where values may jump. */
+static void find_near(struct run *run) {
+    const struct refdyn_pattern *pattern = &run->recorded.pattern;
+    const int last = run->given->outputs - 1, is_ended = run->given->motion.status == REFDYN_EVENT_ENDS;
+    const double width = near_part * (run->times[last] - run->times[0]);
+    for (int i = 1; i <= last; i++)
+        for (int k = 1; k < pattern->waypoint_count && !run->is_near[i]; k++) {
+            const struct refdyn_waypoint *there = &pattern->waypoints[k];
+            run->is_near[i] = there->break_count + there->is_switch + there->due_count > 0 &&
+                              fabs(there->t - run->times[i]) <= width && !(is_ended && i == last);
+        }
+    for (int i = 1; i <= last; i++)
+        run->needs_base |= run->is_near[i];
+}
+
+/* ---- Changes of values ---- */
+
+static double value_of(const struct run *run, const struct refdyn_variable *variable) {
+    const struct refdyn_model *model = run->given->batch->model;
+    const double *x = run->start + model->parameter_count, *q = x + model->input_count;
+    switch (variable->what) {
+    case REFDYN_VARIED_PARAMETER:
+        return run->start[variable->place];
+    case REFDYN_VARIED_INPUT:
+        return x[variable->place];
+    case REFDYN_VARIED_COORDINATE:
+        return q[variable->place];
+    default:
+        return q[run->n + variable->place];
+    }
+}
+
+static int is_of_state(const struct refdyn_variable *variable) {
+    return variable->what == REFDYN_VARIED_COORDINATE || variable->what == REFDYN_VARIED_RATE;
+}
+
+/* The largest power of two that is not larger than x. */
+static double power_of_two(double x) {
+    return ldexp(1, ilogb(x));
+}
+
+/* The first change of a variable. A value of 0 says nothing about its size; its change follows the response.
+ */
+static double first_change(const struct run *run, const struct refdyn_variable *variable) {
+    const struct refdyn_batch *batch = run->given->batch;
+    double size = fabs(value_of(run, variable));
+    if (is_of_state(variable))
+        size = fmax(size, refdyn_coordinate_unit(batch->model, variable->place, batch->options.length));
+    return size > 0 ? ldexp(power_of_two(size), CHANGE_EXPONENT) : ldexp(1, CHANGE_OF_ZERO);
+}
+
+/* What a copy of this side adds to the value. */
+static double change_of(const struct difference *difference, int side) {
+    if (difference->form == ONE_SIDED)
+        return (side + 1) * difference->change;
+    return side == 0 ? difference->change : -difference->change;
+}
+
+static void set_shifts(struct run *run) {
+    for (int i = 0; i < run->count; i++)
+        for (int side = 0; side < SIDES; side++) {
+            const struct refdyn_variable *variable = &run->given->variables[run->first + i];
+            run->shifts[SIDES * i + side] =
+                (struct shift){variable->what, variable->place, change_of(&run->differences[i], side)};
+        }
+    run->shifts[SIDES * BLOCK] = (struct shift){.what = REFDYN_VARIED_SAMPLES};
+}
+
+/* ---- Copies ---- */
+
+/* Computes these copies. */
+static int run_copies(struct run *run, const long *numbers, long count) {
+    struct refdyn_derivatives *given = run->given;
+    const struct refdyn_copies copies = {given->number, run->shifts, &run->recorded.pattern, NULL};
+    struct refdyn_batch batch = *given->batch;
+    const clock_t began = clock();
+    long ended;
+    batch.copies = &copies;
+    batch.count = count;
+    batch.numbers = numbers;
+    batch.options.balance = 0;
+    batch.options.project_start = batch.model->m > 0 && batch.options.stabilise == REFDYN_PROJECT;
+    batch.context = run;
+    batch.output = see_copy;
+    batch.end = end_copy;
+    batch.states = NULL;
+    batch.statuses = NULL;
+    for (long i = 0; i < count; i++)
+        run->endings[numbers[i]] = (struct ending){.event = -1};
+    const int status = refdyn_batch_run(&batch, &ended);
+    given->copies += count;
+    given->copies_cpu_s += (double)(clock() - began) / CLOCKS_PER_SEC;
+    return status ? status : ended < count ? REFDYN_BAD_OPTION : REFDYN_OK;
+}
+
+/* Computes the copies of all open differences. */
+static int run_open(struct run *run) {
+    long numbers[SIDES * BLOCK + 1], count = 0;
+    set_shifts(run);
+    for (int i = 0; i < run->count; i++)
+        for (int side = 0; side < SIDES && run->differences[i].is_open; side++)
+            numbers[count++] = SIDES * i + side;
+    for (int i = 0; i < run->count; i++)
+        run->needs_base |= run->differences[i].is_open && run->differences[i].form == ONE_SIDED;
+    if (run->needs_base && !run->has_base)
+        numbers[count++] = SIDES * BLOCK;
+    run->has_base = run->needs_base;
+    return run_copies(run, numbers, count);
+}
+
+/* ---- Judgement ---- */
+
+static const struct ending *ending_of(const struct run *run, int i, int side) {
+    return &run->endings[SIDES * i + side];
+}
+
+/* Has a copy ended like the motion? */
+static int is_like_motion(const struct run *run, const struct ending *ending) {
+    return ending->status == run->given->motion.status && ending->outputs == run->given->outputs;
+}
+
+/* Response of the positions to the change, and its curvature. */
+static void find_response(const struct run *run, int i, double *response, double *curvature) {
+    const struct refdyn_batch *batch = run->given->batch;
+    const size_t n = (size_t)run->n, size = (size_t)run->rows * n;
+    const double *a = run->positions + (size_t)(SIDES * i) * size, *b = a + size;
+    const int is_ended = run->given->motion.status == REFDYN_EVENT_ENDS;
+    *response = *curvature = 0;
+    for (size_t k = 0; k < (size_t)(run->given->outputs - is_ended) * n; k++) {
+        const double unit = refdyn_coordinate_unit(batch->model, (int)(k % n), batch->options.length);
+        *response = fmax(*response, fabs(a[k] - b[k]) / 2 / unit);
+        *curvature = fmax(*curvature, fabs(a[k] - 2 * run->q[k] + b[k]) / 2 / unit);
+    }
+}
+
+/* The change with which the difference should be formed instead; the same: it is good. */
+static double better_change(const struct run *run, int i) {
+    const struct difference *difference = &run->differences[i];
+    const double value = value_of(run, &run->given->variables[run->first + i]);
+    double response, curvature, change = difference->change;
+    find_response(run, i, &response, &curvature);
+    if (response == 0)
+        return change;
+    if (response > response_most)
+        change *= response_aim / response;
+    else if (difference->form == CENTRAL && curvature > curved_least && curvature > curved_most * response)
+        change *= fmax(smaller, curved_most * response / curvature / 4);
+    else if (response < response_least)
+        change *= response_aim / response;
+    if (value != 0 && change > difference->change)
+        change = fmax(difference->change, fmin(change, change_most * fabs(value)));
+    return change == difference->change ? change : power_of_two(change);
+}
+
+static void note_underivable(struct run *run, int i, int side) {
+    const struct ending *ending = ending_of(run, i, side);
+    struct refdyn_underivable *found = &run->given->underivable[run->first + i];
+    if (found->status && found->t <= ending->t)
+        return;
+    *found = (struct refdyn_underivable){.status = ending->status ? ending->status : REFDYN_NO_DERIVATIVE,
+                                         .t = ending->t,
+                                         .change = change_of(&run->differences[i], side),
+                                         .event = ending->event,
+                                         .is_at_start = ending->is_at_start};
+}
+
+/* The side of a difference that has not ended like the motion; -1: there is none. */
+static int failed_side(const struct run *run, int i) {
+    for (int side = 0; side < SIDES; side++)
+        if (!is_like_motion(run, ending_of(run, i, side)))
+            return side;
+    return -1;
+}
+
+/* Prepares another round of a difference of which a side has failed; *refines: with refined steps. Returns 0
+ * if there is no remedy. */
+static int remedy(const struct run *run, struct difference *difference, const struct ending *a,
+                  const struct ending *b, int *refines) {
+    const int is_refused = a->status == REFDYN_REFUSED || b->status == REFDYN_REFUSED;
+    if (is_refused && difference->form == CENTRAL) {
+        difference->form = ONE_SIDED;
+        difference->change *= a->status == REFDYN_REFUSED ? -1 : 1;
+        return 1;
+    }
+    if (is_refused)
+        return 0;
+    const int has_failed = a->status == REFDYN_NO_CONVERGENCE || b->status == REFDYN_NO_CONVERGENCE ||
+                           a->status == REFDYN_NOT_FINITE || b->status == REFDYN_NOT_FINITE;
+    if (has_failed && run->refined < REFINED_MOST && difference->tries > 1) {
+        *refines = 1;
+        return 1;
+    }
+    difference->change *= smaller;
+    return difference->tries < 3;
+}
+
+/* Judges a difference whose copies were computed. */
+static void judge(struct run *run, int i, int *refines) {
+    struct difference *difference = &run->differences[i];
+    const int side = failed_side(run, i);
+    difference->tries++;
+    difference->is_open = 0;
+    if (side >= 0) {
+        difference->is_open = difference->tries < ROUNDS &&
+                              remedy(run, difference, ending_of(run, i, 0), ending_of(run, i, 1), refines);
+        for (int k = 0; k < SIDES && !difference->is_open; k++)
+            if (!is_like_motion(run, ending_of(run, i, k)))
+                note_underivable(run, i, k);
+        return;
+    }
+    const double change = better_change(run, i);
+    if (change != difference->change && difference->tries < ROUNDS) {
+        difference->change = change;
+        difference->is_open = 1;
+    }
+}
+
+static int has_open(const struct run *run) {
+    int has = 0;
+    for (int i = 0; i < run->count; i++)
+        has |= run->differences[i].is_open;
+    return has;
+}
+
+/* ---- Differences ---- */
+
+/* The largest difference between the two sides of column k, over all outputs. */
+static double largest_difference(const struct run *run, const double *a, const double *b, int k) {
+    double largest = 0;
+    for (int row = 0; row < run->given->outputs; row++)
+        largest = fmax(largest, fabs(a[(size_t)row * (size_t)run->width + (size_t)k] -
+                                     b[(size_t)row * (size_t)run->width + (size_t)k]));
+    return largest;
+}
+
+/* Does value number `at` of a copy jump between the sides of an event at its output? */
+static int jumps(const struct run *run, const double *a, const double *b, size_t at) {
+    const double base = run->base[at], twice = fabs(a[at] - 2 * base + b[at]);
+    return twice > rounding * fabs(base) &&
+           twice > jump * largest_difference(run, a, b, (int)(at % (size_t)run->width));
+}
+
+/* Writes the derivatives by variable i of the block. */
+static void write_derivatives(struct run *run, int i) {
+    struct refdyn_derivatives *given = run->given;
+    const struct difference *difference = &run->differences[i];
+    struct refdyn_underivable *found = &given->underivable[run->first + i];
+    const double value = value_of(run, &given->variables[run->first + i]);
+    const double by[SIDES] = {change_of(difference, 0), change_of(difference, 1)};
+    const double *a = values_of(run, SIDES * i), *b = values_of(run, SIDES * i + 1);
+    double *out = given->derivatives + (size_t)(run->first + i) * row_size(run);
+    const double apart = (value + by[0]) - (value + by[1]);
+    for (int row = 0; row < given->outputs; row++)
+        for (int k = 0; k < run->width; k++) {
+            const size_t at = (size_t)row * (size_t)run->width + (size_t)k;
+            const int is_lost = found->status && (run->times[row] >= found->t || found->is_at_start);
+            out[at] = is_lost ? NAN
+                      : difference->form == CENTRAL
+                          ? (a[at] - b[at]) / apart
+                          : (4 * a[at] - b[at] - 3 * run->base[at]) / (2 * difference->change);
+            if (!is_lost && run->is_near[row] && difference->form == CENTRAL && jumps(run, a, b, at)) {
+                found->t_jump = found->jumps++ == 0 ? run->times[row] : found->t_jump;
+                out[at] = NAN;
+            }
+        }
+}
+
+/* ---- All variables, block by block ---- */
+
+static int differentiate_block(struct run *run) {
+    for (int i = 0; i < run->count; i++)
+        run->differences[i] =
+            (struct difference){CENTRAL, first_change(run, &run->given->variables[run->first + i]), 0, 1};
+    while (has_open(run)) {
+        int refines = 0, status = run_open(run);
+        for (int i = 0; i < run->count && !status; i++)
+            if (run->differences[i].is_open)
+                judge(run, i, &refines);
+        if (!status && refines) {
+            run->refined++;
+            run->has_base = 0;
+            status = refdyn_recorded_refine(&run->recorded);
+        }
+        if (status)
+            return status;
+    }
+    for (int i = 0; i < run->count; i++)
+        write_derivatives(run, i);
+    return REFDYN_OK;
+}
+
+/* Allocates what the motion needs, and what copies of a block need. */
+static int allocate(struct run *run) {
+    const struct refdyn_derivatives *given = run->given;
+    const struct refdyn_model *model = given->batch->model;
+    const size_t rows = (size_t)run->rows, n = (size_t)run->n,
+                 copies = SIDES * (size_t)(given->count < BLOCK ? given->count : BLOCK);
+    const size_t start = (size_t)model->parameter_count + (size_t)model->input_count + 2 * n;
+    run->start = malloc(start * sizeof(double));
+    run->q = malloc((rows * n + 1) * sizeof(double));
+    run->times = malloc(rows * sizeof(double));
+    run->is_near = calloc(rows, sizeof *run->is_near);
+    run->base = malloc((row_size(run) + 1) * sizeof(double));
+    run->values = malloc((copies * row_size(run) + 1) * sizeof(double));
+    run->positions = malloc((copies * rows * n + 1) * sizeof(double));
+    return run->start && run->q && run->times && run->is_near && run->base && run->values && run->positions
+               ? refdyn_recorded_start(&run->recorded, model)
+               : REFDYN_BAD_MEMORY;
+}
+
+static void release(struct run *run) {
+    refdyn_recorded_release(&run->recorded);
+    free(run->start);
+    free(run->q);
+    free(run->times);
+    free(run->is_near);
+    free(run->base);
+    free(run->values);
+    free(run->positions);
+    free(run);
+}
+
+static int are_variables(const struct refdyn_derivatives *given) {
+    const struct refdyn_model *model = given->batch->model;
+    for (int i = 0; i < given->count; i++) {
+        const struct refdyn_variable *variable = &given->variables[i];
+        const int most = variable->what == REFDYN_VARIED_PARAMETER ? model->parameter_count
+                         : variable->what == REFDYN_VARIED_INPUT   ? model->input_count
+                         : variable->what == REFDYN_VARIED_SAMPLES ? 0
+                                                                   : model->n;
+        if (variable->place < 0 || variable->place >= most)
+            return 0;
+    }
+    return given->count >= 0 && (given->values ? given->width >= 0 : given->width == 2 * model->n);
+}
+
+int refdyn_derivatives_run(struct refdyn_derivatives *given) {
+    int status = refdyn_model_status(given->batch->model);
+    if (status)
+        return status;
+    if (!are_variables(given) || given->batch->time_count < 1)
+        return REFDYN_BAD_OPTION;
+    struct run *run = calloc(1, sizeof *run);
+    if (!run)
+        return REFDYN_BAD_MEMORY;
+    run->given = given;
+    run->n = given->batch->model->n;
+    run->width = given->width;
+    run->rows = given->batch->time_count + 2;
+    given->outputs = 0;
+    given->cpu_s = given->copies_cpu_s = 0;
+    given->copies = 0;
+    for (int i = 0; i < given->count; i++)
+        given->underivable[i] = (struct refdyn_underivable){.event = -1};
+    status = allocate(run);
+    if (!status)
+        status = run_motion(run);
+    if (!status)
+        find_near(run);
+    for (; run->first < given->count && !status; run->first += BLOCK) {
+        run->count = given->count - run->first < BLOCK ? given->count - run->first : BLOCK;
+        status = differentiate_block(run);
+    }
+    release(run);
+    return status;
+}

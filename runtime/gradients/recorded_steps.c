@@ -1,0 +1,185 @@
+/*
+ * Records the steps of a motion as a pattern for its copies.
+ *
+ * In: the accepted steps of a motion, one by one. Out: the pattern of repeated_steps.c. A short step to a
+ * state event is made as long as the step before it, because the event moves in the copies.
+ */
+#include "runtime/gradients/gradients.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* ---- Growing arrays ---- */
+
+/* Makes space for one more entry. Returns 0 without memory. */
+static int grow(void **list, int count, int *room, size_t size) {
+    if (count < *room)
+        return 1;
+    const int most = *room > 0 ? 2 * *room : 64;
+    void *more = realloc(*list, (size_t)most * size);
+    if (!more)
+        return 0;
+    *list = more;
+    *room = most;
+    return 1;
+}
+
+static struct refdyn_repeated_step *add_step(struct recorded_steps *recorded) {
+    struct refdyn_pattern *pattern = &recorded->pattern;
+    void *steps = pattern->steps;
+    if (!grow(&steps, pattern->step_count, &recorded->step_room, sizeof *pattern->steps))
+        return NULL;
+    pattern->steps = steps;
+    return &pattern->steps[pattern->step_count++];
+}
+
+static struct refdyn_waypoint *add_waypoint(struct recorded_steps *recorded) {
+    struct refdyn_pattern *pattern = &recorded->pattern;
+    void *waypoints = pattern->waypoints;
+    if (!grow(&waypoints, pattern->waypoint_count, &recorded->waypoint_room, sizeof *pattern->waypoints))
+        return NULL;
+    pattern->waypoints = waypoints;
+    return &pattern->waypoints[pattern->waypoint_count++];
+}
+
+/* Makes space for `count` more places. */
+static int has_places(struct recorded_steps *recorded, int count) {
+    struct refdyn_pattern *pattern = &recorded->pattern;
+    void *places = pattern->places;
+    int is_grown = 1;
+    while (is_grown && pattern->place_count + count > recorded->place_room)
+        is_grown = grow(&places, recorded->place_room, &recorded->place_room, sizeof *pattern->places);
+    pattern->places = places;
+    return is_grown;
+}
+
+/* ---- Steps of a motion ---- */
+
+/* Adds the due events of the motion as places. */
+static void add_due(struct refdyn_pattern *pattern, const struct refdyn_state_events *events,
+                    struct refdyn_waypoint *waypoint) {
+    waypoint->first_due = pattern->place_count;
+    waypoint->due_count = events->due_count;
+    for (int k = 0; k < events->due_count; k++)
+        pattern->places[pattern->place_count++] = events->due[k];
+}
+
+/* Does the last step end where the caller or the end of the motion has asked for it? */
+static int is_at_fixed(const struct refdyn_motion *motion, const struct refdyn_ahead *ahead) {
+    const struct refdyn_step *step = &motion->step;
+    const int ends_at_outputs = motion->options.tol == 0 || step->method->kind->ends_at_outputs;
+    return step->t_end > step->t_begin &&
+           ((ends_at_outputs && step->t_end == ahead->t_out) || step->t_end == ahead->bound);
+}
+
+/* Adds the waypoint at the end of the last step. Returns its index, -1 if there is none, -2 without memory.
+ */
+static int note_waypoint(struct recorded_steps *recorded, const struct refdyn_motion *motion,
+                         const struct refdyn_ahead *ahead) {
+    struct refdyn_pattern *pattern = &recorded->pattern;
+    const struct refdyn_step *step = &motion->step;
+    const struct refdyn_state_events *events = &motion->state_events;
+    const int is_start = !ahead, is_fixed = !is_start && is_at_fixed(motion, ahead);
+    const int is_time_event = !is_start && step->t_end > step->t_begin && step->t_end >= step->t_limit;
+    const int is_free = motion->step.guide && !is_time_event;
+    if (!is_start && !is_fixed && !is_time_event && !is_free && events->due_count == 0)
+        return -1;
+    struct refdyn_waypoint *waypoint = add_waypoint(recorded);
+    if (!waypoint || !has_places(recorded, events->due_count + motion->work->model->break_count))
+        return -2;
+    *waypoint = (struct refdyn_waypoint){.t = step->t_end, .is_fixed = is_fixed};
+    if (is_time_event) {
+        waypoint->first_break = pattern->place_count;
+        waypoint->break_count = refdyn_pattern_breaks(motion, step->t_end, recorded->breaks,
+                                                      pattern->places + pattern->place_count);
+        pattern->place_count += waypoint->break_count;
+        waypoint->is_switch =
+            fabs(motion->time_events.switched - step->t_end) <= refdyn_motion_resolution(motion, step->t_end);
+    }
+    add_due(pattern, events, waypoint);
+    return pattern->waypoint_count - 1;
+}
+
+static void note(void *context, const struct refdyn_motion *motion, const struct refdyn_ahead *ahead) {
+    struct recorded_steps *recorded = context;
+    const struct refdyn_step *step = &motion->step;
+    if (recorded->status)
+        return;
+    const int waypoint = note_waypoint(recorded, motion, ahead);
+    struct refdyn_repeated_step *taken = waypoint > -2 && ahead ? add_step(recorded) : NULL;
+    recorded->aligned = ahead ? recorded->aligned : motion->programme.aligned;
+    if (!taken && !ahead && waypoint >= 0)
+        return;
+    if (!taken) {
+        recorded->status = REFDYN_BAD_MEMORY;
+        return;
+    }
+    *taken = (struct refdyn_repeated_step){.t = step->t_end,
+                                           .method = step->number,
+                                           .waypoint = waypoint,
+                                           .is_empty = step->t_end == step->t_begin,
+                                           .is_special = step->guide != NULL,
+                                           .aligns = motion->programme.aligned != recorded->aligned};
+    if (step->method->kind == &refdyn_collocation && !motion->work->model->saturates)
+        taken->iterations = refdyn_collocation_iterations(step, &taken->keeps);
+    recorded->aligned = motion->programme.aligned;
+}
+
+int refdyn_recorded_start(struct recorded_steps *recorded, const struct refdyn_model *model) {
+    *recorded = (struct recorded_steps){.watch = {note, recorded}};
+    recorded->breaks = malloc(((size_t)model->break_count + 1) * sizeof *recorded->breaks);
+    return recorded->breaks ? REFDYN_OK : REFDYN_BAD_MEMORY;
+}
+
+void refdyn_recorded_release(struct recorded_steps *recorded) {
+    free(recorded->pattern.steps);
+    free(recorded->pattern.waypoints);
+    free(recorded->pattern.places);
+    free(recorded->breaks);
+    *recorded = (struct recorded_steps){.status = 0};
+}
+
+/* ---- The pattern ---- */
+
+static int leads_to_event(const struct refdyn_pattern *pattern, int i) {
+    const int waypoint = pattern->steps[i].waypoint;
+    return waypoint >= 0 && !pattern->steps[i].is_empty && pattern->waypoints[waypoint].due_count > 0;
+}
+
+/* Two steps to an event become equally long if the second one is shorter. */
+static void share_way(const struct refdyn_pattern *pattern, int i) {
+    struct refdyn_repeated_step *before = &pattern->steps[i - 1], *last = &pattern->steps[i];
+    const double begin = i > 1 ? pattern->steps[i - 2].t : pattern->waypoints[0].t;
+    if (before->waypoint < 0 && before->method == last->method && last->t - before->t < before->t - begin)
+        before->t = begin + (last->t - begin) / 2;
+}
+
+int refdyn_recorded_end(struct recorded_steps *recorded) {
+    const struct refdyn_pattern *pattern = &recorded->pattern;
+    for (int i = 1; i < pattern->step_count && !recorded->status; i++)
+        if (leads_to_event(pattern, i))
+            share_way(pattern, i);
+    return recorded->status;
+}
+
+int refdyn_recorded_refine(struct recorded_steps *recorded) {
+    struct refdyn_pattern *pattern = &recorded->pattern;
+    const int count = pattern->step_count;
+    struct refdyn_repeated_step *steps = malloc(2 * ((size_t)count + 1) * sizeof *steps);
+    double begin = pattern->waypoints[0].t;
+    if (!steps)
+        return REFDYN_BAD_MEMORY;
+    pattern->step_count = 0;
+    for (int i = 0; i < count; i++) {
+        const struct refdyn_repeated_step *whole = &pattern->steps[i];
+        if (!whole->is_empty && !whole->is_special)
+            steps[pattern->step_count++] = (struct refdyn_repeated_step){
+                .t = begin + (whole->t - begin) / 2, .method = whole->method, .waypoint = -1};
+        steps[pattern->step_count++] = *whole;
+        begin = whole->t;
+    }
+    free(pattern->steps);
+    pattern->steps = steps;
+    recorded->step_room = 2 * (count + 1);
+    return REFDYN_OK;
+}
