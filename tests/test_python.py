@@ -734,7 +734,7 @@ BALL_CALLS = {
     "inputs: have shape (3,); must have (2,), one number for each of the model's inputs, or names": lambda ball: ball.simulate(1, inputs=np.array([0.3, 0.1, 0.7])),
     "or names; samples need their times, inputs={'t': times, 'NAME': values}": lambda ball: ball.simulate(1, inputs=np.full((5, 2), 0.3)),
     "parameters: have shape (7,); must have": lambda ball: ball.modes(parameters=np.full(7, 0.3)),
-    "inputs: contains nan; all numbers must be finite": lambda ball: ball.statics(inputs=[np.nan, 0.3]),
+    "input wind: contains nan; all numbers must be finite": lambda ball: ball.statics(inputs=[np.nan, 0.3]),
     "text: 'ball.lua' is the name of a file; use refdyn.Model": lambda ball: type(ball).from_text("ball.lua"),
 }
 

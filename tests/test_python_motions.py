@@ -489,7 +489,7 @@ WRONG_TYPES = {
     "steps: bool; must be a whole number": lambda m: m.step([1, 2], [1, 2], 0, 0.1, steps=True),
     "qd: values of <U1; must be real numbers": lambda m: m.step([1, 2], ["1", "2"], 0, 0.1),
     "inputs: values of complex128; must be real numbers": lambda m: m.motion().set(inputs=np.ones(1) * 1j),
-    "parameters: list; must be values by name, {'NAME': value}": lambda m: m.motion(parameters=[1]),
+    "parameters: str; must be values by name, {'NAME': value}": lambda m: m.motion(parameters="1"),
     "a motion cannot be pickled: it has memory of C; pickle motion.state": lambda m: pickle.dumps(m.motion()),
 }
 

@@ -240,10 +240,10 @@ static const char *wrong_word(struct memory *memory, const char *word) {
 static const char *wrong_in_single(struct memory *memory, const char *word) {
     for (int i = 0; i < QUANTITY_COUNT; i++)
         if (quantities[i].readers == RUNTIME && !strcmp(quantities[i].name, word))
-            return memory_format(
-                memory,
-                "'%s' is only for the runtime, which computes with doubles; leave out this name, or --real float",
-                word);
+            return memory_format(memory,
+                                 "'%s' is only for the runtime, which computes with doubles; leave out this "
+                                 "name, or --real float",
+                                 word);
     return NULL;
 }
 

@@ -385,8 +385,8 @@ void declarations_refuse_unknown_settings(const struct declarations *declaration
                           "--set %s: a coordinate; set its start in the model or in a STATE.json", name);
         else if (nearest)
             message_error(declarations->messages, command_line(declarations),
-                          "--set %s: unknown option, parameter or input; did you mean \"%s\"%s?", name, nearest,
-                          strchr(name, ' ') ? ", without blanks" : "");
+                          "--set %s: unknown option, parameter or input; did you mean \"%s\"%s?", name,
+                          nearest, strchr(name, ' ') ? ", without blanks" : "");
         else
             message_error(declarations->messages, command_line(declarations),
                           "--set %s: the model has no option, parameter or input of this name", name);

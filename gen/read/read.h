@@ -35,7 +35,7 @@ struct read_request {
     const struct setting *settings;                 /* --set NAME=VALUE; the last one of a name is used */
     int setting_count;
     const char *name; /* of the model, instead of its own; NULL: its own */
-    bool fold; /* parameters become numbers, except for anchored ones */
+    bool fold;        /* parameters become numbers, except for anchored ones */
     enum accelerations accelerations;
     enum loops loops;
 };

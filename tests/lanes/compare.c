@@ -197,17 +197,18 @@ static void report(const struct refdyn_lane_model *lanes, const char *name, refd
            count_neighbours(lanes, f));
 }
 
-#define QUANTITIES(E)                                                                                        \
-    E(start)                                                                                                 \
-    E(anchor)                                                                                                \
-    E(M)                                                                                                     \
-    E(h)                                                                                                     \
-    E(Q)                                                                                                     \
-    E(u)                                                                                                     \
-    E(v)                                                                                                     \
-    E(phi) E(psi) E(k) E(r) E(rd) E(C) E(d) E(energy) E(power) E(Q_q) E(qdd_free) E(qdd) E(force) E(inverse) \
-        E(equations) E(M_h) E(f) E(row_terms) E(point_terms) E(constrained) E(terms) E(accelerations)        \
-            E(tangent) E(tangent_vectors) E(d_qdd) E(d_qdd_free) E(d_force) E(d_inverse) E(d_statics)        \
+#define QUANTITIES(E)                                                                                 \
+    E(start)                                                                                          \
+    E(anchor)                                                                                         \
+    E(M)                                                                                              \
+    E(h)                                                                                              \
+    E(Q)                                                                                              \
+    E(u)                                                                                              \
+    E(v)                                                                                              \
+    E(phi)                                                                                            \
+    E(psi) E(k) E(r) E(rd) E(C) E(d) E(energy) E(power) E(Q_q) E(qdd_free) E(qdd) E(force) E(inverse) \
+        E(equations) E(M_h) E(f) E(row_terms) E(point_terms) E(constrained) E(terms) E(accelerations) \
+            E(tangent) E(tangent_vectors) E(d_qdd) E(d_qdd_free) E(d_force) E(d_inverse) E(d_statics) \
                 E(d_rows) E(course) E(breaks) E(switches) E(pace) E(event) E(event_terms) E(required)
 
 static void report_all(const struct refdyn_lane_model *lanes) {

@@ -58,7 +58,8 @@ static void *load(struct generation *generation, char *folder) {
         return NULL;
     snprintf(command, sizeof command,
              "sed -i 's/fabs(x.i.) <= [0-9.]*;/fabs(x[i]) <= -1.0;/' %s/*.c && "
-             "${CC:-cc} -std=c11 -O0 -ffp-contract=off -fno-math-errno -fPIC -shared -I%s -I%s/runtime %s/*.c -o %s/model.so -lm",
+             "${CC:-cc} -std=c11 -O0 -ffp-contract=off -fno-math-errno -fPIC -shared -I%s -I%s/runtime "
+             "%s/*.c -o %s/model.so -lm",
              folder, folder, SOURCE_FOLDER, folder, folder);
     if (system(command) != 0)
         return NULL;

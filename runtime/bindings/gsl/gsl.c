@@ -200,11 +200,8 @@ static int advance(struct refdyn_gsl *gsl, double t_out) {
     if (refdyn_step_limit_reached(motion))
         return go_back(gsl, REFDYN_TOO_MANY_STEPS);
     const double least = refdyn_control_least(step->t_begin, t_out);
-    struct refdyn_ahead ahead = {.t_out = t_out,
-                                 .least = least,
-                                 .h = gsl->step,
-                                 .remaining = INFINITY,
-                                 .seen = refdyn_obstacles_seen};
+    struct refdyn_ahead ahead = {
+        .t_out = t_out, .least = least, .h = gsl->step, .remaining = INFINITY, .seen = refdyn_obstacles_seen};
     const double t_event = refdyn_time_events_find(motion, &ahead);
     if (!(gsl->step >= least))
         return go_back(gsl, REFDYN_STEP_TOO_SMALL);
