@@ -8,8 +8,9 @@
 
 #include <string.h>
 
-/* A pivot of S smaller than this part of its diagonal term is rounding: theory, sect. 5.6. */
-static const double redundant = 1e-12;
+/* A pivot of S smaller than this part of its diagonal term is rounding, of doubles and of floats: theory, sect.
+ * 5.6. */
+static const double redundant[2] = {1e-12, 5e-4};
 
 static const struct elimination *elimination(struct derivation *d, struct solution *solution) {
     if (!solution->elimination)
@@ -57,7 +58,7 @@ static expression dot(struct derivation *d, const expression *a, const expressio
  */
 static expression pivot_inverse(struct derivation *d, expression pivot, expression diagonal) {
     struct graph *g = d->g;
-    const expression least = expr_mul(g, expr_number(g, redundant), diagonal);
+    const expression least = expr_mul(g, expr_number(g, redundant[d->plan->is_single]), diagonal);
     if (!pivot)
         return EXPR_ZERO;
     const expression is_own = expr_apply2(g, OP_LESS, least, pivot);
