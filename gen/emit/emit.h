@@ -77,6 +77,9 @@ void emit_local_table(struct text *text, const char *type, const char *title, co
 /* emit_sweeps.c */
 void emit_sweeps(struct emission *emission, struct text *text, const struct function *function,
                  const char *local, const struct sweeps *sweeps);
+/* Returns whether sweeps write all entries of an array but those of joints of one stage, which are within two
+ * of the diagonal. */
+bool emit_is_swept(const struct function *function, int array);
 void emit_loops(struct emission *emission, struct text *text, const struct function *function,
                 const char *local);
 /* Returns whether they write all entries of an array, so that it need not be cleared. */

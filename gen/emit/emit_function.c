@@ -277,6 +277,18 @@ static void emit_results(struct writer *w, int place) {
         emit_result(w, &function->writes[w->written]);
 }
 
+/* Clears the entries within two of the diagonal. */
+static void emit_band(struct writer *w, int f) {
+    const int n = w->function->arrays[f].columns;
+    text_add(w->text,
+             "    for (int i = 0; i < %d; i++)\n        for (int j = i < 2 ? 0 : i - 2; j <= i + 2 && j < "
+             "%d; j++)\n"
+             "            ",
+             n, n);
+    emit_array_name(w, f);
+    text_add(w->text, "[i * %d + j] = %s;\n", n, emit_zero(w->x));
+}
+
 static void emit_fills(struct writer *w) {
     for (int f = 0; f < plan_count_arrays(w->function); f++) {
         const struct array *array = &w->function->arrays[f];
@@ -284,6 +296,10 @@ static void emit_fills(struct writer *w) {
         if (is_prepare(w) || (is_composed ? is_local(w, f) : !plan_is_cleared(w->x->plan, w->function, f)) ||
             emit_is_written_by_loops(w->function, f))
             continue;
+        if (emit_is_swept(w->function, f)) {
+            emit_band(w, f);
+            continue;
+        }
         text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", array->count);
         emit_array_name(w, f);
         text_add(w->text, "[i] = %s;\n", emit_zero(w->x));

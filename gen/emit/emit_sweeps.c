@@ -368,27 +368,48 @@ static bool is_ordered(const struct sweeps *s) {
     return true;
 }
 
-static void put_stores(const struct printer *p, const struct state *states, int count) {
-    const int n = p->s->n;
+/* Rows of the stage for the columns before it. */
+static void put_rows(const struct printer *p, const struct state *state, const char *entries, int joints,
+                     const char *indent) {
     const bool ordered = is_ordered(p->s);
-    const char *row = ordered ? "i" : "order[i]", *column = ordered ? "j" : "order[j]";
-    const int most = has_kind(p->s, STAGE_BALL) ? 3 : 1;
-    for (int r = 0; r < most; r++) {
-        const char *of = r ? memory_format(p->x->plan->memory, "(%s + %d)", row, r) : row;
-        const char *indent = r ? "                " : "            ";
-        if (r == 1)
-            text_add(p->text, "            if (joints == 3) {\n");
+    for (int r = 0; r < joints; r++) {
+        text_add(p->text, "%sfor (int j = root; j < i; j++)\n", indent);
+        text_add(p->text,
+                 ordered ? "%s    %s[(i + %d) * %d + j] = " : "%s    %s[(order[i] + %d) * %d + order[j]] = ",
+                 indent, entries, r, p->s->n);
+        text_add(p->text, "-%s_row_%d[j];\n", state->prefix, r);
+    }
+}
+
+/* Columns of the stage for the rows before it: those of a ball are neighbours. */
+static void put_transposed(const struct printer *p, const struct state *state, const char *entries,
+                           int joints, const char *indent) {
+    const bool ordered = is_ordered(p->s);
+    text_add(p->text, "%sfor (int j = root; j < i; j++) {\n", indent);
+    for (int r = 0; r < joints; r++) {
+        text_add(p->text,
+                 ordered ? "%s    %s[j * %d + i + %d] = " : "%s    %s[order[j] * %d + order[i] + %d] = ",
+                 indent, entries, p->s->n, r);
+        text_add(p->text, "-%s_column_%d[j];\n", state->prefix, r);
+    }
+    text_add(p->text, "%s}\n", indent);
+}
+
+static void put_stores(const struct printer *p, const struct state *states, int count) {
+    const bool has_balls = has_kind(p->s, STAGE_BALL);
+    for (int joints = 3; joints > 0; joints -= 2) {
+        if (joints == 3 && !has_balls)
+            continue;
+        if (has_balls)
+            text_add(p->text, joints == 3 ? "            if (joints == 3) {\n" : "            } else {\n");
         for (int k = 1; k < count; k++) {
             const char *entries = name(p, p->s->columns[k - 1].array);
-            text_add(p->text, "%sfor (int j = root; j < i; j++)\n", indent);
-            text_add(p->text, "%s    %s[%s * %d + %s] = -%s_row_%d[j];\n", indent, entries, of, n, column,
-                     states[k].prefix, r);
-            text_add(p->text, "%sfor (int j = root; j < i; j++)\n", indent);
-            text_add(p->text, "%s    %s[%s * %d + %s] = -%s_column_%d[j];\n", indent, entries, column, n, of,
-                     states[k].prefix, r);
+            const char *indent = has_balls ? "                " : "            ";
+            put_rows(p, &states[k], entries, joints, indent);
+            put_transposed(p, &states[k], entries, joints, indent);
         }
     }
-    if (most > 1)
+    if (has_balls)
         text_add(p->text, "            }\n");
 }
 
@@ -415,6 +436,16 @@ static bool is_single_chain(const struct sweeps *s) {
         if (s->root[i])
             return false;
     return true;
+}
+
+bool emit_is_swept(const struct function *function, int array) {
+    for (int l = 0; l < function->loop_count; l++) {
+        const struct sweeps *s = &function->loops[l].of.sweeps;
+        for (int c = 0; function->loops[l].kind == LOOP_SWEEPS && c < s->column_count; c++)
+            if (s->columns[c].array == array && is_single_chain(s) && is_ordered(s))
+                return true;
+    }
+    return false;
 }
 
 static void put_tables(const struct printer *p, const struct state *states, int count) {

@@ -78,7 +78,7 @@ USAGE = {
     "held twice": (["statics", "--hold", "arm_z,arm_z"], "--hold: 'arm_z' is given twice; give it once"),
     "held empty": (["statics", "--hold", "arm_z,,arm_psi"], "--hold: 'arm_z,,arm_psi' has an empty item"),
     "held with a comma behind": (["modes", "--hold", "arm_z,"], "--hold: 'arm_z,' has an empty item"),
-    "held with a blank": (["statics", "--hold", "arm_z, arm_psi"], "--hold: the model has no coordinate ' arm_psi'; the nearest is arm_psi"),
+    "held with a blank": (["statics", "--hold", "arm_z, arm_psi"], "--hold: 'arm_z, arm_psi' has a blank next to a comma or at an end; remove it"),
     "emitted twice": (["gen", "-o", "a", "--emit", "M,h,M"], "--emit: 'M' is given twice; give it once"),
     "emitted empty": (["gen", "-o", "a", "--emit", ""], "--emit: '' has an empty item"),
     "methods twice": (["report", "--until", "1", "-o", "a", "--methods", "rk8,rk8"], "--methods: 'rk8' is given twice; give it once"),

@@ -245,7 +245,8 @@ DRIVES = {
 
 @pytest.mark.parametrize("force", DRIVES)
 def test_limits_of_force_and_what_is_not_in_them(tmp_path, force):
-    text = model('rd.input("tau", 1) rd.input("push", 1)', ARM[:-2] + ", limits = { psi = { force = 3 } } }", "forces = function(s) return { %s } end," % force)
+    inputs = " ".join(f'rd.input("{name}", 1)' for name in ("tau", "push") if f"inputs.{name}" in force)
+    text = model(inputs, ARM[:-2] + ", limits = { psi = { force = 3 } } }", "forces = function(s) return { %s } end," % force)
     assert said(tmp_path, text, status=0) == ([NOT_IN_IT % DRIVES[force]] if DRIVES[force] else [])
 
 
@@ -267,17 +268,18 @@ STATES = {
     '{"k": 1}': "k: not a key of a state; it belongs in the object parameters",
 }
 LEAD = 'local p = rd.parameters { { "k", 1, "N m" } } rd.input("tau")'
+READ = "forces = function(s) return { arm_psi = s.inputs.tau } end,"
 
 
 def test_states(tmp_path):
     state = tmp_path / "state.json"
     for text, message in STATES.items():
         state.write_text(text)
-        assert said(tmp_path, model(LEAD), "--state", state, command="eval") == [f"state.json:1: {message}"]
+        assert said(tmp_path, model(LEAD, rest=READ), "--state", state, command="eval") == [f"state.json:1: {message}"]
     state.write_bytes('{"q": [0]}'.encode("utf-16"))
-    assert said(tmp_path, model(LEAD), "--state", state, command="eval") == ["state.json: state: it is in UTF-16; must be text in UTF-8"]
+    assert said(tmp_path, model(LEAD, rest=READ), "--state", state, command="eval") == ["state.json: state: it is in UTF-16; must be text in UTF-8"]
     state.write_bytes('{"q": [0]}'.encode("utf-8-sig"))
-    said(tmp_path, model(LEAD), "--state", state, command="eval", status=0)
+    said(tmp_path, model(LEAD, rest=READ), "--state", state, command="eval", status=0)
 
 
 SEPARATORS = "write commas between columns, points in numbers, \\n after lines"
@@ -297,7 +299,7 @@ def test_tables(tmp_path):
     table = tmp_path / "c.csv"
     for text, message in TABLES.items():
         table.write_bytes(text if isinstance(text, bytes) else text.encode())
-        assert said(tmp_path, model(LEAD), "--table", table, "--until", "1", "-o", tmp_path / "r.csv", command="batch") == [f"c.csv:{message}"]
+        assert said(tmp_path, model(LEAD, rest=READ), "--table", table, "--until", "1", "-o", tmp_path / "r.csv", command="batch") == [f"c.csv:{message}"]
 
 
 def test_sweeps(tmp_path):
@@ -309,7 +311,7 @@ def test_sweeps(tmp_path):
             "return rd.sweep { until = 1 }": "unexpected symbol near 'until'; until is a keyword, as are end, in and repeat; use another name",
             "return rd.sweep { vary = { k = { 1, −2 } } }": "U+2212 (a typographic dash or minus sign) outside a text; write -"}.items():
         sweep.write_text(f'local rd = require "refdyn"\n{text}\n')
-        assert said(tmp_path, model(LEAD), sweep, "-o", tmp_path / "r.csv", command="batch") == [f"s.lua:2: {message}"]
+        assert said(tmp_path, model(LEAD, rest=READ), sweep, "-o", tmp_path / "r.csv", command="batch") == [f"s.lua:2: {message}"]
 
 
 LINES = {
@@ -332,7 +334,7 @@ LINES = {
 
 @pytest.mark.parametrize("arguments", LINES, ids=" ".join)
 def test_command_lines(tmp_path, arguments):
-    assert said(tmp_path, model(LEAD), *arguments, status=None, command="sim")[0] == LINES[arguments]
+    assert said(tmp_path, model(LEAD, rest=READ), *arguments, status=None, command="sim")[0] == LINES[arguments]
 
 
 def test_commands():
