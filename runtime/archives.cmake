@@ -1,5 +1,5 @@
 # LAPACK and HDF5 as archives (libNAME.a), which the program contains where the system has them. Their shared libraries load fifty
-# others, such as curl and Kerberos: 14 ms at each start; libquadmath among them turns printf to a slower way. With
+# others, such as curl and Kerberos, which takes 14 ms at each start; one of them, libquadmath, makes printf slower. With
 # REFDYN_STANDALONE the archives must exist, and so must three.js, which `refdyn view` copies into its pages.
 include(CheckCSourceCompiles)
 

@@ -91,7 +91,7 @@ enum refdyn_status {
     REFDYN_BAD_TIME =
         -21, /**< a requested time is not finite, before integrator.t, or outside the last step */
     REFDYN_MEMORY_TOO_SMALL = -22, /**< memory is smaller than the size function of the call requires */
-    REFDYN_NO_DERIVATIVE = -23 /**< a motion has no derivative by a value: events differ on its two sides */
+    REFDYN_NO_DERIVATIVE = -23     /**< no derivative by a value exists: events differ on its two sides */
 };
 
 /** One line of text for a status, without a full stop. Never NULL. */
@@ -581,9 +581,9 @@ int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force)
  * unless one of them would pull. Error: NOT_STARTED. */
 int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
 /** Continues from changed values: evaluates the shown state again. Call it after changing the integrator's q
- * and qd between steps. After changes of work->x or work->p (then refdyn_prepare) the next call that advances
- * the motion does so; call it for the accelerations before. The gains are those that options.stabilise
- * requests. Errors: REFUSED, those of refdyn_accelerate; NOT_STARTED. */
+ * and qd between steps. After changes of work->x or work->p (then refdyn_prepare), the next call that
+ * advances the motion does the same; call it to have the accelerations before that. The gains are those that
+ * options.stabilise requests. Errors: REFUSED, those of refdyn_accelerate; NOT_STARTED. */
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
 
 /** refdyn_exchange_model for a motion: its next step evaluates the functions of the other table. Call it

@@ -259,7 +259,7 @@ struct refdyn_model {
     refdyn_function *d_statics; /**< of Q at qd = 0 by q, t, inputs, parameters, on request */
     refdyn_function *d_rows;    /**< of phi, psi and k by q, qd, t, inputs, parameters, on request */
     refdyn_function *d_points;  /**< of r and rd by q, qd, parameters, and of rdd at given qdd, on request; qd
-                                   as  for inverse */
+                                   as for inverse */
     refdyn_function *d_course;  /**< of course by q, qd, t, inputs, parameters, on request */
     refdyn_function *course;    /**< (course_count) courses, in the units of the model */
     refdyn_function *breaks; /**< (break_count) times of time events, in no order; reads p and x only [s] */

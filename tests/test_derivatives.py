@@ -30,7 +30,7 @@ LOOPS = ("--loops", "always")
 CASES += [(REFERENCE, (*LOOPS, "--set", "n_rfe=6")), (REFERENCE, (*LOOPS, "--fold")), (MODELS / "planar.lua", (*LOOPS, "--set", "n_rfe=5")),
           (TESTS / "models" / "loaded_beams.lua", (*LOOPS, "--set", "n_rfe=2"))]
 CASES += [(TESTS / "models" / "runs.lua", (*LOOPS, "--set", f"kind={kind}", "--set", "rfe=3")) for kind in ("sides", "segments", "slides", "driven")]
-SWEEPS = ("--accelerations", "recursive")  # short chains would be solved with the matrix
+SWEEPS = ("--accelerations", "recursive")  # for short chains the matrix is the default
 CASES += [(REFERENCE, (*SWEEPS, *LOOPS, "--fold")), (MODELS / "gantry.lua", SWEEPS),
           (TESTS / "models" / "loaded_beams.lua", (*SWEEPS, *LOOPS, "--set", "n_rfe=2")),
           (TESTS / "models" / "runs.lua", (*SWEEPS, *LOOPS, "--set", "kind=driven", "--set", "rfe=3"))]

@@ -172,7 +172,7 @@ def test_no_gravity_no_damping(tmp_path):
 
 
 def test_another_name(tmp_path):
-    """The C is that of a model with this name; the name is checked like a model's."""
+    """The C equals that of a model with this name; the name is checked like a model's."""
     model = TESTS / "models" / "double_pendulum.lua"
     (tmp_path / "twin.lua").write_text(re.sub(r'name\s*=\s*"double_pendulum"', 'name = "twin"', model.read_text()))
     renamed, named = emit(tmp_path / "a", model, "--name", "twin"), emit(tmp_path / "b", tmp_path / "twin.lua")

@@ -1,4 +1,4 @@
-"""Derivatives of whole motions (`sim --derivatives`): closed forms, emitted steps, tight runs, lanes; where there are none."""
+"""Derivatives of whole motions (`sim --derivatives`): closed forms, emitted steps, tight runs, lanes; where they do not exist."""
 import csv
 import re
 
@@ -106,7 +106,7 @@ def test_time_of_a_break(method, tmp_path):
         for slide in "ab":
             column, row = found[f"d_{slide}_x_by_{name}"], int(round(T / 0.025))
             assert largest(numpy.delete(column, row), numpy.delete(exact, row)) < 1e-6, (slide, name)
-            assert abs(column[row] - exact[row]) < 1e-5 * numpy.max(numpy.abs(exact))  # on one side the curvature is another one
+            assert abs(column[row] - exact[row]) < 1e-5 * numpy.max(numpy.abs(exact))  # the curvature differs between the sides
     # The acceleration jumps at its own output, at T.
     assert numpy.isnan(found["d_a_x_dd_by_T"][row]) and numpy.isfinite(numpy.delete(found["d_a_x_dd_by_T"], row)).all()
     assert re.search(r"warning: --derivatives T: \d+ values jump at an output at which an event happens, the first at t = 0.6", said), said
@@ -202,7 +202,7 @@ def test_start_values_change_along_the_rows(tmp_path):
             assert numpy.max(numpy.abs(found[name])) < 1e-7
 
 
-# ---- Where there are no derivatives ----
+# ---- Where derivatives do not exist ----
 
 def test_event_at_the_start(tmp_path):
     """A force that begins exactly at the start: on one side the time event does not happen."""
@@ -213,7 +213,7 @@ def test_event_at_the_start(tmp_path):
 
 
 def test_other_order_of_events(tmp_path):
-    """The ball reaches the floor just before the end, or just after it: the derivatives before that exist."""
+    """The ball reaches the floor just before the end, or just after it: earlier derivatives exist."""
     model = written(tmp_path, "ball", BALL.format(more=""))
     end = (2 * 1.3 / 9.81) ** 0.5
     found, said = derive(model, "--until", end * (1 + 1e-13), "--every", 0.1, names=["H"], folder=tmp_path)
@@ -242,7 +242,7 @@ def test_wrong_combinations(arguments, message, tmp_path):
 # ---- Batches ----
 
 def test_batch_keeps_derivatives(tmp_path):
-    """Those of each case are those of its own motion."""
+    """The derivatives of each case are those of its motion."""
     sweep = tmp_path / "sweep.lua"
     sweep.write_text('''local rd = require "refdyn"
 return rd.sweep { vary = { a = { 0.19, 0.2, 0.205 } }, t_end = 0.4, keep = { final = true, derivatives = { "a", "torque", "crank_psi_d" } } }''')

@@ -28,7 +28,7 @@ def both_of_pairs(modes):
 
 
 def largest_distance(found, expected):
-    """Relative to the eigenvalue, when each is paired with the nearest one that is left."""
+    """Differences relative to the eigenvalues, each paired with the nearest remaining one."""
     left, largest = list(expected), 0.0
     for value in found:
         nearest = min(left, key=lambda other: abs(other - value))
@@ -43,7 +43,7 @@ def largest_distance(found, expected):
     (MODELS / "jib.lua", ())][:None if LONG else 4], ids=lambda value: value.stem if hasattr(value, "stem") else " ".join(value))
 def test_eigenvalues_are_those_of_modes(model, options):
     found, _ = linear(model, *options)
-    if "initial" in options:  # the accelerations of a state that is no equilibrium are not 0, as modes has them
+    if "initial" in options:  # modes takes accelerations as 0; away from an equilibrium they are not
         assert largest_distance(numpy.linalg.eigvals(found["A"]), found["eigenvalues"]) < 1e-9
         return
     expected = both_of_pairs(json.loads(refdyn("modes", model, *options).stdout)["modes"])
@@ -53,7 +53,7 @@ def test_eigenvalues_are_those_of_modes(model, options):
 
 
 class Nearby:
-    """States near one that moves, on the rows, and the equations there by `eval`."""
+    """States near a moving one, on the rows, with their equations by `eval`."""
 
     def __init__(self, level, folder):
         self.level, self.folder = level, folder
@@ -129,7 +129,7 @@ def test_frequency_response(omega):
 
 
 def test_held_coordinates_move_on_request():
-    """With --move-held the forces that hold stay, so that the equilibrium remains one; the input then has an effect."""
+    """With --move-held the holding forces stay, so that the state remains an equilibrium; the input then has an effect."""
     held, said = linear(REFERENCE, drive="input")
     assert "the input tau moves no state" in said and abs(held["B"]).max() == 0
     free, said = linear(REFERENCE, "--move-held", drive="input", program="none")

@@ -447,7 +447,7 @@ def test_statics_and_modes(arm):
 
 
 def test_linear_models(package):
-    """The matrices of the command, with names; about a state of the caller, too."""
+    """The matrices of the command, with names; also about a state of the caller."""
     moved = package.Model(REFERENCE, drive="input", program="none")
     found, expected = moved.linearise(move_held=True), json.loads(refdyn("linearise", REFERENCE, "--set", "drive=input", "--set", "program=none", "--move-held").stdout)
     for name, rows in (("A", "state"), ("B", "state"), ("C", "output"), ("D", "output")):

@@ -89,7 +89,7 @@ def test_data_frames(ball):
 
 
 def test_data_frames_of_start_values(ball):
-    """Columns may have the names of a result, so that its data frame is a table of cases again."""
+    """Columns may have the names of a result, so that its data frame can serve as a table of cases."""
     pandas = pytest.importorskip("pandas")
     columns = {"m": [1.5, 2.5, 3.5], "ball_x": [0.13, 0.27, 0.31], "ball_x_d": [0.7, -0.2, 0.4]}
     expected = ball.batch(columns, 0.1)

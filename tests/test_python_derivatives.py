@@ -55,7 +55,7 @@ def test_fit_of_two_parameters(package):
     from scipy.optimize import least_squares
     arm = package.Model(REFERENCE, n_rfe=4)
     truth = {"E": 2.0e11, "eta": 1.1e-3}
-    # a start in which the arm is bent, so that it vibrates: heavy for the first run only
+    # a start with the arm bent, so that it vibrates: heavy for the first run only
     options = {"t_end": 0.5, "every": 0.004, "tol": 1e-6, "method": "radau9", "dataset": False}
     measured = arm.simulate(parameters=truth, **options)["E_z"][1:] + 0
     noise = 1e-7 * numpy.random.default_rng(1).standard_normal(len(measured))

@@ -366,7 +366,7 @@ def test_many_states(package, method):
 
 
 def test_arrays_of_inputs_and_parameters(arm, smooth):
-    """Simulations, equilibria and modes read arrays in the model's order, as steps do; NaN leaves a value to the start."""
+    """Simulations, equilibria and modes read arrays in the model's order, as steps do; the start sets a value that is NaN."""
     names = {"inputs": dict(zip(smooth.inputs, [0.37])), "parameters": {name: 1.13 * value for name, value in smooth.parameters.items()}}
     arrays = {kind: np.array(list(values.values())) for kind, values in names.items()}
     for call in (lambda **given: smooth.simulate(0.05, every=0.01, **given), lambda **given: smooth.statics(hold="rod_psi", **given),
@@ -536,7 +536,7 @@ def test_interrupts(package, arm):
 
 @pytest.mark.parametrize("size, call", [(200, lambda beam: beam.statics(way="downhill")), (120, lambda beam: beam.modes(at="initial", hold=[]))], ids=["statics", "modes"])
 def test_interrupts_of_equilibria(package, size, call):
-    """Ctrl-C ends them long before their end, in CPU time, which two threads at once do not disturb; then they compute as before."""
+    """Ctrl-C stops them early; measured in CPU time, which two threads at once do not disturb. Then they compute as before."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         beam = package.Model(TESTS / "models" / "cantilever.lua", n_rfe=size, P=4.7)

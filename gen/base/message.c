@@ -261,8 +261,8 @@ const char *message_nearest_name(const char *name, const char *const *known, int
         const long apart = (long)strlen(known[i]) - (long)length;
         const bool is_far = strlen(known[i]) > LONGEST_NAME || apart > least || -apart > least;
         int distance = is_far ? least : edit_distance(name, known[i], least + 1);
-        /* a short name with half of its letters changed is another name, unless it is at least half of the
-         * name and the name begins with it */
+        /* a known name with over half of its letters changed is another name, unless the name begins with it
+         * and is at most twice as long */
         const bool is_beginning =
             strncmp(name, known[i], strlen(known[i])) == 0 && 2 * strlen(known[i]) >= length;
         if (distance > 1 && 2 * distance > (int)strlen(known[i]) && !is_beginning)

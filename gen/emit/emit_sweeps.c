@@ -94,7 +94,7 @@ static void put_arrays(const struct printer *p, const struct state *states, int 
     }
 }
 
-/* Columns that have not begun are zero. */
+/* Columns that have not begun are 0. */
 static void put_zeros(const struct printer *p, const struct state *states, int count) {
     if (p->x->is_lanes)
         return;
@@ -131,7 +131,7 @@ static const char *margin(const struct printer *p) {
     return p->x->is_lanes ? "                    " : "                        ";
 }
 
-/* Returns whether a text uses a name. */
+/* Returns whether a text contains a name. */
 static bool uses(const char *text, const char *name) {
     const size_t length = strlen(name);
     for (const char *at = text; (at = strstr(at, name)); at += length)
@@ -141,8 +141,8 @@ static bool uses(const char *text, const char *name) {
     return false;
 }
 
-/* Copies values of position i + r to constants that the loops over columns use. They are not read again for
- * each block. */
+/* Copies values of position i + r to constants that the loops over columns use, so that each block does not
+ * read them again. */
 static void put_constants(const struct printer *p, const char *loops, const char *title,
                           const struct vector_arrays *arrays, int r) {
     for (int a = 0; a < 3; a++) {
@@ -256,7 +256,7 @@ static void put_columns(const struct printer *p, const struct state *response, c
     }
 }
 
-/* What the joint holds against its carrier's acceleration, and against changes of velocity and direction. */
+/* The joint's response to its carrier's acceleration, and to changes of velocity and direction. */
 static int put_held(const struct printer *p, const struct state *state, int r) {
     const struct sweeps *s = p->s;
     int count =
@@ -413,7 +413,7 @@ static void put_stores(const struct printer *p, const struct state *states, int 
         text_add(p->text, "            }\n");
 }
 
-/* The columns of the stage's own joints begin. */
+/* Begins the columns of the stage's own joints. */
 static void put_starts(const struct printer *p, const struct state *states, int count) {
     text_add(p->text, "            for (const int end = i + joints; i < end; i++) {\n");
     for (int k = 0; k < count; k++) {

@@ -149,7 +149,7 @@ static double held(const struct values *v, const struct sweeps *s, int i, const 
     return add_dot(v, add_dot(v, sum, &s->hold_spin, i, state->spin), &s->hold_turned, i, state->turned);
 }
 
-/* Passes the stage at position i. x: minus the accelerations of its joints. */
+/* Carries a state across the stage at position i. x: minus the accelerations of its joints. */
 static void pass_stage(const struct values *v, const struct sweeps *s, int i, struct swept *state,
                        double x[3]) {
     double after[3], gain[3];
@@ -209,7 +209,7 @@ static void begin_column(const struct values *v, const struct sweeps *s, int j, 
     }
 }
 
-/* Column by column, while the emitted loops carry all columns from stage to stage. */
+/* Computes column by column; the emitted loops carry all columns from stage to stage instead. */
 static void run_sweeps(const struct values *v, const struct sweeps *s) {
     for (int i = 0; i < s->n; i++) {
         struct swept_column states;

@@ -219,7 +219,7 @@ enum accelerations { ACCELERATIONS_AUTO, ACCELERATIONS_RECURSIVE, ACCELERATIONS_
 
 struct model {
     const char *name;
-    bool is_renamed; /* the name is not that of the file */
+    bool is_renamed; /* the name was requested and is not the one in the file */
     const char *file;
     const struct sources *sources; /* all files that it was read from (read.h) */
     struct place place;

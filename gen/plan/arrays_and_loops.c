@@ -206,7 +206,7 @@ static bool crosses(const struct vector_arrays *b, int axis, int of) {
     return axis != of && is_there(b, 3 - axis - of);
 }
 
-/* Components that something makes nonzero. */
+/* Components that may become nonzero. */
 static struct sweep_state set_components(const struct sweeps *s, int column) {
     struct sweep_state state = {.angular = {false}};
     for (int a = 0; a < 3; a++) {
@@ -232,7 +232,7 @@ static bool pushes(const struct sweeps *s, bool is_moment, int axis) {
     return false;
 }
 
-/* Components that something reads. */
+/* Components that are read. */
 static struct sweep_state read_components(const struct sweeps *s, int column) {
     struct sweep_state state = {.angular = {false}};
     for (int a = 0; a < 3; a++) {
@@ -262,7 +262,7 @@ struct sweep_state sweeps_state(const struct sweeps *s, int column) {
     return state;
 }
 
-/* Drops the components that meet only zeros. Returns whether there were any. */
+/* Drops the components that multiply only zeros. Returns whether it has dropped any. */
 static bool keep(struct vector_arrays *arrays, const bool is_read[3]) {
     bool dropped = false;
     for (int a = 0; a < 3; a++) {

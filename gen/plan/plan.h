@@ -114,7 +114,7 @@ struct sweep_state {
 };
 /* column -1: the response to a unit force. */
 struct sweep_state sweeps_state(const struct sweeps *sweeps, int column);
-/* Drops the components of vectors that meet only zeros. */
+/* Drops the components of vectors that multiply only zeros. */
 void sweeps_drop_unread(struct sweeps *sweeps);
 /* The number of joints of the stage at position i. */
 static inline int sweeps_joints_at(const struct sweeps *sweeps, int i) {

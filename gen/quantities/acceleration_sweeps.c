@@ -2,7 +2,7 @@
  * Derivatives of accelerations by q and qd as sweeps over chains of joints (theory, sect. 7.7).
  *
  * Input: the motion at the accelerations of the equations of motion, and the applied forces. Output: the
- * arrays and the loop (plan.h) of a function. A column costs O(n), so that no mass matrix and no derivatives
+ * arrays and the loop (plan.h) of a function. A column costs O(n); neither the mass matrix nor derivatives
  * of the equations of motion are computed.
  */
 #include "gen/quantities/quantities.h"
@@ -27,7 +27,7 @@ static bool has_branches(const struct tree *tree) {
     return false;
 }
 
-/* Turns that share strains are eliminated together. */
+/* Returns whether turns that share strains are eliminated together. */
 static bool strains_are_stages(struct derivation *d) {
     const struct elimination *elimination = accelerations_elimination(d);
     const int *firsts = first_frames(d, elimination);

@@ -420,7 +420,7 @@ static void add_row_corrections(struct builder *b, const struct terms *terms, co
     }
 }
 
-/* dqdd by sweeps, and by solutions of M x = f for the other blocks: theory, sect. 7.7. */
+/* dqdd by q and qd in sweeps, and the other blocks by solving M x = f: theory, sect. 7.7. */
 static void add_by_sweeps(struct builder *b, const struct terms *terms, const int widths[BLOCK_COUNT],
                           bool has_rows) {
     struct derivation *d = b->d;
@@ -466,7 +466,7 @@ static void add_by_matrix(struct builder *b, const struct terms *terms, const in
     pair_loops_drop_unread(d->memory, f);
 }
 
-/* The cheaper form by counted operations. A matrix of many coordinates always costs more. */
+/* Takes the form with fewer operations. With many coordinates the matrix always costs more. */
 static void build_acceleration_derivatives(struct derivation *d, struct function *f, bool has_rows) {
     int widths[BLOCK_COUNT];
     struct builder b = start(d, f, has_rows);

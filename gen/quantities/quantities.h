@@ -137,8 +137,8 @@ struct terms {
     expression *derivatives[BLOCK_COUNT];
 };
 
-/* The rows of a set of blocks: what stands before their names, what they are derivatives of, how many rows
- * they have, as text and as a number. what: NULL for local arrays. */
+/* The rows of a set of blocks: the prefix of their names, the differentiated values, the number of rows as
+ * text and as a number. what: NULL for local arrays. */
 struct block_rows {
     const char *before, *what, *shape;
     int count;
@@ -245,7 +245,7 @@ struct strain_derivatives force_derivatives_strains(const struct builder *b, dou
 /* Adds the arrays of forces that couple coordinates, count x n each, and returns the count. */
 int force_derivatives_add_couplings(struct builder *b, double sign);
 /* By frame: derivatives of the forces on joint i by the coordinates of its stage (order 0) or their rates,
- * without those that couple more coordinates; `firsts`: the first frame of the stage of each frame. */
+ * without forces that couple coordinates; `firsts`: the first frame of the stage of each frame. */
 struct vector *force_derivatives_of_stages(const struct builder *b, const int *firsts, int order,
                                            double sign);
 /* Adds products for all forces that couple coordinates, times M^-1: derivatives of accelerations. */

@@ -191,8 +191,8 @@ long operation_cost_of_results(const struct derivation *d, const struct function
     return operations;
 }
 
-/* Compilers turn loops over arrays into vector instructions, so that this many of their operations count as
- * one. */
+/* This many operations of a loop over arrays count as one, because compilers turn them into vector
+ * instructions. */
 enum { LOOP_ADVANTAGE = 2 };
 
 long operation_cost_with_loops(const struct derivation *d, const struct function *function) {

@@ -1,5 +1,5 @@
 /*
- * The loops and the vectors of joints of the tangent of the motion equations.
+ * The tangent of the equations of motion: its loops, and its vectors of joints.
  *
  * Input: the motion at given qdd, and the forces of model and rows (tangent.h). Output: n^2 entries that
  * loops compute (plan.h): products of vectors of two coordinates, and products of arrays for forces that

@@ -7,7 +7,7 @@
  */
 #include "gen/quantities/quantities.h"
 
-/* Values of one name, which have one name for all of their blocks. */
+/* Values whose blocks have a common prefix. */
 struct value_group {
     struct block_rows rows;
     bool reads_rates;
@@ -21,7 +21,7 @@ static struct value_group new_group(const struct derivation *d, const char *befo
     return (struct value_group){{before, what, shape, count}, reads_rates, derivation_new_values(d, count)};
 }
 
-/* The terms of all groups, one after another, at the motion of the builder. */
+/* The terms of all groups, one after another, for the builder's motion. */
 static struct terms place_groups(const struct builder *b, const struct value_group *groups, int count) {
     struct terms terms = {.count = 0};
     for (int k = 0; k < count; k++)
@@ -46,7 +46,7 @@ static void add_group(const struct builder *b, const struct value_group *group, 
         derivatives_fill_block(b, terms, first, k, 1, arrays[k]);
 }
 
-/* Adds the blocks of all groups; those by t and by the inputs only if the values may read these. */
+/* Adds the blocks of all groups; blocks by t and by the inputs only if the values may depend on them. */
 static void add_groups(struct builder *b, const struct value_group *groups, int count,
                        bool is_of_state_alone) {
     int widths[BLOCK_COUNT], first = 0;
@@ -80,7 +80,7 @@ void quantity_d_rows(struct derivation *d, struct function *f) {
     add_groups(&b, groups, MOST_GROUPS, false);
 }
 
-/* Points move with the coordinates alone. */
+/* Points depend on neither time nor inputs. */
 void quantity_d_points(struct derivation *d, struct function *f) {
     static const char *const names[MOST_GROUPS][2] = {
         {"r_", "d(r)"}, {"rd_", "d(rd)"}, {"rdd_", "d(rdd) at given qdd"}};

@@ -34,7 +34,7 @@ struct read_request {
     enum file_kind { FILE_MODEL, FILE_SWEEP } kind; /* each has its own functions in rd */
     const struct setting *settings;                 /* --set NAME=VALUE; the last one of a name is used */
     int setting_count;
-    const char *name; /* of the model, instead of its own; NULL: its own */
+    const char *name; /* replaces the model's name; NULL: the model keeps it */
     bool fold;        /* parameters become numbers, except for anchored ones */
     enum accelerations accelerations;
     enum loops loops;

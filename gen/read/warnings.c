@@ -544,7 +544,7 @@ static void check_force_limits(const struct look *look) {
     memory_back(model->graph->memory, mark);
 }
 
-/* ---- inputs that nothing reads ---- */
+/* ---- unused inputs ---- */
 
 /* Marks the values of the programme, the only ones that may depend on inputs. */
 static void mark_values(const struct model *model, bool *needed) {
@@ -565,7 +565,7 @@ static void mark_values(const struct model *model, bool *needed) {
         needed[model->parameters[i].anchor] = true;
 }
 
-/* An event that sets an input does not read it. */
+/* Setting an input at an event does not read it. */
 static void check_inputs(const struct look *look) {
     const struct model *model = look->model;
     const struct graph *g = model->graph;

@@ -2,14 +2,14 @@
  * The vectors from which the derivatives of accelerations by q and qd are computed column by column, without
  * M and without derivatives of the equations of motion: theory, sect. 7.7.
  *
- * Input: the motion at given qdd, articulated inertias, applied forces. Output: for each joint the beginning
- * of its two columns, and the vectors with which loops (plan.h) continue them to all other joints.
+ * Input: the motion at given qdd, articulated inertias, applied forces. Output: for each joint the start of
+ * its two columns, and the vectors with which loops (plan.h) continue them to all other joints.
  *
- * Seen by the bodies beyond joint j, a change of q_j or qd_j is a change (alpha, beta) of the acceleration
- * and the angular velocity with which they are carried, and a turn gamma of the forces that keep their
- * direction in space. A mass element at rho then gains the acceleration A_linear + A_angular x rho + 2 beta x
- * rho'. All factors are computed in the axes of the frames, where the small inertia of a slender element
- * about its axis is not mixed with the others, and turned into the ground's axes at the end.
+ * For the bodies beyond joint j, a change of q_j or qd_j changes their carrier's acceleration by alpha and
+ * its angular velocity by beta. Forces that keep their direction in space turn by gamma. A mass element at
+ * rho then gains the acceleration A_linear + A_angular x rho + 2 beta x rho'. All factors are computed in the
+ * axes of the frames, where a slender element's small inertia about its axis is not mixed with the others.
+ * They are turned into the ground's axes at the end.
  */
 #include "gen/tangent/tangent.h"
 
@@ -18,7 +18,7 @@ struct wrenches {
     struct matrix moment, force; /* column by direction */
 };
 
-/* What the bodies beyond a joint feel: the whole load that it carries, and its change by gamma. */
+/* The whole load that a joint carries, and its change by gamma. */
 struct felt {
     struct wrench load;
     struct wrenches turned;
@@ -198,7 +198,8 @@ static struct wrenches eliminated(const struct columns *c, const struct stage *s
     return w;
 }
 
-/* About the origin and in the axes of frame i's parent, once `more` is added to the forces and moments. */
+/* Wrenches in the axes of frame i's parent and about its origin. `more` is added first; then the forces,
+ * which act at the shift, add to the moments. */
 static struct wrenches wrenches_to_parent(const struct columns *c, int i, struct wrenches w,
                                           struct wrenches more) {
     struct graph *g = c->k->g;
@@ -277,8 +278,8 @@ static struct felt felt_add(struct graph *g, struct felt a, struct felt b) {
     return (struct felt){wrench_add(g, a.load, b.load), wrenches_add(g, a.turned, b.turned)};
 }
 
-/* The load's moments along the axes of its joints are the forces on these coordinates. A sum of the moments
- * of all bodies beyond would be rounded in proportion to the largest of them. */
+/* The load's moments along the axes of its joints equal the forces on these coordinates and are set to them:
+ * a sum over all bodies beyond would be rounded in proportion to its largest moment. */
 static struct vector balanced(const struct columns *c, int i, const expression *forces, struct wrench load) {
     const struct kinematics *k = c->k;
     const struct stage *stage = &c->elimination->stages[i];
@@ -331,7 +332,7 @@ static void sum_loads(struct columns *c, const struct applied_forces *applied) {
     }
 }
 
-/* ---- The beginning of the columns, from the ground ---- */
+/* ---- The start of the columns, from the ground ---- */
 
 static struct wrench respond(struct graph *g, const struct articulated *response, struct wrench w) {
     const struct vector angular = vector_add(g, tensor_times(g, response->M, w.moment),

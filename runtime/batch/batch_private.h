@@ -70,7 +70,7 @@ lanes_take refdyn_lanes_take_2, refdyn_lanes_take_4, refdyn_lanes_take_8, refdyn
 
 /* ---- Copies of a motion, for differences: runtime/gradients ---- */
 
-/* Change of a value of the case; REFDYN_VARIED_SAMPLES: none. */
+/* Change of one value of a case; REFDYN_VARIED_SAMPLES: no change. */
 struct shift {
     enum refdyn_varied what;
     int place;
@@ -82,7 +82,7 @@ struct refdyn_copies {
     long number;
     const struct shift *shifts;            /* by number of the copy */
     const struct refdyn_pattern *pattern;  /* NULL: the copies choose their steps */
-    const struct refdyn_step_watch *watch; /* of the steps; NULL: nobody watches */
+    const struct refdyn_step_watch *watch; /* of the steps; may be NULL */
 };
 
 /* ---- Workers: one case of a batch from its start to its end (motion_of_case.c) ---- */

@@ -53,15 +53,15 @@ static double value_of(const struct worker *worker, const struct refdyn_batch_co
     return column->values[copies ? copies->number : worker->now.number];
 }
 
-/* Adds the change of a copy if it is of this kind. */
+/* Adds the copy's change if it is of this kind. */
 static void shift(const struct worker *worker, enum refdyn_varied what, double *values) {
     const struct refdyn_copies *copies = worker->batch->copies;
     if (copies && copies->shifts[worker->now.number].what == what)
         values[copies->shifts[worker->now.number].place] += copies->shifts[worker->now.number].change;
 }
 
-/* Is the value that the copy changes one that the start of the motion sets: an anchored parameter that is not
- * given, or a coordinate that the equilibrium moves? */
+/* Does the start of the motion set the value that the copy changes: an anchored parameter that is not given,
+ * or a coordinate that the equilibrium moves? */
 static int is_shifted_late(const struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
     const struct refdyn_model *model = batch->model;
@@ -149,7 +149,7 @@ static int find_equilibrium(struct worker *worker) {
     return status;
 }
 
-/* Samples set all their inputs again, to which the change of a copy is added. */
+/* Samples set all their inputs again; the change of a copy is added to them. */
 static void meet_sample(struct worker *worker, double t) {
     const struct refdyn_samples *samples = worker->samples;
     const struct refdyn_copies *copies = worker->batch->copies;

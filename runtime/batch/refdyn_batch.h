@@ -137,9 +137,9 @@ int refdyn_batch_run(const struct refdyn_batch *batch, long *ended);
 
 /* ---- Derivatives of a motion ---- */
 
-/** A value by which a motion is differentiated. The derivative by an input with samples is by a constant that
- * is added to all of them. A start value or rate changes along the rows: the start of the changed motion is
- * the nearest state on the programme. */
+/** A value by which a motion is differentiated. For an input with samples, a constant is added to all
+ * samples. A start value or rate changes along the rows: the start of the changed motion is the nearest state
+ * on the programme. */
 struct refdyn_variable {
     enum refdyn_varied what; /**< its kind, not REFDYN_VARIED_SAMPLES */
     int place;               /**< index of the parameter, input or coordinate in the tables of the model */

@@ -1,4 +1,4 @@
-/* Private declarations of derivatives of motions: the recorded steps, and copies that repeat them. */
+/* Private declarations: the recorded steps of a motion, and copies that repeat them. */
 #ifndef REFDYN_GRADIENTS_H
 #define REFDYN_GRADIENTS_H
 
@@ -6,7 +6,7 @@
 
 /* ---- Recorded steps (recorded_steps.c) ---- */
 
-/* The steps of a motion, as they are taken. */
+/* Records the steps of a motion as it takes them. */
 struct recorded_steps {
     struct refdyn_step_watch watch; /* of the motion */
     struct refdyn_pattern pattern;
@@ -21,7 +21,7 @@ int refdyn_recorded_start(struct recorded_steps *recorded, const struct refdyn_m
 void refdyn_recorded_release(struct recorded_steps *recorded);
 /* After the motion: prepares the pattern for copies. Error: BAD_MEMORY. */
 int refdyn_recorded_end(struct recorded_steps *recorded);
-/* Cuts each step of the pattern in two. Error: BAD_MEMORY. */
+/* Halves each step of the pattern that is neither empty nor special. Error: BAD_MEMORY. */
 int refdyn_recorded_refine(struct recorded_steps *recorded);
 
 #endif

@@ -1,13 +1,13 @@
 /*
  * Derivatives of a motion by differences of copies that repeat its steps.
  *
- * In: a motion and the values by which it is differentiated. Out: derivatives of its outputs, and where there
- * are none. Central differences; where the model refuses one side, such as a negative damping, differences of
- * the same order on the other side. repeated_steps.c says how copies repeat steps.
+ * In: a motion and the values by which it is differentiated. Out: derivatives of its outputs, and where they
+ * do not exist. Differences are central; where the model refuses one side, such as a negative damping, they
+ * are one-sided on the other side and of the same order. repeated_steps.c says how copies repeat steps.
  *
- * The change of a value is about 1e-5 of it. It is changed if the motion responds too little or too
- * much for the differences to be accurate. Copies that fail are taken again with refined steps, all sides of
- * a difference alike; those that meet other events, with a smaller change.
+ * The change of a value is about 1e-5 of it, adapted if the motion responds too little or too much for the
+ * differences to be accurate. If a copy fails, all sides of its difference are repeated with refined steps;
+ * if it meets other events, with a smaller change.
  */
 #include "runtime/gradients/gradients.h"
 
@@ -26,16 +26,17 @@ enum {
 /* Change of a value relative to its size, as a power of two so that it is added without rounding; and first
  * change of a value of 0, which may be a time constant: small, so that it is raised if need be. */
 enum { CHANGE_EXPONENT = -17, CHANGE_OF_ZERO = -30 };
-/* Largest change of positions in the motion [rad, length]: a difference within these bounds is accurate. */
+/* Response: the largest change of positions in the motion [rad, length]. A difference between the bounds is
+ * accurate; one outside them aims at `response_aim`. */
 static const double response_least = 1e-9, response_most = 1e-4, response_aim = 1e-6;
 /* Bound on the change of a value that is not zero, relative to it. */
 static const double change_most = 0x1p-8;
-/* Curvature of the response, relative to it, that a change may show; rounding and errors of iterations. */
+/* Largest curvature relative to the response; curvature from rounding and errors of iterations. */
 static const double curved_most = 0.05, curved_least = 1e-7;
-/* Copies that meet other events: the factor of the next change. */
+/* Factor of the next change after copies have met other events. */
 static const double smaller = 1.0 / 64;
-/* An output is at an event if it is nearer than this part of the motion. There, values that jump differ by
- * more than `jump` of the largest difference between the sides, and by more than rounding. */
+/* An output is at an event if their times differ by less than this part of the motion. There, a value jumps
+ * if its second difference exceeds `jump` of the largest difference between the sides, and rounding. */
 static const double near_part = 1e-5, jump = 0.05, rounding = 1e-11;
 
 /* Which copies form a difference; x the value and d its change. */
@@ -48,7 +49,7 @@ struct difference {
     int tries, is_open;
 };
 
-/* The end of a copy. */
+/* How a copy has ended. */
 struct ending {
     int status, outputs, event, is_at_start;
     double t;
@@ -331,7 +332,7 @@ static void find_response(const struct run *run, int i, double *response, double
     }
 }
 
-/* The change with which the difference should be formed instead; the same: it is good. */
+/* The change with which to form the difference again; the same change if it is good. */
 static double better_change(const struct run *run, int i) {
     const struct difference *difference = &run->differences[i];
     const double value = value_of(run, &run->given->variables[run->first + i]);
@@ -362,7 +363,7 @@ static void note_underivable(struct run *run, int i, int side) {
                                          .is_at_start = ending->is_at_start};
 }
 
-/* The side of a difference that has not ended like the motion; -1: there is none. */
+/* A side of the difference that has not ended like the motion; -1: none. */
 static int failed_side(const struct run *run, int i) {
     for (int side = 0; side < SIDES; side++)
         if (!is_like_motion(run, ending_of(run, i, side)))
@@ -370,8 +371,8 @@ static int failed_side(const struct run *run, int i) {
     return -1;
 }
 
-/* Prepares another round of a difference of which a side has failed; *refines: with refined steps. Returns 0
- * if there is no remedy. */
+/* Prepares another round of a difference after one of its sides has failed; *refines: with refined steps.
+ * Returns 0 if there is no remedy. */
 static int remedy(const struct run *run, struct difference *difference, const struct ending *a,
                   const struct ending *b, int *refines) {
     const int is_refused = a->status == REFDYN_REFUSED || b->status == REFDYN_REFUSED;
@@ -431,7 +432,7 @@ static double largest_difference(const struct run *run, const double *a, const d
     return largest;
 }
 
-/* Does value number `at` of a copy jump between the sides of an event at its output? */
+/* Does value number `at` jump at the event that is at its output? */
 static int jumps(const struct run *run, const double *a, const double *b, size_t at) {
     const double base = run->base[at], twice = fabs(a[at] - 2 * base + b[at]);
     return twice > rounding * fabs(base) &&
@@ -487,7 +488,7 @@ static int differentiate_block(struct run *run) {
     return REFDYN_OK;
 }
 
-/* Allocates what the motion needs, and what copies of a block need. */
+/* Allocates the memory of the motion and of the copies of a block. */
 static int allocate(struct run *run) {
     const struct refdyn_derivatives *given = run->given;
     const struct refdyn_model *model = given->batch->model;

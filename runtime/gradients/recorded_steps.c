@@ -2,7 +2,7 @@
  * Records the steps of a motion as a pattern for its copies.
  *
  * In: the accepted steps of a motion, one by one. Out: the pattern of repeated_steps.c. A short step to a
- * state event is made as long as the step before it, because the event moves in the copies.
+ * state event and the step before it become equally long, because the event moves in the copies.
  */
 #include "runtime/gradients/gradients.h"
 
@@ -11,7 +11,7 @@
 
 /* ---- Growing arrays ---- */
 
-/* Makes space for one more entry. Returns 0 without memory. */
+/* Makes room for one more entry. Returns 0 without memory. */
 static int grow(void **list, int count, int *room, size_t size) {
     if (count < *room)
         return 1;
@@ -42,7 +42,7 @@ static struct refdyn_waypoint *add_waypoint(struct recorded_steps *recorded) {
     return &pattern->waypoints[pattern->waypoint_count++];
 }
 
-/* Makes space for `count` more places. */
+/* Makes room for `count` more places. */
 static int has_places(struct recorded_steps *recorded, int count) {
     struct refdyn_pattern *pattern = &recorded->pattern;
     void *places = pattern->places;

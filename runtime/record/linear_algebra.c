@@ -1,5 +1,5 @@
 /* Linear algebra of small motions: products, Cholesky factors, and the changes that linear rows leave free.
- * Matrices are row by row, their memory is that of the caller's algebra. */
+ * Matrices are row by row, in memory of the caller's algebra. */
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>

@@ -13,7 +13,7 @@
 
 #include "runtime/record/record.h"
 
-/* A linear model that is being found. Columns: one for each state, then one for each input. */
+/* A linear model under construction. Columns: one for each state, then one for each input. */
 struct building {
     struct record_linear_model *model;
     const struct record_algebra *algebra;
@@ -227,7 +227,7 @@ static int by_size(const void *a, const void *b) {
     return (cimag(x) < cimag(y)) - (cimag(x) > cimag(y)); /* the positive one of a pair first */
 }
 
-/* Does the pencil of small motions have these eigenvalues? It has no rows of accelerations, no rates and no
+/* Does the pencil of small motions have the eigenvalues of A? It knows no acceleration rows, no rates and no
  * accelerations. */
 static bool is_equilibrium(const struct building *b) {
     const struct record_linear *linear = &b->model->motions.linear;
@@ -249,7 +249,7 @@ static bool is_equilibrium(const struct building *b) {
     return record_find_unbalanced(linear, force) < 0;
 }
 
-/* Pairs of the spectrum occur once; what is left of the states has the eigenvalue 0. */
+/* A conjugate pair occurs once in the spectrum. The remaining eigenvalues are 0. */
 static int list_spectrum(struct building *b) {
     struct record_small_motions *motions = &b->model->motions;
     const int status = record_find_spectrum(&motions->spectrum, &motions->linear, b->algebra);
@@ -289,7 +289,7 @@ static int find_eigenvalues(struct building *b) {
 
 /* ---- The model ---- */
 
-/* Finds a row of positions or velocities whose residual an input moves. d_rows: psi and k by q, qd and x,
+/* Finds a position or velocity row whose residual depends on an input. d_rows: psi and k by q, qd and x,
  * then phi by q and x. */
 static void find_moved_row(const struct building *b) {
     const struct refdyn_model *of = model_of(b);
@@ -314,8 +314,8 @@ static void clear_gains(struct refdyn_workspace *work) {
             work->p[work->model->gains[i]] = 0;
 }
 
-/* Linearises the motion; a second time with the accelerations and multipliers of the first if held
- * coordinates may move. */
+/* Linearises the motion. If held coordinates may move, a second pass uses the accelerations and multipliers
+ * of the first. */
 static int linearise(struct record_linear_model *model, const struct record_algebra *algebra) {
     struct record_small_motions *motions = &model->motions;
     motions->accelerates = true;

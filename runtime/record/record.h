@@ -265,7 +265,7 @@ void record_print_failure(const struct record_motion *motion, int status, bool i
 void record_print_rows_warning(const struct refdyn_integrator *integrator, FILE *out);
 void record_print_balance_warning(const struct record_motion *motion, FILE *out);
 
-/* Warns of derivatives that do not exist: by which of the names (count), from when on, and why. */
+/* Warns of derivatives that do not exist: by which of the names (count), from what time, and why. */
 void record_print_underivable(const struct refdyn_model *model, const char *const *names,
                               const struct refdyn_underivable *underivable, int count, FILE *out);
 
@@ -324,7 +324,7 @@ struct record_algebra {
     bool (*least_squares)(void *context, int rows, int columns, double *A, double *b, double tol, double *x);
 };
 
-/* Memory of `algebra` for `count` entries, and for a matrix. */
+/* Memory from `algebra` for `count` entries, and for a matrix. */
 void *record_allocate(const struct record_algebra *algebra, size_t count, size_t size);
 double *record_allocate_matrix(const struct record_algebra *algebra, int rows, int columns);
 /* out (rows x columns) += factor * left (rows x inner) * right (inner x columns) */
@@ -338,12 +338,12 @@ double *record_product_of_columns(const struct record_algebra *algebra, const do
                                   const double *right, int columns, int n);
 /* Returns whether a symmetric matrix (n x n) has a Cholesky factor, which overwrites it. */
 bool record_factor(double *matrix, int n);
-/* columns (n x count) := matrix^-1 columns, from that factor. */
+/* columns (n x count) := matrix^-1 columns, with the factor of record_factor. */
 void record_solve_factored(const double *factor, int n, double *columns, int count);
 
-/* For rows R v + B x = 0 (count x n, count x width), v = basis w + drift x, where w are the independent
- * entries of v, by elimination with full pivoting. Coordinates that occur in no row stay separate. So do the
- * digits of soft coordinates next to stiff ones, which an orthonormal basis would mix. */
+/* Solutions v = basis w + drift x of rows R v + B x = 0 (count x n, count x width), where w are the
+ * independent entries of v, by elimination with full pivoting. Coordinates that occur in no row stay
+ * separate, and soft coordinates keep their digits, which an orthonormal basis would mix with stiff ones. */
 struct record_freedom {
     const struct record_algebra *algebra;
     int n, width, rank, count;
@@ -396,7 +396,7 @@ struct record_small_motions {
     const int *held;      /* (n) non-zero for held coordinates */
     bool accelerates;     /* the accelerations of the state are those of its motion; otherwise they are 0, and
                              the multipliers balance the forces as well as they can */
-    const double *given;  /* as linear.given, to be taken as it is; NULL: found as above */
+    const double *given;  /* used as linear.given without change; NULL: found as above */
     struct record_linear linear;
     struct record_spectrum spectrum;
     double phi; /* largest |phi| */
@@ -438,8 +438,8 @@ struct record_linear_model {
     double *A, *B, *C, *D;       /* (size x size), (size x inputs), (outputs x size), (outputs x inputs) */
     double *rate;                /* (size) */
     double complex *eigenvalues; /* (size) by size, ascending; of A */
-    int moved_row;               /* a row of positions or velocities that an input moves: there is no such */
-    int moving_input;            /* model, and only these two are set; otherwise -1 */
+    int moved_row;               /* a position or velocity row that an input moves: then no linear model */
+    int moving_input;            /* exists, and only these two are set; otherwise -1 */
 };
 
 /* Returns a status of the runtime. The model must have tangent, d_rows with rows, tangent_x with inputs, C

@@ -33,8 +33,8 @@ static double *part_of(const struct record_algebra *algebra, const struct record
     return part;
 }
 
-/* Minimises |force + u^T lambda| in units of sqrt(M_jj), in which the runtime also measures rows; of several
- * minima, it is the smallest. */
+/* Minimises |force + u^T lambda| in units of sqrt(M_jj), in which the runtime also measures rows. Of several
+ * minima it takes the smallest. */
 static int find_multipliers(const struct record_algebra *algebra, const struct record_linear *linear,
                             const double *force, double *lambda) {
     const int n = linear->n, m = linear->m;
@@ -81,7 +81,7 @@ static int find_accelerations(const struct record_algebra *algebra, const struct
     return REFDYN_OK;
 }
 
-/* Sets force, f - M qdd, then with the multipliers f - M qdd + u^T lambda. */
+/* Sets force: f - M qdd, and with the multipliers f - M qdd + u^T lambda. */
 static int balance(const struct record_algebra *algebra, struct record_linear *linear, const double *qdd,
                    double *lambda) {
     const int n = linear->n, m = linear->m;

@@ -44,7 +44,7 @@ def run_harmful(folder, *arguments, status=1, written=(), stdin=subprocess.DEVNU
     assert process.returncode != -signal.SIGKILL, f"refdyn {arguments}: has no end"
     used = usage.ru_utime + usage.ru_stime
     assert used <= SECONDS * SLOWNESS, f"refdyn {arguments}: took {used:.1f} s"
-    peak = usage.ru_maxrss / 1024 / (3 if SANITIZED else 1)  # sanitizers take memory of their own
+    peak = usage.ru_maxrss / 1024 / (3 if SANITIZED else 1)  # sanitizers use memory, too
     assert peak <= megabytes, f"refdyn {arguments}: took {peak:.0f} MB"
     assert process.returncode == status, f"refdyn {arguments}: exit status {process.returncode}, not {status}\n{text[-2000:]}"
     added = sorted(set(files_in(work)) - set(before) - set(written))

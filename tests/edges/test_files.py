@@ -24,7 +24,7 @@ SOON, NEVER = "0.05", "1e5"  # [s] a motion that ends at once, and a long one
 
 @pytest.fixture(autouse=True)
 def default_compiler(monkeypatch):
-    """The cache is that of `cc`; tcc refuses some of the names of folders."""
+    """The cache is compiled by `cc`, because tcc refuses some names of folders."""
     monkeypatch.delenv("CC", raising=False)
 
 

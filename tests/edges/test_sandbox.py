@@ -13,8 +13,8 @@ import pytest
 from harm import HARMFUL, run_harmful
 from program import LEAN, LONG, MODELS, SANITIZED, refdyn, some
 
-# These files take more than 1.2 s of CPU with sanitizers. They are run in the other build, and the others are run here; smaller
-# models take the same paths. tests/long runs all of them in both builds.
+# These files take more than 1.2 s of CPU with sanitizers. They run in the other build, all others here; smaller models
+# take the same paths. tests/long runs all of them in both builds.
 SLOW = set("""breaks_many bytes chain_near courses_near energy_deep energy_many forces_memory forces_near format_quoted format_wide
     gsub_empty_captures insert_texts links_near loops_of_chain memory_of_classes memory_tables move points_near points_of_axes powers
     remainders remainders_of_library remove_first rows_near rows_unnamed springs_many text_many text_zeros text_zeros_made""".split())

@@ -516,7 +516,7 @@ static void test_not_started(void) {
     rig_open(&rig, spring_model(2));
     expect_not_started(&integrator, &rig.model); /* never initialised */
     CHECK(refdyn_integrator_init(&integrator, &rig.work, &options, NULL, 0) == REFDYN_BAD_MEMORY);
-    expect_not_started(&integrator, &rig.model); /* initialised in vain */
+    expect_not_started(&integrator, &rig.model); /* initialisation failed */
     CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
     expect_not_started(&rig.integrator, &rig.model); /* initialised, not started */
     CHECK(rig_close(&rig));
@@ -527,7 +527,7 @@ static void test_not_started(void) {
     CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_OK);
     rig.work.x[0] = -1;
     CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_NOT_FINITE);
-    expect_not_started(&rig.integrator, &rig.model); /* started in vain, after a start that succeeded */
+    expect_not_started(&rig.integrator, &rig.model); /* start failed, after one that succeeded */
     rig.work.x[0] = 2;
     CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_OK);
     CHECK(refdyn_integrator_to(&rig.integrator, 0.713) == REFDYN_OK);
@@ -536,7 +536,7 @@ static void test_not_started(void) {
 
 /* ---- Changed values ---- */
 
-/* The state after a motion whose input, or first parameter, has changed on the way. */
+/* The state after a motion whose input, or first parameter, changes on the way. */
 static void change_on_the_way(struct refdyn_model model, int changes_input, int has_refresh, double *state) {
     const struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
     const double qd[SPRING_N] = {0.713, -0.317, 0.137};
@@ -555,7 +555,7 @@ static void change_on_the_way(struct refdyn_model model, int changes_input, int 
     CHECK(rig_close(&rig));
 }
 
-/* A step begins with changed inputs and parameters as after a refresh, with the same bits. */
+/* After changed inputs and parameters, a step has the same bits as after a refresh. */
 static void test_changed_values(void) {
     double refreshed[2 * SPRING_N] = {0}, noticed[2 * SPRING_N] = {0};
     change_on_the_way(film_model(), 1, 1, refreshed);

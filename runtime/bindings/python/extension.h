@@ -164,9 +164,9 @@ struct motion {
 /* The interpreter's lock, while C computes without it. */
 struct unlocked {
     PyThreadState *thread;
-    double asked;          /* for signals [s] */
+    double asked;          /* time of the last check for signals [s] */
     int is_interrupted;    /* by a signal, whose exception is set */
-    struct motion *motion; /* that computes; NULL: an equilibrium */
+    struct motion *motion; /* the motion that computes; NULL: an equilibrium */
 };
 
 /* A new motion, not started. Returns NULL with a Python error without memory. */
@@ -182,10 +182,10 @@ void *refdyn_motion_at(const struct motion *motion, size_t place);
 int refdyn_motion_enter(struct motion *motion);
 PyObject *refdyn_motion_leave(struct motion *motion, PyObject *result);
 double refdyn_seconds(clockid_t clock);
-/* About every 10 ms asks for signals, and for the optimised library of a motion. Returns RECORD_INTERRUPTED
+/* About every 10 ms checks for signals, and for the optimised library of a motion. Returns RECORD_INTERRUPTED
  * after a signal that raises an exception. context: struct unlocked. */
 int refdyn_ask(void *context);
-/* The same as the question of a record_watch. */
+/* The same, for the callback of a record_watch. */
 int refdyn_motion_ask(void *context, const struct record_motion *record);
 /* Prints what `sim` prints on stderr after a failure. */
 void refdyn_motion_print_failure(const struct motion *motion, FILE *out);

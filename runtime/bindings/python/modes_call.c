@@ -25,8 +25,8 @@ static void lock(struct small_motions *own) {
     own->thread = NULL;
 }
 
-/* Calls a function with numbers and arrays, and returns its answer; an exception stays set, also that of a
- * signal. Then releases the lock. */
+/* Calls a function with numbers and arrays, and returns its answer. An exception, also one of a signal, stays
+ * set. Then releases the lock. */
 static bool ask(struct small_motions *own, PyObject *function, PyObject *arguments) {
     PyObject *answer =
         arguments && PyErr_CheckSignals() == 0 ? PyObject_CallObject(function, arguments) : NULL;

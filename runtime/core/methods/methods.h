@@ -72,7 +72,7 @@ struct refdyn_step {
     const struct refdyn_method_definition *method;
     double tolerance;      /* of the motion; 0: steps are fixed */
     double settled;        /* tolerance at which iterations end; 0: at rounding */
-    int iterations, keeps; /* copies: number of iterations, 0: until they settle; whether factors are kept */
+    int iterations, keeps; /* copies: number of iterations, 0: until settled; whether factors are kept */
     double t_begin, t_end; /* ends of the last attempted step [s]; equal: no attempt from here */
     double t_limit;        /* stages are evaluated before this time, on the left side of a time event [s] */
     double *state, *rates; /* (2 n + 1), (2 n + 1 + m) at t_begin */

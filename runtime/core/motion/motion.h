@@ -70,12 +70,12 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
 void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_attempt *attempt,
                              double error);
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
-/* After an accepted step: who watches is told, and a copy compares it with its pattern. */
+/* After an accepted step: calls the watch; a copy compares the step with its pattern. */
 int refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
 /* Returns whether options.step_limit steps have been tried. */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 
-/* refdyn_integrator_refresh if the caller has changed inputs or parameters since the last one. */
+/* Calls refdyn_integrator_refresh if the caller has changed inputs or parameters since they were taken. */
 int refdyn_integrator_notice(struct refdyn_integrator *integrator);
 
 /* Motions whose steps a batch takes side by side: statuses in addition to those of refdyn.h. LEFT_TO_MOTION:
@@ -194,8 +194,8 @@ double refdyn_automatic_tolerance(const struct refdyn_motion *motion);
  * method. It does so if the tangent at the beginning of the step is not finite, because no smaller step
  * changes that. */
 int refdyn_automatic_after_failure(struct refdyn_motion *motion);
-/* No automatic choice from now on, until the next start; the second function uses another method from the
- * beginning of the step. */
+/* Ends the automatic choice until the next start; the second function changes the method at the beginning of
+ * the step. */
 void refdyn_automatic_leave(struct refdyn_motion *motion);
 void refdyn_automatic_change(struct refdyn_motion *motion, enum refdyn_method method);
 /* The motion continues from a time before the end of its last step, by `back` [s]. */
@@ -218,7 +218,7 @@ void refdyn_programme_lay_out(struct refdyn_programme *programme, const struct r
                               struct layout *layout);
 /* Marks the directions as out of date. */
 void refdyn_programme_forget(struct refdyn_programme *programme);
-/* Directions in the metric of M are kept until they are forgotten, however far the motion goes; 0: ends this.
+/* Keeps directions in the metric of M until they are forgotten, however far the motion goes; 0: no longer.
  */
 void refdyn_programme_hold(struct refdyn_programme *programme, int is_held);
 /* Moves a state (2 n) at t onto the programme. The workspace must have the row terms of the state; afterwards
@@ -284,7 +284,7 @@ void refdyn_time_events_take(struct refdyn_time_events *events, const struct ref
 /* t, or the right side of a time event that is there: where functions have the values with which the motion
  * continues. */
 double refdyn_time_events_right_of(const struct refdyn_time_events *events, double t);
-/* A time near t at which other events than known ones happen; INFINITY: there is none. */
+/* The time near t of an event that is not a known one; INFINITY: there is none. */
 double refdyn_time_events_near(struct refdyn_motion *motion, double t);
 /* Entry in the list of obstacles: the next time event after the beginning of the step. The step evaluates
  * nothing after it, and does not extrapolate across a time event at its beginning. */
@@ -586,10 +586,10 @@ int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_d
 
 /* ---- Steps that copies of a motion repeat (repeated_steps.c) ---- */
 
-/* A place in the recorded motion whose time each copy finds: the start, or the end of a step. */
+/* A point of the recorded motion whose time each copy finds: the start, or the end of a step. */
 struct refdyn_waypoint {
     double t;                     /* [s] */
-    int is_fixed;                 /* an output, a sample or the end: at this time in each copy */
+    int is_fixed;                 /* an output, a sample or the end: the same time in each copy */
     int is_switch;                /* a time event that is not among the known ones */
     int first_break, break_count; /* in `places`: indices of known time events */
     int first_due, due_count;     /* in `places`: state events and kinks that are due, ascending */
@@ -599,7 +599,7 @@ struct refdyn_repeated_step {
     double t; /* end [s] */
     enum refdyn_method method;
     int waypoint;          /* where it ends; -1: nowhere */
-    int is_empty;          /* no step: events are due because others have acted */
+    int is_empty;          /* no step: events became due when others acted */
     int is_special;        /* through a singular state, or to rows that fade out */
     int aligns;            /* directions in the metric of M are computed at its end */
     int iterations, keeps; /* as in struct refdyn_step */
@@ -625,7 +625,7 @@ struct refdyn_repetition {
 
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,
                                struct layout *layout);
-/* A motion that starts chooses its steps; the second function lets it repeat a pattern from its start on. */
+/* The first function lets a motion choose its steps; after the second it repeats a pattern from its start. */
 void refdyn_repetition_clear(struct refdyn_motion *motion);
 void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_pattern *pattern);
 /* Before and after each step; error: NO_DERIVATIVE where the events differ from those of the pattern. They do
@@ -634,7 +634,7 @@ int refdyn_repetition_begin_step(struct refdyn_motion *motion);
 int refdyn_repetition_end_step(struct refdyn_motion *motion);
 /* Plans the next step, or takes it if it is special; error: as above. */
 int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt);
-/* A step of the copy could not be taken, with this status. */
+/* Call it if the copy could not take a step; status: why. */
 void refdyn_repetition_fail(struct refdyn_motion *motion, int status);
 /* The known time events at t: writes their indices into `places` (break_count) and returns their number.
  * times (break_count): scratch. */
@@ -678,7 +678,7 @@ static inline int refdyn_repeats(const struct refdyn_motion *motion) {
     return motion->repetition.pattern != NULL;
 }
 
-/* Returns OK, or NOT_STARTED before a start that has succeeded. */
+/* Returns OK, or NOT_STARTED before a successful start. */
 static inline int refdyn_integrator_status(const struct refdyn_integrator *integrator) {
     return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
 }

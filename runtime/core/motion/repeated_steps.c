@@ -7,20 +7,20 @@
  * Differences of motions that choose their own steps show the noise of these choices. A copy makes no choice:
  * number, methods and lengths of its steps are those of the recorded motion (internal numerical
  * differentiation: Bock, in Modelling of Chemical Reaction Systems, Springer 1981, 102-125). Waypoints are
- * the start, time events, state events, and steps that end at an output, a sample or the end. Between
- * waypoints the steps keep their fractions, because otherwise a step would see an event on its wrong side.
- * Each copy computes the times of its time events, and locates its state events.
+ * the start, time events, state events, and steps that end at an output, a sample or the end. Steps
+ * keep their fractions of the time between waypoints, because otherwise a step would see an event on its
+ * wrong side. Each copy computes the times of its time events, and locates its state events.
  *
- * A copy ends with REFDYN_NO_DERIVATIVE where it meets other events than the pattern has.
+ * A copy that meets other events than its pattern ends with REFDYN_NO_DERIVATIVE.
  */
 #include "runtime/core/motion/motion.h"
 
 #include <math.h>
 
-/* A step to a state event is longer than that of the recorded motion by this part, so that the event lies in
- * it. The other side of the difference needs it earlier or later. */
+/* A step to a state event is longer than the recorded one by this part, so that it still contains the event,
+ * which is earlier on one side of the difference and later on the other. */
 static const double beyond = 0.1;
-/* A planned end is an obstacle that is nearer to it than this part of the step. */
+/* An obstacle nearer to the planned end than this part of the step counts as that end. */
 static const double same_part = 1e-9;
 /* Tolerance at which the iterations of copies end: their errors are divided by small changes. */
 static const double settled = 1e-11;
@@ -80,7 +80,7 @@ static int is_of_time(const struct refdyn_waypoint *waypoint) {
     return waypoint->is_fixed || waypoint->is_switch || waypoint->break_count > 0;
 }
 
-/* Does the copy have the same due events and kinks as the waypoint; -1: as no waypoint? */
+/* Does the copy have the due events and kinks of the waypoint; -1: none? */
 static int has_due(const struct refdyn_motion *motion, int waypoint) {
     const struct refdyn_repetition *repetition = &motion->repetition;
     const struct refdyn_state_events *events = &motion->state_events;
@@ -139,7 +139,7 @@ int refdyn_repetition_end_step(struct refdyn_motion *motion) {
 
 /* ---- Waypoints of time ---- */
 
-/* Own time of a waypoint that follows: the first of its times. */
+/* When this copy reaches a later waypoint: the earliest of the waypoint's times. */
 static double own_time(struct refdyn_motion *motion, const struct refdyn_waypoint *waypoint) {
     struct refdyn_repetition *repetition = &motion->repetition;
     const struct refdyn_workspace *work = motion->work;
@@ -167,8 +167,8 @@ static void look_ahead(struct refdyn_motion *motion) {
         repetition->to >= 0 ? own_time(motion, waypoint_at(repetition, repetition->to)) : INFINITY;
 }
 
-/* A waypoint with several times, such as two events that coincide in the recorded motion: those that are
- * still ahead in this copy are met by additional steps. INFINITY: there are none. */
+/* A waypoint may have several times, such as two events that coincide in the recorded motion. Additional
+ * steps reach those that are still ahead in this copy. INFINITY: there are none. */
 static double find_additional(struct refdyn_motion *motion, double least) {
     struct refdyn_repetition *repetition = &motion->repetition;
     const struct refdyn_waypoint *there = waypoint_at(repetition, repetition->from);
@@ -186,7 +186,7 @@ static double find_additional(struct refdyn_motion *motion, double least) {
 
 /* ---- The next step ---- */
 
-/* Own time for a time of the recorded motion in the step that follows. */
+/* The copy's time for a time of the recorded motion in the next step. */
 static double moved_time(const struct refdyn_repetition *repetition, double t) {
     const double from = waypoint_at(repetition, repetition->from)->t;
     if (repetition->to < 0)
@@ -205,8 +205,8 @@ static double find_end(struct refdyn_motion *motion, const struct refdyn_repeate
     return is_to_event ? t + beyond * (t - motion->step.t_begin) : t;
 }
 
-/* Is a time event, or the end of the motion, nearer than the planned end? A step to a state event may then
- * end there. */
+/* Is a time event, or the end of the motion, nearer than the planned end? A step to a state event may end
+ * there, so that nothing is in its way. */
 static int is_in_the_way(const struct refdyn_motion *motion, const struct refdyn_repeated_step *next,
                          const struct refdyn_ahead *ahead, double t) {
     const struct refdyn_repetition *repetition = &motion->repetition;

@@ -31,7 +31,7 @@ struct watch {
     const char *model; /* NULL if there is none */
     struct watched_file *files;
     int count, room;
-    const char *changed;  /* path of the file that has changed last */
+    const char *changed;  /* path of the file that changed last */
     volatile pid_t child; /* 0: none runs */
     int reports; /* descriptor of the child's paths, each with a zero at its end; -1 after the last */
     char *paths; /* received and incomplete */

@@ -62,8 +62,8 @@ def by_name(kind: str, given: Mapping[str, Any] | None, kinds: Mapping[str, Coll
 
 
 def by_order(kind: str, given: Any, names: Collection[str], samples: str = "") -> Any:
-    """Returns the values of an array, which has those of `names` in their order, by name. NaN leaves a parameter to the start of a
-    motion. `samples`: how values along the time are given instead."""
+    """Returns the values of an array by name; the array has one value for each of `names`, in their order. The start of a motion sets
+    a parameter that is NaN. `samples`: how to pass values along time instead."""
     if given is None or isinstance(given, Mapping) or np.ndim(given) == 0:
         return given
     values = reals(f"{kind}s", given)

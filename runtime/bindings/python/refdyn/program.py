@@ -146,7 +146,7 @@ def warn(text: str) -> None:
 
 
 def warn_of(found: Sequence[str], warned: Collection[str]) -> None:
-    """One warning for all of a call, a line each; those whose facts are in `warned` are left out."""
+    """One Python warning for all warnings of a call, a line each; omits those whose facts are in `warned`."""
     texts = [text for text in found if fact_of(text) not in warned]
     if texts:
         warn("\n".join(texts))

@@ -27,7 +27,7 @@ class Columns(dict[str, np.ndarray]):
     def __init__(self, names: Sequence[str], table: np.ndarray, units: Mapping[str, str], attrs: dict[str, Any]) -> None:
         super().__init__(zip(names, table.T))
         self.units, self.attrs = units, attrs
-        self.variables: tuple[str, ...] = ()  # by which there are derivatives: d_COLUMN, (rows, variables)
+        self.variables: tuple[str, ...] = ()  # names by which d_COLUMN, (rows, variables), has derivatives
 
     def gather(self, names: Sequence[str]) -> None:
         """Replaces the columns d_COLUMN_by_NAME of the program by d_COLUMN, (rows, names)."""
@@ -95,7 +95,7 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
 
 
 def variables_of(model: Model, compiled: Compiled, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
-    """What each name is, and its place; None if the program has to say what is wrong with one."""
+    """The kind and the place of each name; None if one is wrong, which the program then reports."""
     coordinates = list(model.coordinates)
     kinds = [compiled.places, compiled.inputs, {name: i for i, name in enumerate(coordinates)}, {f"{name}_d": i for i, name in enumerate(coordinates)}]
     found = [[(what, kind[name]) for what, kind in enumerate(kinds) if name in kind] for name in names]
@@ -106,7 +106,7 @@ def variables_of(model: Model, compiled: Compiled, names: Sequence[str]) -> tupl
 
 
 def add_derivatives(model: Model, run: Columns, core: Any, variables: tuple[np.ndarray, np.ndarray], begin: float, until: float, names: Sequence[str]) -> None:
-    """Adds d_COLUMN, (rows, names), for each column but the time, unless an event has ended the motion."""
+    """Adds d_COLUMN, (rows, names), for each column; for the time only if an event has ended the motion."""
     t, columns = run["t"], list(run)
     times = t[1:] if not core.has_ended else np.append(t[1:-1], until)
     out = np.empty((len(names), len(times) + 2, len(columns)))

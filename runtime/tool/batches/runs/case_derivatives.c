@@ -1,8 +1,8 @@
 /*
  * Derivatives of the final states of a batch: keep = { derivatives = { NAME, ... } }.
  *
- * In: a case that has ended. Out: d_COLUMN_by_NAME for each column of its final state. The case is computed
- * once more, with copies that repeat its steps, on the thread of the case.
+ * In: a case that has ended. Out: d_COLUMN_by_NAME for each column of its final state. The thread of the case
+ * computes it once more, with copies that repeat its steps.
  */
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/support/format/format.h"
@@ -47,7 +47,7 @@ static void find_variables(struct case_derivatives *derivatives) {
     }
 }
 
-/* Where the results have the items of the layout. */
+/* Finds the place of each item of the layout in the results. */
 static void find_items(struct case_derivatives *derivatives) {
     const struct runs_layout *layout = derivatives->layout;
     const struct record_table *table = &derivatives->tables[0];

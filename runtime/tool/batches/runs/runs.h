@@ -82,12 +82,12 @@ struct case_derivatives;
 
 /* d_COLUMN_by_NAME, the item of a derivative. */
 const char *runs_derivative_name(const char *column, const char *by);
-/* Prepares derivatives for one thread. Not by several threads at the same time. NULL: none are kept. */
+/* Prepares derivatives for one thread. Only one thread at a time may call it. NULL: none are kept. */
 struct case_derivatives *runs_derivatives_start(const struct kept *kept, const struct runs_layout *layout,
                                                 const struct refdyn_batch *batch,
                                                 struct refdyn_integrator *integrator);
-/* Computes the derivatives of a case that has ended and writes them into values (layout.width). Writes why
- * some do not exist into reason (size) if it is empty. */
+/* Computes the derivatives of a case that has ended and writes them into values (layout.width). If some do
+ * not exist and reason (size) is empty, writes why into it. */
 void runs_derive(struct case_derivatives *derivatives, long number, double *values, char *reason,
                  size_t size);
 void runs_derivatives_release(struct case_derivatives *derivatives);

@@ -16,7 +16,7 @@ static enum status refuse_moved_row(struct scene *scene, const struct record_lin
                     model->inputs[linear->moving_input].name));
 }
 
-/* Such an input usually acts on a held coordinate. */
+/* An input without effect usually acts on a held coordinate. */
 static void warn_of_idle_inputs(const struct record_linear_model *linear, const struct refdyn_model *model) {
     for (int k = 0; k < model->input_count; k++) {
         double largest = 0;

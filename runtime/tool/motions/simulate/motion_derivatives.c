@@ -130,7 +130,7 @@ static void start_columns(struct columns *columns, struct refdyn_integrator *int
     columns->count = columns->tables[0].count;
 }
 
-/* The equilibrium of the start, which each changed motion computes again. */
+/* The start in equilibrium, which each changed motion computes again. */
 static enum status describe_statics(struct scene *scene, const struct options *options,
                                     const struct motion_derivatives *derivatives,
                                     struct refdyn_batch *batch) {

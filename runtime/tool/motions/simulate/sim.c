@@ -119,7 +119,7 @@ static enum status verify(const struct trial *trial, const struct task *task, st
 
 /* ---- --derivatives ---- */
 
-/* Writes the rows with their derivatives, or alone if the motion has failed. */
+/* Writes the rows with their derivatives, or without them if the motion has failed. */
 static enum status write_rows(struct motion_derivatives *derivatives, struct trial *trial,
                               const struct task *task, const struct refdyn_options *integration,
                               FILE *numbers, struct row_sink *rows) {
@@ -136,7 +136,7 @@ static enum status write_rows(struct motion_derivatives *derivatives, struct tri
     return simulate_row_sink_copy(numbers, rows, &table) ? status : STATUS_FAULT;
 }
 
-/* Runs the motion, whose rows are copied from a temporary file after their derivatives are known. */
+/* Runs the motion; its rows wait in a temporary file until their derivatives are known. */
 static enum status run_with_derivatives(struct trial *trial, const struct task *task,
                                         const struct refdyn_options *integration, struct row_sink *rows) {
     struct motion_derivatives derivatives;

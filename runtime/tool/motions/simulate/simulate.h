@@ -148,7 +148,7 @@ struct row_sink simulate_row_sink_hdf5(const char *path, const struct task *task
 
 /* Rows as numbers, from which they are copied later. */
 struct row_sink simulate_row_sink_numbers(FILE *file);
-/* Begin, add a row and end; false if that cannot be written. */
+/* Begin, add a row and end; false if writing has failed. */
 bool simulate_row_sink_begin(struct row_sink *sink, const struct record_table *table);
 bool simulate_row_sink_put(struct row_sink *sink, const struct record_table *table);
 bool simulate_row_sink_end(struct row_sink *sink);
@@ -221,18 +221,18 @@ struct motion_derivatives {
     int width, rows;                        /* columns of the motion; rows that `values` has */
     double *values;                         /* (count x rows x width) */
     struct refdyn_underivable *underivable; /* (count) */
-    long copies;                            /* motions that were computed beside the nominal one */
-    double cpu_s, part;                     /* of all [s]; of the copies, in motions */
+    long copies;                            /* motions computed in addition to the nominal one */
+    double cpu_s, part;                     /* of all [s]; of the copies, in nominal motions */
 };
 
-/* Finds by what a name lets a motion be differentiated. Returns how many meanings it has in the model: 1 sets
- * *variable, which may be NULL. */
+/* Finds the value that a name of --derivatives denotes. Returns the number of its meanings in the model; if
+ * it is 1, sets *variable, which may be NULL. */
 int simulate_derivatives_find(const struct refdyn_model *model, const char *name,
                               struct refdyn_variable *variable);
-/* Finds the names of --derivatives; reports unknown ones. */
+/* Finds the values that --derivatives names; reports unknown names. */
 enum status simulate_derivatives_read(struct motion_derivatives *derivatives, const struct scene *scene,
                                       const struct options *options);
-/* Computes the derivatives of a motion that has reached its end; reports what has none. Call
+/* Computes the derivatives of a motion that has reached its end; reports those that do not exist. Call
  * simulate_derivatives_release in any case. */
 enum status simulate_derivatives_run(struct motion_derivatives *derivatives, struct trial *trial,
                                      const struct task *task, const struct refdyn_options *integration);

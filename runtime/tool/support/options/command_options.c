@@ -385,7 +385,7 @@ static enum status add_text(struct options *options, const struct option_rule *r
     return STATUS_DONE;
 }
 
-/* Is this word an option that getopt_long took as the value of the one before it? Negative numbers are
+/* Is this word an option that getopt_long took as the value of the option before it? Negative numbers are
  * values. A value that looks like an option is written after an equals sign: --NAME=VALUE. */
 static bool is_option(const char *word) {
     return strncmp(word, "--", 2) == 0 || strcmp(word, "-o") == 0 || strcmp(word, "-h") == 0;
