@@ -17,6 +17,8 @@ SCENES = [(REFERENCE, settings({"n_rfe": 2, "drive": "input"})), (MODELS / "puma
 DERIVATIVES = "d_qdd,d_qdd_free,d_force,d_rows,tangent,tangent_vectors"
 # Multiples of the rounding of floats. Accelerations lose digits with the condition of M and of the rows.
 TOLERANCES = {"qdd": 2e-4, "qdd_free": 2e-4, "k": 1e-4, "phi": 1e-4, "psi": 1e-4, "v": 1e-4}
+# A pivot of its six rows, of which five are independent, is 5e-5 of its diagonal term.
+NEARLY_DEPENDENT = {"bricard": {"qdd": 2e-3}}
 needs_arm = pytest.mark.skipif(not shutil.which(ARM[0]), reason=f"{ARM[0]} is not installed")
 
 
@@ -42,7 +44,7 @@ def test_values(scene, tmp_path):
             if found is None:
                 continue
             scale = max(abs(exact).max(), 1e-2)  # residuals are differences of numbers near 1
-            lines.append(close(f"{quantity} at state {seed}", found, exact, TOLERANCES.get(quantity, 2e-5), scale))
+            lines.append(close(f"{quantity} at state {seed}", found, exact, {**TOLERANCES, **NEARLY_DEPENDENT.get(scene[0].stem, {})}.get(quantity, 2e-5), scale))
             seen += bool((found != exact).any())
     assert seen > 9, "the numbers are doubles"
     check(lines)

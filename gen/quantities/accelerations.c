@@ -10,7 +10,7 @@
 
 /* A pivot of S smaller than this part of its diagonal term is rounding, of doubles and of floats: theory, sect.
  * 5.6. */
-static const double redundant[2] = {1e-12, 5e-4};
+static const double redundant[2] = {1e-12, 2e-5};
 
 static const struct elimination *elimination(struct derivation *d, struct solution *solution) {
     if (!solution->elimination)
