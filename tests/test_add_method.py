@@ -56,7 +56,7 @@ def program(tmp_path_factory):
     """The program, linked with a copy of the core to which the method was added."""
     folder = tmp_path_factory.mktemp("added")
     runtime = folder / "runtime"
-    shutil.copytree(SOURCE / "runtime", runtime, ignore=shutil.ignore_patterns("tool", "batch", "bindings", "record"))
+    shutil.copytree(SOURCE / "runtime", runtime, ignore=shutil.ignore_patterns("tool", "batch", "gradients", "bindings", "record"))
     file, line = blocks()
     (runtime / "core" / "methods" / "heun.c").write_text(file)
     header = (runtime / "refdyn.h").read_text()

@@ -85,8 +85,9 @@ def test_symbols_are_names_in_the_code(section, folder):
 @pytest.fixture(scope="module")
 def emitted(tmp_path_factory):
     folder = tmp_path_factory.mktemp("theory")
-    refdyn("gen", SOURCE / "models" / "manipulator.lua", "--set", "n_rfe=3", "--emit", EMISSION, "-o", folder)
-    return " ".join(path.read_text() for path in sorted(folder.glob("*.[ch]")))
+    for part, options in ("all", ["--emit", EMISSION]), ("sweeps", ["--accelerations", "recursive", "--emit", "d_qdd"]):
+        refdyn("gen", SOURCE / "models" / "manipulator.lua", "--set", "n_rfe=3", *options, "-o", folder / part)
+    return " ".join(path.read_text() for path in sorted(folder.rglob("*.[ch]")))
 
 
 def test_symbols_are_names_in_the_emitted_code(emitted):

@@ -48,7 +48,7 @@ def imported(file: str | os.PathLike[str], options: Mapping[str, Any]) -> tuple[
 def check_keyword(message: str, settings: Mapping[str, Any], keywords: Collection[str]) -> None:
     """Raises an error if the message is about a name that the model does not have and that resembles a keyword of from_urdf."""
     name, _, fact = message.partition(": ")
-    near = nearest(name, keywords) if name in settings and "option or parameter" in fact else None
+    near = nearest(name, keywords) if name in settings and "option, parameter or input" in fact else None
     if near:
         raise TypeError(f"from_urdf() got an unexpected keyword argument {name!r}; did you mean {near!r}?") from None
 

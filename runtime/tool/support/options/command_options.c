@@ -385,10 +385,18 @@ static enum status add_text(struct options *options, const struct option_rule *r
     return STATUS_DONE;
 }
 
-/* Is this word an option that getopt_long took as the value of the option before it? Negative numbers are
- * values. A value that looks like an option is written after an equals sign: --NAME=VALUE. */
-static bool is_option(const char *word) {
-    return strncmp(word, "--", 2) == 0 || strcmp(word, "-o") == 0 || strcmp(word, "-h") == 0;
+/* Is this word an option of the command, which getopt_long took as the value of the option before it? Such a
+ * value is written after an equals sign: --NAME=VALUE. */
+static bool is_option(const struct reading *reading, const char *word) {
+    if (strcmp(word, "-o") == 0 || strcmp(word, "-h") == 0)
+        return true;
+    for (int i = 0; i < reading->known_count && strncmp(word, "--", 2) == 0; i++) {
+        const char *known = reading->known[i].rule->name;
+        const size_t length = strlen(known);
+        if (strncmp(word + 2, known, length) == 0 && strchr("=", word[2 + length]))
+            return true;
+    }
+    return false;
 }
 
 static enum status read_option(struct options *options, const struct option_rule *rule) {
@@ -495,7 +503,7 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
         else if (answer == 'h' || reading.known[answer - FIRST_ANSWER].rule->kind == OPTION_HELP) {
             print_command_help(options->command);
             return false;
-        } else if (optarg && optarg == argv[optind - 1] && is_option(optarg))
+        } else if (optarg && optarg == argv[optind - 1] && is_option(&reading, optarg))
             *status = options_usage_error(options->command, "%s needs a value before '%s'",
                                           option_shown(reading.known[answer - FIRST_ANSWER].rule), optarg);
         else
