@@ -593,6 +593,20 @@ def test_attributes_tell_the_model(arm, ball):
     assert ball.simulate(0.01).psi_1.long_name == "psi of fall"
 
 
+def test_a_dataset_owns_its_values_and_its_form(arm):
+    """A motion reuses the form of the last one; what a user changes in a dataset must not reach the next."""
+    first = arm.simulate(0.1, every=0.05)
+    kept = first.copy(deep=True)
+    first["extra"], first.attrs["note"], first.arm_psi.attrs["units"] = 3.0, "mine", "deg"
+    first.arm_psi[:] = 7.0
+    again = arm.simulate(0.1, every=0.05)
+    xarray.testing.assert_equal(again, kept)
+    assert again.arm_psi.units == "rad" and set(again.attrs) == set(kept.attrs) and "extra" not in again
+    later = arm.simulate(0.1, every=0.02, parameters={"m_E": 3})
+    assert later.sizes["t"] == 6 and later.t.units == "s" and later.sel(t=0.04, method="nearest").t == pytest.approx(0.04)
+    assert later.arm_psi[-1] != kept.arm_psi[-1]
+
+
 def test_view(package, ball, tmp_path):
     """The page equals the program's for the same run, with the run's parameters and options."""
     low = package.Model.from_text(BALL, height=2, stiff=0.6)

@@ -120,6 +120,7 @@ class Model:
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
         self._steppers: dict[tuple[str, str | None], stepping.Stepper] = {}
         self._purposes: dict[tuple[str, frozenset[str]], Compiled] = {}
+        self._form: xarray.Dataset | None = None  # of the last motion
         printed, facts, _ = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
         description, self._warned = json.loads(printed), frozenset(facts)
         sources.keep(description["sources"])
