@@ -243,6 +243,17 @@ void simulate_derivatives_release(struct motion_derivatives *derivatives) {
     derivatives->values = NULL;
 }
 
+void simulate_derivatives_put(const struct motion_derivatives *derivatives, struct document *document) {
+    format_put_open(document, "derivatives", '{');
+    format_put_open(document, "by", '[');
+    for (int i = 0; i < derivatives->count; i++)
+        format_put_text(document, NULL, derivatives->names[i]);
+    format_put_close(document, ']');
+    format_put_whole(document, "motions", derivatives->copies);
+    format_put_number(document, "cpu_s", derivatives->cpu_s);
+    format_put_close(document, '}');
+}
+
 /* ---- Rows ---- */
 
 /* Does this column have derivatives? The time has them where an event ends the motion. */

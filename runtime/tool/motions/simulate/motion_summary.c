@@ -133,6 +133,8 @@ static void put_summary(struct document *document, const struct summary *summary
                                           .wall_s = motion->wall_s,
                                           .limits = &summary->trial->limits};
     record_put_summary(&record, &writer);
+    if (summary->derivatives && summary->derivatives->count > 0)
+        simulate_derivatives_put(summary->derivatives, document);
     if (summary->accuracy > 0)
         format_put_number(document, "accuracy", summary->accuracy);
     if (summary->estimate) {

@@ -138,10 +138,10 @@ static enum status write_rows(struct motion_derivatives *derivatives, struct tri
 
 /* Runs the motion; its rows wait in a temporary file until their derivatives are known. */
 static enum status run_with_derivatives(struct trial *trial, const struct task *task,
-                                        const struct refdyn_options *integration, struct row_sink *rows) {
-    struct motion_derivatives derivatives;
+                                        const struct refdyn_options *integration, struct row_sink *rows,
+                                        struct motion_derivatives *derivatives) {
     FILE *numbers = tmpfile();
-    enum status status = simulate_derivatives_read(&derivatives, task->scene, task->options);
+    enum status status = simulate_derivatives_read(derivatives, task->scene, task->options);
     struct row_sink own = simulate_row_sink_numbers(numbers);
     *trial = (struct trial){.usage = status};
     if (status == STATUS_DONE && !numbers) {
@@ -150,9 +150,8 @@ static enum status run_with_derivatives(struct trial *trial, const struct task *
     }
     if (status == STATUS_DONE) {
         simulate_trial_run(trial, task, integration, &own);
-        status = write_rows(&derivatives, trial, task, integration, numbers, rows);
+        status = write_rows(derivatives, trial, task, integration, numbers, rows);
     }
-    simulate_derivatives_release(&derivatives);
     if (numbers)
         fclose(numbers);
     return status;
@@ -163,10 +162,11 @@ static enum status simulate(const struct task *task, const struct refdyn_options
     struct target *target = task->scene->result;
     struct trial trial;
     struct estimate estimate = {.count = 0};
-    struct summary summary = {.trial = &trial};
+    struct motion_derivatives derivatives = {.count = 0};
+    struct summary summary = {.trial = &trial, .derivatives = &derivatives};
     enum status derived = STATUS_DONE;
     if (options_text(task->options, "derivatives"))
-        derived = run_with_derivatives(&trial, task, integration, rows);
+        derived = run_with_derivatives(&trial, task, integration, rows, &derivatives);
     else
         simulate_trial_run(&trial, task, integration, rows);
     enum status status = trial.usage;
@@ -186,6 +186,7 @@ static enum status simulate(const struct task *task, const struct refdyn_options
         status = status == STATUS_DONE ? derived : status;
     }
     simulate_estimate_release(&estimate);
+    simulate_derivatives_release(&derivatives);
     simulate_trial_release(&trial);
     return status;
 }

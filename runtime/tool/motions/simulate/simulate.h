@@ -240,14 +240,17 @@ enum status simulate_derivatives_run(struct motion_derivatives *derivatives, str
 bool simulate_derivatives_write(const struct motion_derivatives *derivatives, struct trial *trial,
                                 FILE *numbers, struct row_sink *to);
 void simulate_derivatives_release(struct motion_derivatives *derivatives);
+/* Adds `derivatives` to a summary: names, number of further motions, CPU time [s]. */
+void simulate_derivatives_put(const struct motion_derivatives *derivatives, struct document *document);
 
 /* Summary of a motion: text on stderr, JSON in a file. */
 
 struct summary {
     const struct trial *trial;
-    const struct estimate *estimate; /* may be NULL */
-    double accuracy;                 /* requested by --accuracy, else 0 */
-    double cpu_total_s;              /* of all runs together */
+    const struct estimate *estimate;              /* may be NULL */
+    const struct motion_derivatives *derivatives; /* may be NULL, or empty */
+    double accuracy;                              /* requested by --accuracy, else 0 */
+    double cpu_total_s;                           /* of all runs together */
 };
 
 void simulate_summary_print(const struct summary *summary);
