@@ -230,4 +230,6 @@ def reference(n_rfe):
         "inverse": [inverse(links, EXACT, q, qd, qdd)],
         "d_inverse": [derivative(lambda at: inverse(links, EXACT, at, qd, qdd), q, w), derivative(lambda at: inverse(links, EXACT, q, at, qdd), qd, w), mass],
     }
+    with mpmath.workdps(2 * DIGITS):  # a difference of second differences
+        found["d_rows"] = [derivative(lambda at: held(links, at, qd, tau), q, w), derivative(lambda at: held(links, q, at, tau), qd, w)]
     return {quantity: [[float(x) for x in vector] for vector in vectors] for quantity, vectors in found.items()}

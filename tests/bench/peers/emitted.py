@@ -21,6 +21,7 @@ QUANTITIES = {
     "rows": ("tip", "qdd", ["qdd"], lambda n: [n]),
     "mass": ("none", "M_h", ["M_h"], lambda n: [n * n + n]),
     "d_accelerations": ("none", "d_qdd_free.q,d_qdd_free.qd", ["d_qdd_free"], lambda n: [2 * n * n]),
+    "d_rows": ("tip", "d_qdd.q,d_qdd.qd", ["d_qdd"], lambda n: [2 * n * n]),
     "inverse": ("none", "inverse", ["inverse"], lambda n: [n]),
     "d_inverse": ("none", "d_inverse.q,d_inverse.qd,d_inverse.qdd", ["d_inverse"], lambda n: [3 * n * n]),
 }

@@ -91,7 +91,7 @@ def build_casadi(work, n_rfe):
     done = subprocess.run([work / "generate_casadi", str(n_rfe)], cwd=work, check=True, stdout=subprocess.PIPE, text=True)
     made = [json.loads(line) for line in done.stdout.splitlines()]
     made += [generate(work, quantity, n_rfe) for quantity in emitted.QUANTITIES
-             if quantity != "rows" and (n_rfe <= LARGEST_JACOBIAN or not quantity.startswith("d_"))]
+             if not quantity.endswith("rows") and (n_rfe <= LARGEST_JACOBIAN or not quantity.startswith("d_"))]
     records = []
     for record in made:
         source = work / "casadi" / f"{record['variant']}_{record['quantity']}_{n_rfe}.c"
@@ -122,7 +122,7 @@ def vectors(path, program, quantity, n, directions):
     """The values of one file as vectors, matrices times `directions`; CasADi and Pinocchio write columns, and one triangle of M."""
     import numpy
     values = numpy.fromfile(path)
-    matrices = {"accelerations": 0, "rows": 0, "mass": 1, "d_accelerations": 2, "inverse": 0, "d_inverse": 3}[quantity]
+    matrices = {"accelerations": 0, "rows": 0, "mass": 1, "d_accelerations": 2, "d_rows": 2, "inverse": 0, "d_inverse": 3}[quantity]
     if program == "casadi" and quantity == "mass":
         triangle = numpy.zeros((n, n))
         triangle.T[numpy.tril_indices(n)] = values[:-n]

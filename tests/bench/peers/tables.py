@@ -9,7 +9,7 @@ SOURCE = pathlib.Path(__file__).resolve().parents[3]
 GENERATED, BENCHMARKS = SOURCE / "generated", SOURCE / "docs" / "benchmarks.md"
 ACCURATE = 1e-9  # relative deviation from 60 digits, up to which the fastest variant of a program counts
 ACCELERATIONS, ROWS, MASS, BUILD, BATCH = "accelerations", "accelerations, tip held", "M and h", "generate and compile", "motions in a batch"
-QUANTITIES = {"accelerations": ACCELERATIONS, "rows": ROWS, "mass": MASS, "d_accelerations": "derivatives of accelerations",
+QUANTITIES = {"accelerations": ACCELERATIONS, "rows": ROWS, "mass": MASS, "d_accelerations": "derivatives of accelerations", "d_rows": "derivatives of accelerations, tip held",
               "inverse": "inverse dynamics", "d_inverse": "derivatives of inverse dynamics"}
 PROGRAMS = {"refdyn": "Refdyn", "casadi": "CasADi, C", "pinocchio": "Pinocchio", "mujoco": "MuJoCo", "best": "best of CasADi, Pinocchio, MuJoCo"}
 LEVELS = {"O2": "-O2", "O3n": "-O3 -march=native"}

@@ -12,6 +12,7 @@
 #include <pinocchio/algorithm/aba-derivatives.hpp>
 #include <pinocchio/algorithm/aba.hpp>
 #include <pinocchio/algorithm/cholesky.hpp>
+#include <pinocchio/algorithm/constrained-dynamics-derivatives.hpp>
 #include <pinocchio/algorithm/constrained-dynamics.hpp>
 #include <pinocchio/algorithm/crba.hpp>
 #include <pinocchio/algorithm/kinematics.hpp>
@@ -91,15 +92,28 @@ static void time_accelerations(Subject &s) {
     s.time("accelerations", "crba+cholesky", dense, {result(solution)});
 }
 
+using Contacts = std::vector<RigidConstraintModel, Eigen::aligned_allocator<RigidConstraintModel>>;
+using ContactData = std::vector<RigidConstraintData, Eigen::aligned_allocator<RigidConstraintData>>;
+
+/* The place where the tip is held. */
+static SE3 place_of_tip(const Subject &s) {
+    Data data(s.model);
+    forwardKinematics(s.model, data, s.q);
+    return SE3(Eigen::Matrix3d::Identity(), data.oMi[s.tip].translation());
+}
+
+static Contacts tip_contact(const Subject &s) {
+    Contacts contacts;
+    contacts.emplace_back(CONTACT_3D, s.model, s.tip, SE3::Identity(), 0, place_of_tip(s), LOCAL_WORLD_ALIGNED);
+    return contacts;
+}
+
 /* The tip is held where it is. */
 static void time_rows(Subject &s) {
-    Data place(s.model), data(s.model);
-    forwardKinematics(s.model, place, s.q);
-    const SE3 here(Eigen::Matrix3d::Identity(), place.oMi[s.tip].translation());
-    std::vector<RigidConstraintModel, Eigen::aligned_allocator<RigidConstraintModel>> contacts;
-    std::vector<RigidConstraintData, Eigen::aligned_allocator<RigidConstraintData>> contact_data;
-    contacts.emplace_back(CONTACT_3D, s.model, s.tip, SE3::Identity(), 0, here, LOCAL_WORLD_ALIGNED);
-    contact_data.emplace_back(contacts[0]);
+    Data data(s.model);
+    const SE3 here = place_of_tip(s);
+    const Contacts contacts = tip_contact(s);
+    ContactData contact_data{RigidConstraintData(contacts[0])};
     initConstraintDynamics(s.model, data, contacts, contact_data);
     ProximalSettings settings(1e-12, 0., 1);
     s.time("rows", "constraintDynamics",
@@ -168,6 +182,27 @@ static void time_derivatives(Subject &s) {
            {result(by_q), result(by_qd), result(by_last)});
 }
 
+static void time_row_derivatives(Subject &s) {
+    const int n = s.b.n;
+    Data data(s.model);
+    const Contacts contacts = tip_contact(s);
+    ContactData contact_data{RigidConstraintData(contacts[0])};
+    initConstraintDynamics(s.model, data, contacts, contact_data);
+    ProximalSettings settings(1e-12, 0., 1);
+    MatrixXd by_q = MatrixXd::Zero(n, n), by_qd = by_q, by_forces = by_q;
+    MatrixXd force_by_q = MatrixXd::Zero(3, n), force_by_qd = force_by_q, force_by_forces = force_by_q;
+    s.time("d_rows", "computeConstraintDynamicsDerivatives",
+           [&] {
+               s.apply_springs();
+               constraintDynamics(s.model, data, s.q, s.qd, s.forces, contacts, contact_data, settings);
+               computeConstraintDynamicsDerivatives(s.model, data, contacts, contact_data, settings, by_q, by_qd,
+                                                    by_forces, force_by_q, force_by_qd, force_by_forces);
+               by_q.noalias() -= by_forces * s.stiffness.asDiagonal();
+               by_qd.noalias() -= by_forces * s.damping.asDiagonal();
+           },
+           {result(by_q), result(by_qd)});
+}
+
 int main(int argc, char **argv) {
     const bench b = open_bench("pinocchio", argc, argv);
     for (const bool grouped : {false, true}) {
@@ -178,8 +213,10 @@ int main(int argc, char **argv) {
         time_rows(subject);
         time_mass(subject);
         time_inverse(subject);
-        if (!grouped)
+        if (!grouped) {
             time_derivatives(subject);
+            time_row_derivatives(subject);
+        }
     }
     return 0;
 }
