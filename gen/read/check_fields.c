@@ -10,8 +10,8 @@
 typedef void check_value_of_type(const struct checker *checker, const struct value *value,
                                  const struct field_rule *rule, const char *path);
 
-static check_value_of_type check_whole, check_plain_number, check_number, check_vector, check_turns,
-    check_names, check_by_joint, check_tables_by_joint, check_direction, check_free_vector,
+static check_value_of_type check_whole, check_plain_number, check_number, check_vector, check_values,
+    check_turns, check_names, check_by_joint, check_tables_by_joint, check_direction, check_free_vector,
     check_free_by_name, check_points, check_list;
 
 /* Checks of a value in addition to its type. */
@@ -20,6 +20,7 @@ static check_value_of_type *const checks[TYPE_COUNT] = {
     [TYPE_NUMBER] = check_plain_number,
     [TYPE_VALUE] = check_number,
     [TYPE_VECTOR] = check_vector,
+    [TYPE_VALUES] = check_values,
     [TYPE_TURNS] = check_turns,
     [TYPE_NAMES] = check_names,
     [TYPE_BY_JOINT] = check_by_joint,
@@ -153,6 +154,13 @@ static void check_vector(const struct checker *checker, const struct value *valu
         return;
     for (int i = 0; i < 3; i++)
         check_value(checker, &value->items[i], rule->range, fields_path_item(checker, path, i));
+}
+
+static void check_values(const struct checker *checker, const struct value *value,
+                         const struct field_rule *rule, const char *path) {
+    if (field_types_has_no_names(checker, value, path, type_rules[TYPE_VALUES].text))
+        for (int i = 0; i < value->item_count; i++)
+            check_value(checker, &value->items[i], rule->range, fields_path_item(checker, path, i));
 }
 
 static void check_free_vector(const struct checker *checker, const struct value *value,
@@ -371,10 +379,18 @@ static void check_doubles(const struct checker *checker, const struct value *tab
 /* Fields that have no meaning without another field. */
 static const struct {
     enum field field, other;
-} pairs[] = {{FIELD_LINK_rest, FIELD_LINK_spring},          {FIELD_LINK_center, FIELD_LINK_mass},
-             {FIELD_LINK_inertia, FIELD_LINK_mass},         {FIELD_LINK_along, FIELD_LINK_on},
-             {FIELD_LINK_axis, FIELD_LINK_joint},           {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},
-             {FIELD_DAMPING_tip_mass, FIELD_DAMPING_ratio}, {FIELD_DAMPING_frequency, FIELD_DAMPING_ratio}};
+} pairs[] = {{FIELD_LINK_rest, FIELD_LINK_spring},
+             {FIELD_LINK_center, FIELD_LINK_mass},
+             {FIELD_LINK_inertia, FIELD_LINK_mass},
+             {FIELD_LINK_along, FIELD_LINK_on},
+             {FIELD_LINK_axis, FIELD_LINK_joint},
+             {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},
+             {FIELD_DAMPING_tip_mass, FIELD_DAMPING_ratio},
+             {FIELD_DAMPING_frequency, FIELD_DAMPING_ratio},
+             {FIELD_TIMING_acceleration, FIELD_TIMING_rate},
+             {FIELD_TIMING_jerk, FIELD_TIMING_rate},
+             {FIELD_TIMING_duration, FIELD_TIMING_knots},
+             {FIELD_TIMING_degree, FIELD_TIMING_knots}};
 
 static void check_pairs(const struct checker *checker, const struct value *table, enum owner owner,
                         const char *path) {

@@ -64,6 +64,7 @@ const struct type_rule type_rules[TYPE_COUNT] = {
     [TYPE_VALUE] = {"a number or an expression in parameters", TAKES_VALUE, OWNER_COUNT},
     [TYPE_FREE] = {"a number or an expression", TAKES_VALUE, OWNER_COUNT},
     [TYPE_VECTOR] = {"a list of 3 numbers such as { 0, 0, 1 }", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_VALUES] = {"a list of numbers such as { 0, 1, 0 }", TAKES_TABLE, OWNER_COUNT},
     [TYPE_TURNS] = {"a list of turns such as { { \"x\", 1.57 } }", TAKES_TABLE, OWNER_COUNT},
     [TYPE_NAMES] = {"a list of names such as { \"a\", \"b\" }", TAKES_TEXT | TAKES_TABLE, OWNER_COUNT},
     [TYPE_BY_JOINT] = {"a table by joint such as { z = 1 }", TAKES_TABLE, OWNER_COUNT},

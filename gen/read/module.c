@@ -424,6 +424,34 @@ static void run_path(struct module_call *call) {
     call->result = (struct value){.kind = VALUE_TABLE, .fields = fields, .field_count = 4};
 }
 
+/* ---- time laws and shapers ---- */
+
+static struct checker checker_of(const struct module_call *call) {
+    struct declarations *declarations = call->declarations;
+    return (struct checker){declarations->memory, declarations->graph, declarations->messages, declarations};
+}
+
+/* The table of a function with named fields; NULL after an error. */
+static const struct value *table_argument(struct module_call *call) {
+    if (argument(call, 0)->kind != VALUE_TABLE)
+        refuse_argument(call, 0, "a table");
+    return call->fault ? NULL : argument(call, 0);
+}
+
+static void run_timing(struct module_call *call) {
+    const struct checker checker = checker_of(call);
+    const struct value *table = table_argument(call);
+    if (table)
+        call->result = time_laws_timing(&checker, table);
+}
+
+static void run_shaper(struct module_call *call) {
+    const struct checker checker = checker_of(call);
+    const struct value *table = table_argument(call);
+    if (table)
+        set_result(call, time_laws_shaper(&checker, table));
+}
+
 static const struct {
     const char *name, *form; /* example of a call */
     int most_arguments;
@@ -439,7 +467,9 @@ static const struct {
                  {"rectangle", "(width_y, height_z)", 2, run_rectangle},
                  {"friction", "(level, rate, width)", 3, run_friction},
                  {"spline", " { { 0, 0 }, { 1, 2 } }", 1, run_spline},
-                 {"path", " { { 0, 0, 0 }, { 1, 0, 0 } }", 1, run_path}};
+                 {"path", " { { 0, 0, 0 }, { 1, 0, 0 } }", 1, run_path},
+                 {"timing", " { s.t, length = 1, rate = 0.5, acceleration = 2 }", 1, run_timing},
+                 {"shaper", " { course, frequency = 2 }", 1, run_shaper}};
 
 enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
 

@@ -141,6 +141,13 @@ bool module_makes(const char *name);
 const char *module_unknown(struct memory *memory, const char *name);
 void module_run(struct module_call *call);
 
+/* ---- time_laws.c: courses from rest to rest ---- */
+
+/* The shaped course of a table of OWNER_SHAPER, and the way and duration of a table of OWNER_TIMING. Errors are
+ * reported; the results are then 0. */
+expression time_laws_shaper(const struct checker *checker, const struct value *table);
+struct value time_laws_timing(const struct checker *checker, const struct value *table);
+
 /* ---- declarations.c: options, parameters and inputs ---- */
 
 /* As the file declares them, with the settings (--set) applied. A name may be
@@ -252,6 +259,7 @@ enum field_type {
     TYPE_VALUE,    /* a number or an expression in parameters */
     TYPE_FREE,     /* a number or any expression */
     TYPE_VECTOR,   /* three values */
+    TYPE_VALUES,   /* list of values */
     TYPE_TURNS,    /* list of { axis, value } */
     TYPE_NAMES,    /* list of texts, or one text with commas */
     TYPE_BY_JOINT, /* table of values by joint */

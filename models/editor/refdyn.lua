@@ -322,6 +322,25 @@
 ---@field parameters? table<string, refdyn.expression|number> parameters that the event sets
 ---@field name? string name in reports; default: `event 1` and so on
 
+---@class refdyn.timing
+---@field [1]? refdyn.expression|number
+---@field t? refdyn.expression|number the time since the start of the law, such as `s.t - p.T0` [s]
+---@field length? refdyn.expression|number length of the way [m or rad]
+---@field rate? refdyn.expression|number a law by bounds: largest rate [m/s or rad/s]
+---@field acceleration? refdyn.expression|number largest acceleration [m/s^2 or rad/s^2]
+---@field jerk? refdyn.expression|number largest jerk; default: the acceleration jumps [m/s^3 or rad/s^3]
+---@field speeds? (refdyn.expression|number)[] a law by speeds at equal distances along the way, ends included [m/s or rad/s]
+---@field knots? table[] a law by knots `{ time, way }`: times are plain numbers from 0 on, ways also expressions in parameters
+---@field duration? refdyn.expression|number time from the first knot to the last; default: the time of the last knot [s]
+---@field degree? integer of the polynomials between knots: 3, at rest at both ends, or 5, also without acceleration there; default: 3
+
+---@class refdyn.shaper
+---@field [1]? refdyn.expression|number
+---@field course? refdyn.expression|number a course in time that is at rest before t = 0
+---@field frequency refdyn.expression|number `frequency` of the mode, from `refdyn modes` [Hz]
+---@field damping? refdyn.expression|number `damping` of the mode; default: 0
+---@field kind? string `"zv"`, `"zvd"` or `"ei"`; default: `"zv"`
+
 ---@class refdyn
 ---@field pi number
 local rd = {}
@@ -390,6 +409,8 @@ function rd.rectangle(...) end
 function rd.friction(...) end
 function rd.spline(...) end
 function rd.path(...) end
+function rd.timing(...) end
+function rd.shaper(...) end
 function rd.sin(...) end
 function rd.cos(...) end
 function rd.tan(...) end

@@ -20,6 +20,7 @@ static const char *const types[TYPE_COUNT] = {
     [TYPE_VALUE] = "refdyn.expression|number",
     [TYPE_FREE] = "refdyn.expression|number",
     [TYPE_VECTOR] = "(refdyn.expression|number)[]",
+    [TYPE_VALUES] = "(refdyn.expression|number)[]",
     [TYPE_TURNS] = "table[]",
     [TYPE_NAMES] = "string|string[]",
     [TYPE_BY_JOINT] = "table<string, refdyn.expression|number>",

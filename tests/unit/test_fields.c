@@ -18,6 +18,7 @@ static const char *const types[TYPE_COUNT] = {
     [TYPE_VALUE] = "value",
     [TYPE_FREE] = "expression",
     [TYPE_VECTOR] = "3 values",
+    [TYPE_VALUES] = "list of values",
     [TYPE_TURNS] = "turns",
     [TYPE_NAMES] = "names",
     [TYPE_BY_JOINT] = "values by joint",
