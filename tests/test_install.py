@@ -39,7 +39,7 @@ def check_program(folder, program):
 
 def test_installed_program(installed):
     program = installed / "prefix" / "bin" / "refdyn"
-    assert run(program, "--version") == f"refdyn {VERSION}\n"
+    assert run(program, "--version").startswith(f"refdyn {VERSION}\n")
     assert "arm_psi" in run(program, "check", REFERENCE)
 
 

@@ -137,7 +137,7 @@ def test_wheel_has_all(wheel):
         assert f"refdyn/{name}" in names
     assert all(name.split("/")[0] in ("refdyn", f"refdyn-{VERSION}.dist-info") for name in names), names
     program = python.parent / "refdyn"
-    assert run(program, "--version").split()[-1] == VERSION
+    assert run(program, "--version").split()[1] == VERSION
 
 
 def test_wheel_has_the_licences_of_what_it_contains(wheel):
@@ -840,7 +840,7 @@ def test_texts_are_of_python(package, wheel):
     """Python messages name arguments instead of options, the data of the exception instead of files, and readable numbers; `python -m
     refdyn`."""
     assert package.ModelError.__module__ == package.NumericalError.__module__ == package.ModelWarning.__module__ == package.Model.__module__ == "refdyn"
-    assert run(wheel[1], "-m", "refdyn", "--version") == f"refdyn {VERSION}\n"
+    assert run(wheel[1], "-m", "refdyn", "--version").startswith(f"refdyn {VERSION}\n")
     rigid = package.Model(REFERENCE, n_rfe=1)
     with pytest.warns(package.ModelWarning, match='consistent start with start="project",\n') as told:
         rigid.simulate(0.01, q=[0, 0, 0.6, 0], qd=[0, 0, 0.3, 0])

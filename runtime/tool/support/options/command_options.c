@@ -541,6 +541,27 @@ static enum status help(const struct command *const *commands, const char *name)
     return STATUS_DONE;
 }
 
+/* Version, commit, and which optional parts the program has. */
+static void print_version(void) {
+    puts("refdyn " REFDYN_VERSION);
+    if (*tool_commit)
+        printf("commit %s\n", tool_commit);
+    fputs("with LAPACK", stdout);
+#ifdef REFDYN_HAS_GSL
+    fputs(", GSL", stdout);
+#endif
+#ifdef REFDYN_HAS_HDF5
+    fputs(", HDF5", stdout);
+#endif
+#ifdef REFDYN_HAS_EXPAT
+    fputs(", URDF", stdout);
+#endif
+#ifdef REFDYN_HAS_MINIZIP
+    fputs(", FMUs", stdout);
+#endif
+    putchar('\n');
+}
+
 bool options_read(const struct command *const *commands, int argc, char **argv, struct options *options,
                   enum status *status) {
     *options = (struct options){.commands = commands, .arguments = argv, .argument_count = argc};
@@ -554,7 +575,7 @@ bool options_read(const struct command *const *commands, int argc, char **argv, 
         return false;
     }
     if (strcmp(argv[1], "--version") == 0) {
-        puts("refdyn " REFDYN_VERSION);
+        print_version();
         return false;
     }
     options->command = find_command(commands, argv[1]);

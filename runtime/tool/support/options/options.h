@@ -142,6 +142,8 @@ const char **options_list(const char *list);
 enum status options_choose(const struct options *options, const char *name, int *place);
 /* The words of --from and --at. */
 extern const char *const options_places[];
+/* The commit of the sources, or an empty text: written by runtime/tool/commit.cmake. */
+extern const char tool_commit[];
 /* Returns `place`, a value of --from or --at, if it names a STATE.json; otherwise NULL. */
 const char *options_state_path(const char *place);
 
