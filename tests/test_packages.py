@@ -76,5 +76,6 @@ def test_debian_package_in_a_bare_debian(package, tmp_path):
     if os.path.exists("/etc/apt/sources.list.d"):
         shutil.copytree("/etc/apt", root / "etc" / "apt", dirs_exist_ok=True)
     run("chroot", root, "sh", "-ec", "apt-get -q update && apt-get -q install -y --no-install-recommends /refdyn.deb", timeout=1500)
-    said = run("chroot", root, "sh", "-ec", "refdyn --version && refdyn sim /manipulator.lua --until 0.1 -o /run.csv && tail -n 1 /run.csv")
+    commands = "refdyn --version && refdyn sim /manipulator.lua --until 0.1 -o /run.csv && tail -n 1 /run.csv"
+    said = run("unshare", "--pid", "--fork", f"--mount-proc={root}/proc", "chroot", root, "sh", "-ec", commands)
     assert said.startswith(f"refdyn {VERSION}\n") and "\n0.1," in said
