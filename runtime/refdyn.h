@@ -569,7 +569,7 @@ int refdyn_integrator_until(struct refdyn_integrator *integrator, double t);
 int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t);
 /** Advances to t_out through all events. Errors as in refdyn_integrator_step. */
 int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out);
-/** Shows the state at t in the last step, t_begin <= t <= t_end, as at an output. The next step continues
+/** Shows the state at t in the last step, t_begin <= t <= t_end within rounding, as at an output. The next step continues
  * from the end of the last one. Errors: BAD_TIME if t is outside; those of refdyn_accelerate and
  * refdyn_project; NOT_STARTED. */
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);

@@ -166,34 +166,35 @@ return rd.model { name = "swing", links = {
 
 
 def test_times_of_warnings_are_short(tmp_path):
-    """The largest rate of an oscillator is at output 95 of 0.005 s, which is 0.47500000000000003 s."""
+    """The largest rate of an oscillator is at the end of the motion, at output 95 of 0.005 s, which is 0.47500000000000003 s."""
     (tmp_path / "mass.lua").write_text("""local rd = require "refdyn"
 return rd.model { name = "mass", gravity = { 0, 0, 0 }, links = {
   { "a", joint = "x", mass = 1, spring = { x = (rd.pi / 0.95)^2 }, start = { x = 1 }, limits = { x = { rate = 1 } } } } }""")
-    said = refdyn("sim", tmp_path / "mass.lua", "--until", 1, "--every", 0.005, "--method", "rk4", "--step", 0.005, "-o", tmp_path / "run.csv").stderr
-    assert " at t = 0.475 s; allowed is at least -1\n" in said and 95 * 0.005 != 0.475
+    said = refdyn("sim", tmp_path / "mass.lua", "--until", 95 * 0.005, "--every", 0.005, "--method", "rk4", "--step", 0.005, "-o", tmp_path / "run.csv").stderr
+    assert " at t = 0.475 s; allowed is at least -1; beyond for " in said and 95 * 0.005 != 0.475
     (tmp_path / "fall.lua").write_text("""local rd = require "refdyn"
 return rd.model { name = "fall", gravity = { 0, 0, -9.81 }, links = { { "a", joint = "z", mass = 1, limits = { z = { from = -1 } } } } }""")
     said = refdyn("sim", tmp_path / "fall.lua", "--until", 20, "--every", 10, "-o", tmp_path / "run.csv").stderr
-    assert " -1962 m at t = 20 s; allowed is at least -1\n" in said
+    assert " -1962 m at t = 20 s; allowed is at least -1; beyond for 19.5 s, from t = 0.45152" in said
 
 
 def test_limits_of_a_motion(tmp_path):
     """x = 0.1 + t + 2 t^2 with the force 2 x'' = 8, psi = -2 t: the largest excess over each limit, its value and time."""
     (tmp_path / "swing.lua").write_text(SWING)
     done = refdyn("sim", tmp_path / "swing.lua", "--until", 0.5, "--every", 0.125, "-o", tmp_path / "run.csv", "--summary", tmp_path / "run.json")
-    assert [re.sub(r" at t = \S+ s", "", line) for line in done.stderr.splitlines() if "limits" in line] == [
-        "refdyn: warning: slide_x exceeds its limits: position 1.1 m; allowed is at most 0.5",
-        "refdyn: warning: slide_x exceeds its limits: rate 3 m/s; allowed is at most 0.5",
-        "refdyn: warning: slide_x exceeds its limits: programme force 8 N; allowed is at most 3",
-        "refdyn: warning: wheel_psi exceeds its limits: position -1 rad; allowed is at least -0.8"]
+    assert [re.sub(r" at t = \S+ s|; beyond for .*", "", line) for line in done.stderr.splitlines() if "limits" in line] == [
+        "refdyn: warning: slide_x exceeds its limits: 1.1 m; allowed is at most 0.5",
+        "refdyn: warning: slide_x_d exceeds its limits: 3 m/s; allowed is at most 0.5",
+        "refdyn: warning: force_slide_x exceeds its limits: programme force 8 N; allowed is at most 3",
+        "refdyn: warning: wheel_psi exceeds its limits: -1 rad; allowed is at least -0.8"]
     found = json.loads((tmp_path / "run.json").read_text())["limits"]
-    assert [(each["coordinate"], each["limit"], each["allowed"]) for each in found] == [
-        ("slide_x", "position", 0.5), ("slide_x", "rate", 0.5), ("slide_x", "force", 3), ("wheel_psi", "position", -0.8)]
-    check([close("values", [each["value"] for each in found], [1.1, 3, 8, -1], 1e-9),
-           close("t", [found[i]["t"] for i in (0, 1, 3)], [0.5, 0.5, 0.5], 0)])
+    assert [(each["name"], each["from"], each["to"]) for each in found] == [
+        ("slide_x", 0.2, 0.5), ("slide_x_d", -0.5, 0.5), ("force_slide_x", -3, 3), ("wheel_psi", -0.8, None), ("wheel_psi_d", -2, 2)]
+    check([close("values", [each["violation"] for each in found], [0.6, 2.5, 5, 0.2, 0], 1e-9),
+           close("t", [found[i]["t"] for i in (0, 1, 2, 3)], [0, 0, 0, 0.4], 1e-8), close("t", [found[i]["t_largest"] for i in (0, 1)], [0.5, 0.5], 0),
+           close("duration", [found[i]["duration"] for i in (1, 2, 3)], [0.5, 0.5, 0.1], 1e-8)])
     lower = refdyn("sim", tmp_path / "swing.lua", "--until", 0.05, "--every", 0.05, "-o", tmp_path / "run.csv").stderr
-    assert "slide_x exceeds its limits: position 0.1 m at t = 0 s; allowed is at least 0.2" in lower
+    assert "slide_x exceeds its limits: 0.1 m at t = 0 s; allowed is at least 0.2; beyond for 0.05 s, from t = 0 s on" in lower
 
 
 def test_limits_elsewhere(tmp_path):

@@ -157,6 +157,16 @@ struct course {
     struct place place;
 };
 
+/* Bounds of a column of a motion, infinite where there is none. They are compared with a motion and do not
+ * affect it. */
+struct bound {
+    const char *name;   /* in reports */
+    const char *column; /* the column: that of a course of the same name if the author gives an expression */
+    bool is_course;
+    double from, to;
+    struct place place;
+};
+
 /* A programme constraint: residual = 0. */
 struct row {
     enum row_level { ROW_POSITION, ROW_VELOCITY, ROW_ACCELERATION } level;
@@ -246,8 +256,10 @@ struct model {
     int load_count, load_capacity;
     struct potential *potentials;
     int potential_count, potential_capacity;
-    struct course *courses; /* in the order of their names */
+    struct course *courses; /* in the order of their names, then those of bounds in the author's order */
     int course_count;
+    struct bound *bounds;
+    int bound_count;
     struct row *rows;
     int row_count, row_capacity;
     struct event *events;

@@ -242,16 +242,67 @@ static void check_course_name(const struct check *check, const struct course *co
                       "%s: the name contains a comma, which separates columns; remove it", path);
 }
 
+/* A course of the author, or the value of a limit. */
+static const char *field_of_course(const struct check *check, const struct course *course) {
+    for (int i = 0; i < check->model->bound_count; i++)
+        if (check->model->bounds[i].is_course && check->model->bounds[i].name == course->name)
+            return "limits";
+    return "courses";
+}
+
 static void check_course(const struct check *check, const struct course *course) {
-    const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
+    const char *path =
+        memory_format(check->messages->memory, "%s.%s", field_of_course(check, course), course->name);
     check_course_name(check, course, path);
     check_formula(check, course->place, path, course->value);
     if (moving_of(check, course->value).symbols[2] > 0)
-        refuse_accelerations(check, course->place, path, "a course");
+        refuse_accelerations(check, course->place, path, "a value that is recorded");
     for (int i = 0; i < check->model->input_count; i++)
         if (strcmp(check->model->inputs[i].name, course->name) == 0)
             message_error(check->messages, course->place,
                           "%s: the name is already taken by an input; choose another name", path);
+}
+
+/* Whether the column is of a coordinate: its value, rate, acceleration or programme force. */
+static bool is_of_coordinate(const struct check *check, const char *name) {
+    static const char *const endings[] = {"", "_d", "_dd"};
+    for (int i = 0; i < check->tree->count; i++) {
+        const char *coordinate = check->tree->frames[i].name;
+        const size_t length = strlen(coordinate);
+        if (strncmp(name, "force_", 6) == 0 && strcmp(name + 6, coordinate) == 0)
+            return true;
+        for (int k = 0; k < 3 && strncmp(name, coordinate, length) == 0; k++)
+            if (strcmp(name + length, endings[k]) == 0)
+                return true;
+    }
+    return false;
+}
+
+static bool is_of_point(const struct check *check, const char *name) {
+    static const char *const endings[] = {"_x", "_y", "_z", "_xd", "_yd", "_zd", "_xdd", "_ydd", "_zdd"};
+    for (int i = 0; i < check->model->point_count; i++) {
+        const size_t length = strlen(check->model->points[i].name);
+        for (int k = 0; k < 9 && strncmp(name, check->model->points[i].name, length) == 0; k++)
+            if (strcmp(name + length, endings[k]) == 0)
+                return true;
+    }
+    return false;
+}
+
+static void check_bound(const struct check *check, const struct bound *bound) {
+    const struct model *model = check->model;
+    bool is_known = is_of_coordinate(check, bound->column) || is_of_point(check, bound->column);
+    for (int i = 0; i < model->course_count; i++)
+        is_known = is_known || strcmp(model->courses[i].name, bound->column) == 0;
+    if (bound->is_course && (is_of_coordinate(check, bound->name) || is_of_point(check, bound->name)))
+        message_error(check->messages, bound->place,
+                      "limits.%s: a column of the motion has this name; give its bounds by column, or choose "
+                      "another name",
+                      bound->name);
+    if (!is_known)
+        message_error(check->messages, bound->place,
+                      "limits.%s: a motion has no column \"%s\" of a coordinate, point or course",
+                      bound->name, bound->column);
 }
 
 static void check_linear(const struct check *check, const struct row *row, const char *path,
@@ -421,6 +472,8 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
         check_potential(&check, &model->potentials[i]);
     for (int i = 0; i < model->course_count; i++)
         check_course(&check, &model->courses[i]);
+    for (int i = 0; i < model->bound_count; i++)
+        check_bound(&check, &model->bounds[i]);
     for (int i = 0; i < model->row_count; i++)
         if (!model->rows[i].rests) /* the row of a contact is checked with its event */
             check_row(&check, &model->rows[i]);

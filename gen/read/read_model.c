@@ -234,6 +234,7 @@ void read_programme(struct script *script, const struct tree *tree, struct model
     const struct value *forces = fields_get(root, FIELD_MODEL_forces);
     const struct value *constraints = fields_get(root, FIELD_MODEL_constraints);
     const struct value *courses = fields_get(root, FIELD_MODEL_courses);
+    const struct value *limits = fields_get(root, FIELD_MODEL_limits);
     const struct value *events = fields_get(root, FIELD_MODEL_events);
     struct value result;
     reader.tree = tree;
@@ -243,6 +244,7 @@ void read_programme(struct script *script, const struct tree *tree, struct model
         read_forces(&reader, &result);
     if (courses && script_call(script, courses, "courses", &result))
         read_courses(&reader, &result);
+    read_bounds(&reader, limits && script_call(script, limits, "limits", &result) ? &result : NULL);
     if (constraints && script_call(script, constraints, "constraints", &result))
         read_constraints(&reader, &result);
     if (events && script_call(script, events, "events", &result))

@@ -395,6 +395,8 @@ void read_beam(const struct reader *reader, const struct value *table, const cha
 
 void read_forces(const struct reader *reader, const struct value *result);
 void read_courses(const struct reader *reader, const struct value *table);
+/* read_bounds.c: limits of links, then those of the list, which may be NULL. After the courses. */
+void read_bounds(const struct reader *reader, const struct value *list);
 void read_constraints(const struct reader *reader, const struct value *result);
 void read_events(const struct reader *reader, const struct value *result);
 

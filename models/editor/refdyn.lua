@@ -11,6 +11,7 @@
 ---@field points? table points of interest by name, each a place (`"arm"`, `"arm.tip"`) or a table
 ---@field forces? fun(s: table): table takes the state, returns generalized forces by coordinate, added to Q, and a list of `rd.spring`, `rd.force` ... [N or N m]
 ---@field courses? fun(s: table): table takes the state, returns a table of named values that a motion records and `plot` draws
+---@field limits? fun(s: table): table takes the state, returns a list of named values with bounds, [limits](#limits), that motions are compared with
 ---@field constraints? fun(s: table): table takes the state, returns a list of rows: `rd.position`, `rd.loop` ..., or lists of them
 ---@field events? fun(s: table): table takes the state, returns a list of `rd.event`, or lists of them
 ---@field dependent? string|string[] dependent coordinates, as many as rows; default: chosen at run time
@@ -321,6 +322,15 @@
 ---@field inputs? table<string, refdyn.expression|number> inputs that the event sets
 ---@field parameters? table<string, refdyn.expression|number> parameters that the event sets
 ---@field name? string name in reports; default: `event 1` and so on
+
+---@class refdyn.bound
+---@field [1]? string
+---@field name? string name in reports, and of the column of `value`
+---@field [2]? refdyn.expression|number
+---@field value? refdyn.expression|number the value: an expression of t, q, qd, points and inputs
+---@field column? string instead of `value`, a column of the motion: a coordinate, also with `_d` or `_dd`, its programme force `force_COORDINATE`, a component of a point such as `E_xdd`, or a course
+---@field from? number smallest value; default: none
+---@field to? number largest value; default: none. One of the two is needed
 
 ---@class refdyn.timing
 ---@field [1]? refdyn.expression|number

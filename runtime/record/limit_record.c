@@ -1,86 +1,225 @@
-/* Records where a motion exceeds the limits of its joints. */
+/*
+ * Compares a motion with the limits of its model: for each its extremes, the first time at which it is
+ * exceeded, and for how long. Each step is sampled, and extremes and crossings are located within it, so that
+ * the results do not depend on the outputs.
+ */
 #include "runtime/record/record.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Smaller excesses, as a part of a limit or of the range between two, are rounding. */
-static const double slack = 1e-9;
-
-/* The limits of a joint. */
-enum { POSITION, RATE, FORCE, KINDS };
-
-static const struct {
-    const char *what, *slide_unit, *turn_unit;
-} kinds[KINDS] = {[POSITION] = {"position", "m", "rad"},
-                  [RATE] = {"rate", "m/s", "rad/s"},
-                  [FORCE] = {"force", "N", "N m"}};
-
-/* One limit: of a coordinate, its rate or its programme force. */
-struct record_limit {
-    const char *coordinate, *what, *unit;
-    int place; /* of the coordinate */
-    double least, most;
-    double value, t; /* the value farthest beyond the limit and its time [m, rad ...; s] */
-    double beyond;   /* how far it is beyond; 0 if never */
+enum {
+    PIECES = 4,                   /* of a step, between which values are sampled */
+    POINTS_MOST = 2 * PIECES + 1, /* samples, and an extreme in each piece */
+    PARABOLAS_MOST = 12           /* for an extreme, of which a few suffice where the value is smooth */
 };
 
-static void watch(struct record_limits *record, const struct refdyn_name *coordinate, int place, int kind,
-                  double least, double most) {
-    if (isinf(least) && isinf(most))
+/* Smaller excesses, as a part of a limit or of the range between two, are rounding. */
+static const double slack = 1e-9;
+static const char force_lead[] = "force_";
+
+struct record_limit {
+    struct record_bound bound;
+    int place; /* of its column */
+    const char *unit;
+    double smallest, t_smallest, largest, t_largest; /* extremes and their times */
+    double t_first, duration; /* first time beyond the limit, NAN: none; all of that time [s] */
+};
+
+struct point {
+    double t, value;
+};
+
+/* ---- Which columns ---- */
+
+void record_limits_start(struct record_limits *limits, struct record_memory memory,
+                         struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial,
+                         const struct record_bound *bounds, int count) {
+    *limits = (struct record_limits){.count = count, .t = -INFINITY};
+    if (count == 0)
         return;
-    record->has_forces |= kind == FORCE;
-    record->list[record->count++] = (struct record_limit){
-        .coordinate = coordinate->name,
-        .what = kinds[kind].what,
-        .unit = strcmp(coordinate->unit, "rad") == 0 ? kinds[kind].turn_unit : kinds[kind].slide_unit,
-        .place = place,
-        .least = least,
-        .most = most};
+    record_table_start(&limits->table, memory, integrator, spatial);
+    limits->list = memory.get(memory.context, (size_t)count * sizeof *limits->list);
+    limits->samples = memory.get(memory.context, (PIECES + 1) * (size_t)count * sizeof *limits->samples);
+    bool *wanted = memory.get(memory.context, (size_t)limits->table.count * sizeof *wanted);
+    for (int i = 0; i < count; i++) {
+        const int place = record_table_find(&limits->table, bounds[i].column, strlen(bounds[i].column));
+        limits->list[i] = (struct record_limit){.bound = bounds[i],
+                                                .place = place < 0 ? 0 : place,
+                                                .unit = limits->table.units[place < 0 ? 0 : place],
+                                                .smallest = INFINITY,
+                                                .largest = -INFINITY,
+                                                .t_first = NAN};
+        wanted[limits->list[i].place] = true;
+    }
+    record_table_want(&limits->table, wanted);
 }
 
-void record_limits_start(struct record_limits *record, struct record_memory memory,
-                         const struct refdyn_model *model, const struct refdyn_limits *list, int count) {
-    *record = (struct record_limits){.count = 0};
-    record->list = memory.get(memory.context, (KINDS * (size_t)count + 1) * sizeof *record->list);
-    record->force = memory.get(memory.context, ((size_t)model->n + 1) * sizeof *record->force);
-    for (int i = 0; i < count; i++) {
-        const int place = list[i].coordinate;
-        const struct refdyn_name *coordinate = &model->coordinates[place];
-        watch(record, coordinate, place, POSITION, list[i].from, list[i].to);
-        watch(record, coordinate, place, RATE, -list[i].rate, list[i].rate);
-        watch(record, coordinate, place, FORCE, -list[i].force, list[i].force);
-    }
-}
+/* ---- One limit within a step ---- */
 
 /* The scale of values near this limit. */
-static double size_of(const struct record_limit *limit) {
-    if (isfinite(limit->least) && isfinite(limit->most))
-        return limit->most - limit->least;
-    return fmax(1, fabs(isfinite(limit->most) ? limit->most : limit->least));
+static double size_of(const struct record_bound *bound) {
+    if (isfinite(bound->from) && isfinite(bound->to))
+        return bound->to - bound->from;
+    return fmax(1, fabs(isfinite(bound->to) ? bound->to : bound->from));
 }
 
-static void look(struct record_limit *limit, double value, double t) {
-    const double beyond = fmax(limit->least - value, value - limit->most);
-    if (beyond <= fmax(limit->beyond, slack * size_of(limit)))
-        return;
-    limit->beyond = beyond;
-    limit->value = value;
-    limit->t = t;
+static double excess(const struct record_bound *bound, double value) {
+    return fmax(bound->from - value, value - bound->to);
 }
 
-void record_limits_add(struct record_limits *record, struct refdyn_integrator *integrator) {
-    if (record->has_forces)
-        refdyn_integrator_force(integrator, record->force);
-    for (int i = 0; i < record->count; i++) {
-        struct record_limit *limit = &record->list[i];
-        const double *values = limit->what == kinds[POSITION].what ? integrator->q
-                               : limit->what == kinds[RATE].what   ? integrator->qd
-                                                                   : record->force;
-        look(limit, values[limit->place], integrator->t);
+static bool is_beyond(const struct record_bound *bound, double value) {
+    return excess(bound, value) > slack * size_of(bound);
+}
+
+/* The value at a time of the last step. A time at which there is none keeps *status. */
+static double value_at(struct record_limits *limits, const struct record_limit *limit, double t,
+                       int *status) {
+    const int shown = refdyn_integrator_look(limits->table.integrator, t);
+    if (shown != REFDYN_OK) {
+        *status = shown;
+        return NAN;
+    }
+    record_table_fill(&limits->table);
+    return limits->table.values[limit->place];
+}
+
+/* The vertex of the parabola through three points; NAN if they lie on a line. */
+static double vertex(struct point a, struct point b, struct point c) {
+    const double left = (b.t - a.t) * (b.value - c.value), right = (b.t - c.t) * (b.value - a.value);
+    return b.t - ((b.t - a.t) * left - (b.t - c.t) * right) / (2 * (left - right));
+}
+
+/* The extreme (sign 1: largest, -1: smallest) between two points, from a first guess of its time: by
+ * parabolas through three points, of which the middle one is the best so far. */
+static struct point extreme_between(struct record_limits *limits, const struct record_limit *limit,
+                                    struct point low, struct point high, double t, double sign, int *status) {
+    const double near = 1e-8 * (high.t - low.t);
+    struct point best = {t, value_at(limits, limit, t, status)};
+    for (int i = 0; i < PARABOLAS_MOST && *status == REFDYN_OK; i++) {
+        double next = vertex(low, best, high);
+        if (!(next > low.t && next < high.t))
+            next = high.t - best.t > best.t - low.t ? (best.t + high.t) / 2 : (best.t + low.t) / 2;
+        if (fabs(next - best.t) < near)
+            break;
+        const struct point tried = {next, value_at(limits, limit, next, status)};
+        const bool is_better = sign * tried.value > sign * best.value;
+        *((tried.t < best.t) == is_better ? &high : &low) = is_better ? best : tried;
+        best = is_better ? tried : best;
+    }
+    return best;
+}
+
+/* Whether the parabola through three samples at equal distances has its vertex between samples `from` and
+ * `from` + 1: at *share of their distance, with value *estimate. */
+static bool has_vertex(const double *three, int from, double *share, double *estimate) {
+    const double slope = (three[2] - three[0]) / 2, curvature = three[2] - 2 * three[1] + three[0];
+    *share = -slope / curvature + 1 - from;
+    *estimate = three[1] - slope * slope / (2 * curvature);
+    return curvature != 0 && *share > 0 && *share < 1;
+}
+
+/* Whether an extreme of this value would matter: beyond those known, or beyond the limit. */
+static bool matters(const struct record_limit *limit, double value) {
+    return value > limit->largest || value < limit->smallest || is_beyond(&limit->bound, value);
+}
+
+/* The samples, and the extremes between them that matter. Returns their number. */
+static int list_points(struct record_limits *limits, const struct record_limit *limit, const double *t,
+                       const double *values, struct point *points, int *status) {
+    int count = 0;
+    for (int k = 0; k <= PIECES; k++) {
+        points[count++] = (struct point){t[k], values[k]};
+        const int first = k == 0 ? 0 : k < PIECES - 1 ? k - 1 : PIECES - 2;
+        double share, estimate;
+        if (k < PIECES && has_vertex(values + first, k - first, &share, &estimate) &&
+            matters(limit, estimate)) {
+            const struct point low = {t[k], values[k]}, high = {t[k + 1], values[k + 1]};
+            points[count] = extreme_between(limits, limit, low, high, low.t + share * (high.t - low.t),
+                                            estimate > values[k] ? 1 : -1, status);
+            count += *status == REFDYN_OK;
+        }
+    }
+    return count;
+}
+
+/* The time between two points at which the limit is crossed; only one of them is beyond it. */
+static double crossing(struct record_limits *limits, const struct record_limit *limit, struct point from,
+                       struct point to, int *status) {
+    const bool was_beyond = is_beyond(&limit->bound, from.value);
+    double before = from.t, after = to.t;
+    while (after - before > DBL_EPSILON * fmax(fabs(before), fabs(after)) && *status == REFDYN_OK) {
+        const double middle = before + (after - before) / 2;
+        if (!(middle > before && middle < after))
+            break;
+        const bool is_same = is_beyond(&limit->bound, value_at(limits, limit, middle, status)) == was_beyond;
+        *(is_same ? &before : &after) = middle;
+    }
+    return after;
+}
+
+static void widen(struct record_limit *limit, struct point point) {
+    if (point.value < limit->smallest) {
+        limit->smallest = point.value;
+        limit->t_smallest = point.t;
+    }
+    if (point.value > limit->largest) {
+        limit->largest = point.value;
+        limit->t_largest = point.t;
     }
 }
+
+static void add_points(struct record_limits *limits, struct record_limit *limit, const struct point *points,
+                       int count, int *status) {
+    for (int k = 0; k < count; k++) {
+        const bool is_out = is_beyond(&limit->bound, points[k].value);
+        widen(limit, points[k]);
+        if (is_out && isnan(limit->t_first))
+            limit->t_first = points[k].t;
+        if (k + 1 == count)
+            return;
+        const bool goes_out = is_beyond(&limit->bound, points[k + 1].value);
+        const double t =
+            is_out != goes_out ? crossing(limits, limit, points[k], points[k + 1], status) : points[k + 1].t;
+        if (is_out)
+            limit->duration += t - points[k].t;
+        else if (goes_out) {
+            limit->duration += points[k + 1].t - t;
+            limit->t_first = fmin(limit->t_first, t); /* of a time and NAN, the time */
+        }
+    }
+}
+
+int record_limits_pass(struct record_limits *limits) {
+    struct refdyn_integrator *integrator = limits->table.integrator;
+    const double t_now = integrator->t, t_before = fmax(limits->t, integrator->t_begin);
+    double t[PIECES + 1], values[PIECES + 1];
+    struct point points[POINTS_MOST];
+    int status = REFDYN_OK;
+    if (!(t_now > t_before))
+        return REFDYN_OK;
+    for (int k = 0; k <= PIECES && status == REFDYN_OK; k++) {
+        t[k] = k < PIECES ? t_before + (t_now - t_before) * k / PIECES : t_now;
+        status = refdyn_integrator_look(integrator, t[k]);
+        if (status == REFDYN_OK)
+            record_table_fill(&limits->table);
+        for (int i = 0; i < limits->count; i++)
+            limits->samples[k * limits->count + i] = limits->table.values[limits->list[i].place];
+    }
+    for (int i = 0; i < limits->count && status == REFDYN_OK; i++) {
+        struct record_limit *limit = &limits->list[i];
+        for (int k = 0; k <= PIECES; k++)
+            values[k] = limits->samples[k * limits->count + i];
+        const int count = list_points(limits, limit, t, values, points, &status);
+        add_points(limits, limit, points, count, &status);
+    }
+    limits->t = t_now;
+    return status == REFDYN_OK ? refdyn_integrator_look(integrator, t_now) : status;
+}
+
+/* ---- Reports ---- */
 
 /* The number within 1e-15 of the value that has the fewest digits, 15 to 17: "0.94" for 0.9400000000000001.
  */
@@ -95,34 +234,53 @@ static const char *near_number(double value, char text[static RECORD_NUMBER_LENG
     return text;
 }
 
-void record_limits_print(const struct record_limits *record, FILE *out) {
-    char text[RECORD_NUMBER_LENGTH];
-    for (int i = 0; i < record->count; i++) {
-        const struct record_limit *limit = &record->list[i];
-        if (limit->beyond > 0)
-            fprintf(
-                out, "refdyn: warning: %s exceeds its limits: %s %.6g %s at t = %s s; allowed is %s %.6g\n",
-                limit->coordinate, strcmp(limit->what, kinds[FORCE].what) ? limit->what : "programme force",
-                limit->value, limit->unit, near_number(limit->t, text),
-                limit->value > limit->most ? "at most" : "at least",
-                limit->value > limit->most ? limit->most : limit->least);
+void record_limits_print(const struct record_limits *limits, FILE *out) {
+    char first[RECORD_NUMBER_LENGTH], farthest[RECORD_NUMBER_LENGTH];
+    for (int i = 0; i < limits->count; i++) {
+        const struct record_limit *limit = &limits->list[i];
+        const struct record_bound *bound = &limit->bound;
+        const bool is_above = limit->largest - bound->to > bound->from - limit->smallest;
+        const bool is_force = strncmp(bound->column, force_lead, sizeof force_lead - 1) == 0;
+        if (isnan(limit->t_first))
+            continue;
+        fprintf(out,
+                "refdyn: warning: %s exceeds its limits: %s%.6g%s%s at t = %s s; allowed is %s %.6g; beyond "
+                "for %.3g s, from t = %s s on\n",
+                bound->name, is_force ? "programme force " : "", is_above ? limit->largest : limit->smallest,
+                limit->unit ? " " : "", limit->unit ? limit->unit : "",
+                near_number(is_above ? limit->t_largest : limit->t_smallest, farthest),
+                is_above ? "at most" : "at least", is_above ? bound->to : bound->from, limit->duration,
+                near_number(limit->t_first, first));
     }
 }
 
-void record_limits_put(const struct record_limits *record, const struct record_writer *writer) {
-    if (record->count == 0)
+static void put_finite(const struct record_writer *writer, const char *key, double value) {
+    if (isfinite(value))
+        writer->number(writer->context, key, value);
+    else
+        writer->null(writer->context, key);
+}
+
+void record_limits_put(const struct record_limits *limits, const struct record_writer *writer) {
+    if (limits->count == 0)
         return;
     writer->open(writer->context, "limits", '[');
-    for (int i = 0; i < record->count; i++) {
-        const struct record_limit *limit = &record->list[i];
-        if (!(limit->beyond > 0))
-            continue;
+    for (int i = 0; i < limits->count; i++) {
+        const struct record_limit *limit = &limits->list[i];
+        const struct record_bound *bound = &limit->bound;
+        const double amount = fmax(excess(bound, limit->smallest), excess(bound, limit->largest));
         writer->open(writer->context, NULL, '{');
-        writer->text(writer->context, "coordinate", limit->coordinate);
-        writer->text(writer->context, "limit", limit->what);
-        writer->number(writer->context, "value", limit->value);
-        writer->number(writer->context, "allowed", limit->value > limit->most ? limit->most : limit->least);
-        writer->number(writer->context, "t", limit->t);
+        writer->text(writer->context, "name", bound->name);
+        writer->text(writer->context, "column", bound->column);
+        put_finite(writer, "from", bound->from);
+        put_finite(writer, "to", bound->to);
+        put_finite(writer, "smallest", limit->smallest);
+        put_finite(writer, "t_smallest", limit->t_smallest);
+        put_finite(writer, "largest", limit->largest);
+        put_finite(writer, "t_largest", limit->t_largest);
+        put_finite(writer, "t", limit->t_first);
+        writer->number(writer->context, "duration", limit->duration);
+        writer->number(writer->context, "violation", isnan(limit->t_first) ? 0 : amount);
         writer->close(writer->context, '}');
     }
     writer->close(writer->context, ']');

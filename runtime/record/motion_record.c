@@ -92,19 +92,24 @@ static int look_back(struct record_motion *motion, double before, int status) {
     int stopped = REFDYN_OK;
     if (motion->stops && (status == REFDYN_OK || status == REFDYN_EVENT_ENDS))
         stopped = record_stops_meet(motion->stops, before);
+    const bool has_ended_step = integrator->t >= integrator->t_end || record_is_stopped(motion);
+    if (motion->limits && has_ended_step && stopped == REFDYN_OK &&
+        (status == REFDYN_OK || status == REFDYN_EVENT_ENDS))
+        stopped = record_limits_pass(motion->limits);
     return stopped != REFDYN_OK || integrator->t < t
                ? stopped
                : record_events_take(&motion->events, integrator, status);
 }
 
-/* Takes some steps towards `goal`; with conditions, only to the end of the next step. */
+/* Takes some steps towards `goal`; with conditions or limits, only to the end of the next step. */
 static int go_on(struct record_motion *motion, double goal) {
     struct refdyn_integrator *integrator = motion->integrator;
     const double before = integrator->t, sample = motion->next_sample;
     double bound = fmin(goal, sample);
-    if (motion->stops && before < integrator->t_end)
+    const bool is_watched = motion->stops || motion->limits;
+    if (is_watched && before < integrator->t_end)
         bound = fmin(bound, integrator->t_end);
-    const long steps = motion->stops ? 1 : STEPS_PER_LOOK;
+    const long steps = is_watched ? 1 : STEPS_PER_LOOK;
     int status = motion->step ? motion->step(motion->stepper, bound, steps)
                               : refdyn_integrator_step(integrator, bound, steps);
     status = look_back(motion, before, status);

@@ -161,22 +161,32 @@ void record_events_print_refused(const struct refdyn_integrator *integrator, con
 /* Prints the events at which a motion has failed, if any. */
 void record_events_print_failed(const struct refdyn_integrator *integrator, FILE *out);
 
-/* ---- Limits of joints (limit_record.c): the largest excess over each limit, over the outputs ---- */
+/* ---- Limits (limit_record.c): extremes and times beyond them, located within the steps ---- */
+
+/* Bounds of a column, infinite where there is none. */
+struct record_bound {
+    const char *name, *column;
+    double from, to;
+};
 
 struct record_limits {
     struct record_limit *list;
     int count;
-    bool has_forces;
-    double *force; /* (n) */
+    struct record_table table; /* of the observed integrator */
+    double *samples;           /* of a step */
+    double t;                  /* end of what has been added; -INFINITY: nothing [s] */
 };
 
+/* The bounds' names must outlive the limits. */
 void record_limits_start(struct record_limits *limits, struct record_memory memory,
-                         const struct refdyn_model *model, const struct refdyn_limits *list, int count);
-/* Adds the values of one output. */
-void record_limits_add(struct record_limits *limits, struct refdyn_integrator *integrator);
+                         struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial,
+                         const struct record_bound *bounds, int count);
+/* Adds the last step, up to the shown state. Returns a status of the runtime; the integrator shows the same
+ * state as before. */
+int record_limits_pass(struct record_limits *limits);
 /* Prints a warning for each limit that was exceeded. */
 void record_limits_print(const struct record_limits *limits, FILE *out);
-/* Writes the same as list "limits" if the model has limits. */
+/* Writes list "limits" if the model has limits. */
 void record_limits_put(const struct record_limits *limits, const struct record_writer *writer);
 
 /* ---- The motion from start to end, output by output (motion_record.c) ---- */
@@ -194,7 +204,8 @@ struct record_motion {
     /* takes the steps instead of the integrator, as refdyn_integrator_step; NULL: the integrator does */
     int (*step)(void *stepper, double t_out, long steps);
     void *stepper;
-    struct record_stops *stops; /* conditions that end it; the caller may set them after record_start */
+    struct record_stops *stops;   /* conditions that end it; the caller may set them after record_start */
+    struct record_limits *limits; /* to compare it with; as for stops, NULL: none */
 
     double next_sample; /* time of the next sample, INFINITY if there is none [s] */
     struct refdyn_energy energy;

@@ -409,7 +409,7 @@ static PyObject *motion_copy(PyObject *self, PyObject *nothing) {
 
 static PyMethodDef motion_methods[] = {
     {"start", refdyn_motion_start, METH_VARARGS,
-     "start(t, q, qd, until, every, stops, samples, places, equilibrium, limit_count, has_rows, "
+     "start(t, q, qd, until, every, stops, samples, places, equilibrium, limits, has_rows, "
      "is_as_requested)"},
     {"advance", refdyn_motion_advance, METH_O, "advance(t)"},
     {"refresh", refdyn_motion_refresh, METH_VARARGS, "refresh(p, x, state)"},

@@ -9,8 +9,8 @@
 /* The arguments of `start`. */
 struct start {
     double t, until, every;
-    PyObject *q, *qd, *stops, *samples, *places, *equilibrium;
-    int limit_count, has_rows, is_as_requested;
+    PyObject *q, *qd, *stops, *samples, *places, *equilibrium, *limits;
+    int has_rows, is_as_requested;
 };
 
 static int copy_state(struct motion *motion, const struct start *start) {
@@ -80,10 +80,21 @@ static int open_stops(struct motion *motion, PyObject *stops) {
     return 1;
 }
 
-static const struct refdyn_limits *find_limits(const struct library *library) {
-    char symbol[512];
-    snprintf(symbol, sizeof symbol, "%s_limits", library->model->name);
-    return refdyn_find_symbol(library, symbol);
+/* Limits are tuples (name, column, from, to), which the caller holds. Returns 0 with an exception if not. */
+static int open_limits(struct motion *motion, PyObject *limits) {
+    const struct record_memory memory = {refdyn_motion_memory, motion};
+    const int count = (int)PyTuple_Size(limits);
+    if (count == 0)
+        return 1;
+    struct record_bound *bounds = refdyn_motion_memory(motion, (size_t)count * sizeof *bounds);
+    for (int i = 0; i < count; i++)
+        if (!PyArg_ParseTuple(PyTuple_GetItem(limits, i), "ssdd", &bounds[i].name, &bounds[i].column,
+                              &bounds[i].from, &bounds[i].to))
+            return 0;
+    record_limits_start(&motion->limits, memory, &motion->block->integrator, motion->library->spatial, bounds,
+                        count);
+    motion->block->record.limits = &motion->limits;
+    return 1;
 }
 
 static int open_parts(struct motion *motion, const struct start *start) {
@@ -91,10 +102,8 @@ static int open_parts(struct motion *motion, const struct start *start) {
     struct refdyn_integrator *integrator = &motion->block->integrator;
     if (start->has_rows)
         record_table_start(&motion->table, memory, integrator, motion->library->spatial);
-    if (start->limit_count > 0)
-        record_limits_start(&motion->limits, memory, motion->library->model, find_limits(motion->library),
-                            start->limit_count);
-    return open_samples(motion, start) && open_stops(motion, start->stops);
+    return open_limits(motion, start->limits) && open_samples(motion, start) &&
+           open_stops(motion, start->stops);
 }
 
 static int begin(struct motion *motion, const struct start *start) {
@@ -143,14 +152,15 @@ static PyObject *start_locked(struct motion *motion, const struct start *start) 
     return report_start(motion, start);
 }
 
-/* start(t, q, qd, until, every, stops, samples, places, equilibrium, limit_count, has_rows, is_as_requested):
+/* start(t, q, qd, until, every, stops, samples, places, equilibrium, limits, has_rows, is_as_requested):
  * returns (status, messages, outputs). */
 PyObject *refdyn_motion_start(PyObject *self, PyObject *arguments) {
     struct motion *motion = (struct motion *)self;
     struct start start;
-    if (!PyArg_ParseTuple(arguments, "dOOddO!OOOiii", &start.t, &start.q, &start.qd, &start.until,
+    if (!PyArg_ParseTuple(arguments, "dOOddO!OOOO!ii", &start.t, &start.q, &start.qd, &start.until,
                           &start.every, &PyTuple_Type, &start.stops, &start.samples, &start.places,
-                          &start.equilibrium, &start.limit_count, &start.has_rows, &start.is_as_requested))
+                          &start.equilibrium, &PyTuple_Type, &start.limits, &start.has_rows,
+                          &start.is_as_requested))
         return NULL;
     if (start.equilibrium != Py_None &&
         !PyArg_ParseTuple(start.equilibrium, "ii", &motion->equilibrium.unstable,
@@ -159,7 +169,7 @@ PyObject *refdyn_motion_start(PyObject *self, PyObject *arguments) {
     if (!refdyn_motion_enter(motion))
         return NULL;
     motion->has_equilibrium = start.equilibrium != Py_None;
-    motion->held = Py_NewRef(start.stops);
+    motion->held = PyTuple_Pack(2, start.stops, start.limits);
     return refdyn_motion_leave(motion, start_locked(motion, &start));
 }
 
@@ -178,7 +188,6 @@ static void copy_row(struct motion *motion, struct rows *rows) {
     rows->next += width;
     rows->count++;
     rows->t = motion->block->integrator.t;
-    record_limits_add(&motion->limits, &motion->block->integrator);
 }
 
 /* Adds a row if all its values are finite; otherwise the motion ends there. */

@@ -554,7 +554,7 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
     if (status)
         return status;
     if (!(refdyn_time_events_right_of(&motion->time_events, t) >= motion->step.t_begin &&
-          t <= fmax(motion->step.t_end, integrator->t)))
+          (t <= integrator->t || ends_at(motion, t))))
         return REFDYN_BAD_TIME;
     enter(integrator);
     return leave(integrator, show(integrator, t), t);

@@ -260,7 +260,7 @@ def begin(model: Model, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: fl
     values = model._values("parameter", parameters)
     core = new_core(compiled, options, one_row("input", compiled.input_rows(inputs)), values)
     begin_t = one_real("t", finite("t", t))
-    status, text, _ = core.start(begin_t, row_of("q", q, n), row_of("qd", qd, n), np.inf, 0.0, (), None, None, None, 0, 0, start is not None)
+    status, text, _ = core.start(begin_t, row_of("q", q, n), row_of("qd", qd, n), np.inf, 0.0, (), None, None, None, (), 0, start is not None)
     tell(model, text)
     if status != DONE:
         raise failure_of(model, status, text, False)

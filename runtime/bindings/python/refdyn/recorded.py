@@ -82,7 +82,7 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
         return None
     core = motion.new_core(compiled, options, compiled.input_rows(constants), values)
     try:
-        status, text, outputs = core.start(begin, q, qd, until, distance, tuple(stop), *samples, equilibrium, compiled.description["limit_count"], 1, further.get("start") is not None)
+        status, text, outputs = core.start(begin, q, qd, until, distance, tuple(stop), *samples, equilibrium, bounds_of(compiled), 1, further.get("start") is not None)
     except ValueError:
         return None
     motion.tell(model, text)
@@ -92,6 +92,11 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
     if variables is not None:
         add_derivatives(model, run, core, variables, begin, until, names)
     return run
+
+
+def bounds_of(compiled: Compiled) -> tuple[tuple[str, str, float, float], ...]:
+    """Name, column and bounds of each limit of the model."""
+    return tuple((bound["name"], bound["column"], bound.get("from", -np.inf), bound.get("to", np.inf)) for bound in compiled.description["bounds"])
 
 
 def variables_of(model: Model, compiled: Compiled, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:

@@ -171,11 +171,19 @@ static void put_row_starts(struct document *document, const struct scene *scene)
     format_put_close(document, ']');
 }
 
-static int count_limits(const struct tree *tree) {
-    int count = 0;
-    for (int i = 0; i < tree->count; i++)
-        count += tree->frames[i].joint.limits != NULL;
-    return count;
+/* Names, columns and bounds of the limits that motions are compared with. */
+static void put_bounds(struct document *document, const struct model *model) {
+    format_put_open(document, "bounds", '[');
+    for (int i = 0; i < model->bound_count; i++) {
+        const struct bound *bound = &model->bounds[i];
+        format_put_open(document, NULL, '{');
+        format_put_text(document, "name", bound->name);
+        format_put_text(document, "column", bound->column);
+        put_limit(document, "from", bound->from);
+        put_limit(document, "to", bound->to);
+        format_put_close(document, '}');
+    }
+    format_put_close(document, ']');
 }
 
 static void put_functions(struct document *document, const struct generation *generation) {
@@ -229,7 +237,7 @@ static enum status print_library(struct scene *scene, const struct options *opti
     put_names(&document, scene);
     put_requirements(&document, scene);
     put_row_starts(&document, scene);
-    format_put_whole(&document, "limit_count", count_limits(&scene->generation.tree));
+    put_bounds(&document, &scene->generation.model);
     put_functions(&document, &scene->generation);
     put_sources(&document, scene->generation.model.sources);
     format_put_close(&document, '}');

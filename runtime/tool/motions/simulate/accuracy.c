@@ -169,7 +169,7 @@ bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct record_ta
     return to->form->end(to) && is_good;
 }
 
-/* ---- One run, with positions and joint limits at its outputs ---- */
+/* ---- One run, with positions at its outputs and limits ---- */
 
 /* Writes a row if all its values are finite; otherwise the motion ends there. */
 static void add_output(struct trial *trial, struct record_table *table, struct row_sink *rows) {
@@ -185,7 +185,6 @@ static void add_output(struct trial *trial, struct record_table *table, struct r
         }
         if (!rows->form->put(rows, table))
             trial->result = RECORD_NOT_WRITTEN;
-        record_limits_add(&trial->limits, integrator);
     }
     simulate_track_add(&trial->track, integrator);
 }
@@ -201,10 +200,8 @@ static void add_last(struct trial *trial, struct record_table *table, struct row
         const bool is_seen = refdyn_integrator_refresh(integrator) == REFDYN_OK;
         if (is_seen)
             record_table_fill(table);
-        if (is_seen && !record_table_not_finite(table)) {
+        if (is_seen && !record_table_not_finite(table))
             rows->form->put(rows, table);
-            record_limits_add(&trial->limits, integrator);
-        }
     }
     integrator->work->fault = fault;
     integrator->cause = cause;
@@ -238,15 +235,15 @@ static void go(struct trial *trial, struct record_table *table, struct row_sink 
 }
 
 static void start_limits(struct trial *trial, const struct scene *scene) {
-    const struct tree *tree = &scene->generation.tree;
-    struct refdyn_limits *list = format_allocate((size_t)tree->count, sizeof *list);
-    int count = 0;
-    for (int i = 0; i < tree->count; i++) {
-        const struct limits *limits = tree->frames[i].joint.limits;
-        if (limits)
-            list[count++] = (struct refdyn_limits){i, limits->from, limits->to, limits->rate, limits->force};
-    }
-    record_limits_start(&trial->limits, simulate_memory(&trial->motion), scene->model, list, count);
+    const struct model *model = &scene->generation.model;
+    struct record_bound *bounds = format_allocate((size_t)model->bound_count, sizeof *bounds);
+    for (int i = 0; i < model->bound_count; i++)
+        bounds[i] = (struct record_bound){model->bounds[i].name, model->bounds[i].column,
+                                          model->bounds[i].from, model->bounds[i].to};
+    record_limits_start(&trial->limits, simulate_memory(&trial->motion), &trial->motion.integrator,
+                        scene->compiled.spatial, bounds, model->bound_count);
+    if (model->bound_count > 0)
+        trial->motion.record.limits = &trial->limits;
 }
 
 void simulate_trial_run(struct trial *trial, const struct task *task,
@@ -272,7 +269,8 @@ void simulate_trial_run(struct trial *trial, const struct task *task,
     if (task->on_start)
         task->on_start(task, motion);
     simulate_table_start(&table, &motion->integrator, task->scene->compiled.spatial);
-    start_limits(trial, task->scene);
+    if (rows)
+        start_limits(trial, task->scene);
     simulate_track_start(&trial->track, task->scene->model, motion->record.outputs);
     go(trial, &table, rows);
     record_restore(&motion->record);

@@ -163,7 +163,7 @@ struct trial {
     struct motion motion;
     struct record_stops stops;
     struct track track;
-    struct record_limits limits; /* over the rows that are written */
+    struct record_limits limits; /* of the run whose rows are written */
     enum status usage;           /* STATUS_DONE unless --stop was wrong and nothing ran */
     int result;                  /* status of the runtime, or RECORD_INTERRUPTED */
     bool is_started;             /* the start could be evaluated */
