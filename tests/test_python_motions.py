@@ -317,7 +317,7 @@ def test_motions_change_over(package, monkeypatch, tmp_path):
     other = compiled._opened(compiled.description["library"])
     values, anchored = package.motion.values_of(compiled, {})
     core = compiled.library.motion(package.motion.options_of("rk8", 1e-12, None, None, None, None, None, False), values, anchored, compiled.x, (), lambda: asked.append(1) or other)
-    core.start(0.0, None, None, np.inf, 0.0, (), None, None, None, 0, 0, False)
+    core.start(0.0, None, None, np.inf, 0.0, (), None, None, None, (), 0, False)
     assert core.advance(200.0) is None and asked == [1] and core.t == 200
 
 

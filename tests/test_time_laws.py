@@ -6,7 +6,7 @@ import pytest
 import scipy.integrate
 import scipy.interpolate
 
-from program import motion, refdyn
+from program import MODELS, motion, refdyn
 
 
 def columns(model, *arguments):
@@ -89,6 +89,22 @@ def test_speeds_along_the_way(tmp_path):
     squares = numpy.interp(middle, numpy.linspace(0, 0.9, 6), speeds**2)
     inside = numpy.all([numpy.abs(t[1:-1] - knot) > 0.01 for knot in numpy.cumsum([0, *(0.36 / (a + b) for a, b in zip(speeds, speeds[1:]))])], axis=0)
     assert numpy.max(numpy.abs(rate**2 - squares)[inside & (t[1:-1] < duration)]) < 1e-4 and abs(way[-1] - 0.9) < 1e-14
+
+
+@pytest.mark.parametrize("degree", [3, 5, 7, 9])
+def test_smoothstep(degree, tmp_path):
+    """The polynomial whose derivatives vanish at both ends, against its definition as an integral."""
+    model = tmp_path / "step.lua"
+    more = f", {degree}" if degree != 3 else ""
+    model.write_text(f"""local rd = require "refdyn"
+local p = rd.parameters {{ {{ "T", 1.7, "s" }} }}
+return rd.model {{ name = "step", gravity = {{ 0, 0, 0 }}, links = {{ {{ "a", joint = "x", mass = 1, spring = {{ x = 1 }} }} }},
+  courses = function(s) return {{ way = rd.smoothstep(s.t, 0.2, p.T{more}) }} end }}""")
+    run = columns(model, "--until", 2, "--every", 0.05)
+    k = (degree - 1) // 2
+    bell = numpy.poly1d([1, 0])**k * numpy.poly1d([-1, 1])**k
+    exact = (bell.integ() / bell.integ()(1))(numpy.clip((run["t"] - 0.2) / 1.5, 0, 1))
+    assert numpy.max(numpy.abs(run["way"] - exact)) < 1e-13
 
 
 # ---- Shapers ----
@@ -176,3 +192,35 @@ def test_hub_driven_link(kind, tuned, detuned, T, tmp_path):
         return peak_to_peak(found, 1 / f)
     plain = run("none", 1)
     assert run(kind, 1) < tuned * plain and run(kind, 1.1) < detuned * plain
+
+
+TURN = """local rd = require "refdyn"
+local model, kind, f = rd.model, rd.option("kind", "none", { "none", "zv", "zvd", "ei" }), rd.parameter("f", 1, "Hz")
+function rd.model(it)
+  it.links[3].start.psi = 0.7
+  it.forces, it.courses, it.dependent = nil, nil, nil
+  it.hold = { "column_psi", "arm_psi", "effector_z" }
+  function it.constraints(s)
+    local angle = rd.pi / 2 * rd.smoothstep(s.t, 0, 0.6, 3)
+    if kind ~= "none" then angle = rd.shaper { angle, frequency = f, kind = kind } end
+    return { rd.drive { "column_psi", angle }, rd.lock { "arm_psi" }, rd.lock { "effector_z" } }
+  end
+  return model(it)
+end
+return require "manipulator"
+"""
+
+
+@pytest.mark.parametrize("kind, left", [("zv", 0.15), ("zvd", 0.06), ("ei", 0.05)])
+def test_reference_manipulator_at_a_large_move(kind, left, tmp_path):
+    """The column turns by 90 degrees in 0.6 s; the shaper is for the first lateral mode."""
+    (tmp_path / "turn.lua").write_text(TURN)
+    (tmp_path / "manipulator.lua").write_text((MODELS / "manipulator.lua").read_text())
+    refdyn("modes", tmp_path / "turn.lua", "-o", tmp_path / "modes.json")
+    modes = json.loads((tmp_path / "modes.json").read_text())["modes"]
+    f = next(mode["frequency"] for mode in modes if abs(mode["points"]["E"]["re"][1]) > 1)
+
+    def vibration(kind):
+        run = columns(tmp_path / "turn.lua", "--from", "statics", "--set", f"kind={kind}", "--set", f"f={f}", "--until", 3.5, "--every", 0.002, "--tol", 1e-7)
+        return numpy.ptp(run["E_x"][run["t"] > 2])
+    assert vibration(kind) < left * vibration("none")

@@ -104,16 +104,28 @@ static expression clamped(struct graph *g, expression t, expression t0, expressi
 }
 
 /* 0 before t0, 1 after t1, (1 - cos) / 2 between. */
-static expression ramp(struct graph *g, expression t, expression t0, expression t1) {
-    expression angle = expr_mul(g, expr_number(g, pi), clamped(g, t, t0, t1));
+static expression ramp(struct graph *g, expression c) {
+    expression angle = expr_mul(g, expr_number(g, pi), c);
     return expr_mul(g, expr_number(g, 0.5), expr_sub(g, EXPR_ONE, expr_apply1(g, OP_COS, angle)));
 }
 
-/* 0 before t0, 1 after t1, 3 c^2 - 2 c^3 between. */
-static expression smoothstep(struct graph *g, expression t, expression t0, expression t1) {
-    expression c = clamped(g, t, t0, t1);
-    expression rest = expr_sub(g, expr_number(g, 3), expr_mul(g, expr_number(g, 2), c));
-    return expr_mul(g, expr_mul(g, c, c), rest);
+/* 0 before t0, 1 after t1; between, the polynomial of degree 2 k - 1 in c whose derivatives 1 to k - 1 vanish
+ * at both ends, such as 3 c^2 - 2 c^3: c^k times the sum over i < k of binomial(k - 1 + i, i) binomial(2 k -
+ * 1, k - 1 - i) (-c)^i. */
+static expression smoothstep(struct graph *g, expression c, int k) {
+    expression rest = EXPR_ZERO, power = c;
+    for (int i = k - 1; i >= 0; i--) {
+        double coefficient = 1;
+        for (int l = 1; l <= i; l++)
+            coefficient *= (double)(k - 1 + l) / l;
+        for (int l = 1; l <= k - 1 - i; l++)
+            coefficient *= (double)(k + i + l) / l;
+        const expression own = expr_number(g, round(coefficient));
+        rest = i == k - 1 ? own : expr_sub(g, own, expr_mul(g, rest, c));
+    }
+    for (int i = 1; i < k; i++)
+        power = expr_mul(g, power, c);
+    return expr_mul(g, power, rest);
 }
 
 /* A = pi d^2 / 4, Iy = Iz = pi d^4 / 64, It = pi d^4 / 32, of the outer minus the inner diameter. */
@@ -176,20 +188,27 @@ static void require(struct module_call *call, struct requirement requirement) {
     call->fault = declarations_require(declarations, requirement);
 }
 
-static void run_rise(struct module_call *call,
-                     expression rise(struct graph *g, expression t, expression t0, expression t1)) {
+/* The share of the time from argument 2 to argument 3 that has passed at argument 1. */
+static expression share_of_time(struct module_call *call) {
     expression t = expression_argument(call, 0), t0 = expression_argument(call, 1),
                t1 = expression_argument(call, 2);
     require(call, requirement_order(t0, t1));
-    set_result(call, rise(call->declarations->graph, t, t0, t1));
+    return clamped(call->declarations->graph, t, t0, t1);
 }
 
 static void run_ramp(struct module_call *call) {
-    run_rise(call, ramp);
+    set_result(call, ramp(call->declarations->graph, share_of_time(call)));
 }
 
 static void run_smoothstep(struct module_call *call) {
-    run_rise(call, smoothstep);
+    const struct value *degree = argument(call, 3);
+    const expression c = share_of_time(call);
+    const double number = degree->kind == VALUE_NUMBER ? degree->number : 3;
+    if ((degree->kind != VALUE_NOTHING && degree->kind != VALUE_NUMBER) ||
+        !(number == 3 || number == 5 || number == 7 || number == 9))
+        refuse_argument(call, 3, "3, 5, 7 or 9");
+    else
+        set_result(call, smoothstep(call->declarations->graph, c, ((int)number + 1) / 2));
 }
 
 static void give_section(struct module_call *call, struct section section) {
@@ -461,7 +480,7 @@ static const struct {
                  {"parameter", "(\"m\", 0.5, \"kg\")", 3, run_parameter},
                  {"input", "(\"tau\", 0, \"N m\")", 3, run_input},
                  {"ramp", "(t, t0, t1)", 3, run_ramp},
-                 {"smoothstep", "(t, t0, t1)", 3, run_smoothstep},
+                 {"smoothstep", "(t, t0, t1)", 4, run_smoothstep},
                  {"round", "(diameter)", 1, run_round},
                  {"tube", "(outer, inner)", 2, run_tube},
                  {"rectangle", "(width_y, height_z)", 2, run_rectangle},
