@@ -68,7 +68,7 @@ struct refdyn_event {
     int change_count; /**< number of entries */
     int contact; /**< 1 + the row that acts while the contact rests; 0: the event is no contact. The value of
                       a contact is its gap. Its single change sets the parameter that is 1 while the contact
-                      rests, else 0 */
+                      rests, else 0. -1: a sample of a controller, which reports do not list */
 };
 
 /** The kind of value that an event sets. */

@@ -6,9 +6,11 @@ Commands that build or test the repository itself are omitted, since this test i
 repository itself.
 """
 import os
+import pathlib
 import re
 import shutil
 import subprocess
+import sys
 
 import pytest
 
@@ -27,7 +29,7 @@ def commands(document):
 
 
 def run(script, folder, timeout):
-    env = {**os.environ, "REFDYN_INCLUDE": str(SOURCE / "runtime"), "PATH": f"{BUILD / 'bin'}:{os.environ['PATH']}"}
+    env = {**os.environ, "REFDYN_INCLUDE": str(SOURCE / "runtime"), "PATH": f"{BUILD / 'bin'}:{pathlib.Path(sys.executable).parent}:{os.environ['PATH']}"}
     return subprocess.run(["bash", "-e", "-o", "pipefail", "-c", script], cwd=folder, env=env, capture_output=True, text=True,
                           timeout=timeout)
 

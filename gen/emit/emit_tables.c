@@ -302,7 +302,7 @@ static void emit_events(struct emission *x, struct text *text) {
         const struct event *event = &model->events[i];
         text_add(text, "    {%s, %d, %d, %d, %d, %d, %d},\n", text_literal(text->memory, event->name),
                  event->direction, event->ends, event->is_impact, event->first_change, event->change_count,
-                 event->contact + 1);
+                 event->is_sampled ? -1 : event->contact + 1);
     }
     text_add(text, "};\n\n");
 }

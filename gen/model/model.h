@@ -200,6 +200,7 @@ struct event {
     int direction; /* 1: it rises, -1: it falls, 0: both */
     bool ends;     /* the motion */
     bool is_impact;
+    bool is_sampled;                /* at multiples of a time: a controller, not listed with the events */
     expression restitution;         /* of an impact or a contact */
     int contact;                    /* row that acts while the contact rests; -1 if it is not a contact */
     int first_change, change_count; /* in the model's list */

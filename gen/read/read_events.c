@@ -8,8 +8,9 @@
 
 /* ---- what an event changes ---- */
 
-/* A table of an event: what it changes, and the names that may be in it. */
+/* A table of an event or of a sample: what it changes, and the names that may be in it. */
 struct changed_kind {
+    enum owner owner;
     enum field field;
     enum changed what;
     const char *noun;
@@ -42,9 +43,11 @@ static const char **parameter_names(const struct reader *reader, int *count) {
 }
 
 static const struct changed_kind changed_kinds[] = {
-    {FIELD_EVENT_rates, CHANGED_RATE, "coordinate", coordinate_names},
-    {FIELD_EVENT_inputs, CHANGED_INPUT, "input", input_names},
-    {FIELD_EVENT_parameters, CHANGED_PARAMETER, "parameter", parameter_names}};
+    {OWNER_EVENT, FIELD_EVENT_rates, CHANGED_RATE, "coordinate", coordinate_names},
+    {OWNER_EVENT, FIELD_EVENT_inputs, CHANGED_INPUT, "input", input_names},
+    {OWNER_EVENT, FIELD_EVENT_parameters, CHANGED_PARAMETER, "parameter", parameter_names},
+    {OWNER_SAMPLED, FIELD_SAMPLED_inputs, CHANGED_INPUT, "input", input_names},
+    {OWNER_SAMPLED, FIELD_SAMPLED_parameters, CHANGED_PARAMETER, "parameter", parameter_names}};
 
 enum { CHANGED_KINDS = sizeof changed_kinds / sizeof *changed_kinds };
 
@@ -89,6 +92,31 @@ static void read_changes(const struct reader *reader, const struct changed_kind 
     }
 }
 
+/* Reads all that an event or a sample changes, and adds it to the model. */
+static void add_event(const struct reader *reader, struct event *event, const struct value *value,
+                      enum owner owner) {
+    struct model *model = reader->model;
+    event->first_change = model->change_count;
+    for (int i = 0; i < CHANGED_KINDS; i++) {
+        const struct value *table =
+            changed_kinds[i].owner == owner ? fields_get(value, changed_kinds[i].field) : NULL;
+        if (table)
+            read_changes(
+                reader, &changed_kinds[i], table,
+                fields_path_name(&reader->check, event->path, field_rules[changed_kinds[i].field].name));
+    }
+    event->change_count = model->change_count - event->first_change;
+    model->events = memory_room(reader->check.memory, model->events, model->event_count,
+                                &model->event_capacity, sizeof *model->events);
+    model->events[model->event_count++] = *event;
+}
+
+static const char *name_of(const struct reader *reader, const struct value *value, enum field field) {
+    const struct value *name = fields_get(value, field);
+    return name ? name->text
+                : memory_format(reader->check.memory, "event %d", reader->model->event_count + 1);
+}
+
 /* ---- events ---- */
 
 static int read_direction_of(const struct reader *reader, const struct value *value, const char *path,
@@ -112,39 +140,51 @@ static int read_direction_of(const struct reader *reader, const struct value *va
 
 static void read_event(const struct reader *reader, const struct value *value, const char *path) {
     const struct checker *check = &reader->check;
-    struct model *model = reader->model;
     const struct value *formula = fields_get(value, FIELD_EVENT_value),
-                       *ends = fields_get(value, FIELD_EVENT_ends),
-                       *name = fields_get(value, FIELD_EVENT_name);
-    struct event event = {
-        .first_change = model->change_count, .contact = -1, .path = path, .place = value->place};
+                       *ends = fields_get(value, FIELD_EVENT_ends);
+    struct event event = {.contact = -1, .path = path, .place = value->place};
     event.is_impact = fields_get(value, FIELD_EVENT_restitution) != NULL;
     event.restitution = fields_get_value(check, value, FIELD_EVENT_restitution);
     event.direction = read_direction_of(reader, value, path, event.is_impact);
     event.ends = ends && ends->truth;
-    event.name = name ? name->text : memory_format(check->memory, "event %d", model->event_count + 1);
+    event.name = name_of(reader, value, FIELD_EVENT_name);
     if (!formula || !value_expression(check->graph, formula, &event.value))
         return;
-    for (int i = 0; i < CHANGED_KINDS; i++) {
-        const struct value *table = fields_get(value, changed_kinds[i].field);
-        if (table)
-            read_changes(reader, &changed_kinds[i], table,
-                         fields_path_name(check, path, field_rules[changed_kinds[i].field].name));
-    }
     if (event.is_impact && fields_has(value, FIELD_EVENT_rates))
         message_error(check->messages, fields_get(value, FIELD_EVENT_restitution)->place,
                       "%s.restitution: given together with rates; give one of them", path);
-    event.change_count = model->change_count - event.first_change;
-    model->events = memory_room(check->memory, model->events, model->event_count, &model->event_capacity,
-                                sizeof *model->events);
-    model->events[model->event_count++] = event;
+    add_event(reader, &event, value, OWNER_EVENT);
 }
 
-static const struct entry_kind kinds[] = {{"event", OWNER_EVENT, read_event}};
+/* ---- samples ---- */
+
+/* Samples are events of sin(pi t/every), which crosses zero at all multiples of `every`. */
+static void read_sampled(const struct reader *reader, const struct value *value, const char *path) {
+    static const double every_least = 1e-6, pi = 3.14159265358979323846;
+    const struct checker *check = &reader->check;
+    struct graph *g = check->graph;
+    const expression every = fields_get_value(check, value, FIELD_SAMPLED_every);
+    const expression t = expr_symbol(g, SYMBOL_TIME, 0, 0);
+    struct event event = {.contact = -1, .is_sampled = true, .path = path, .place = value->place};
+    double known;
+    event.restitution = EXPR_ZERO;
+    event.name = name_of(reader, value, FIELD_SAMPLED_name);
+    event.value = expr_apply1(g, OP_SIN, expr_div(g, expr_mul(g, expr_number(g, pi), t), every));
+    if (parameters_are_known(check->declarations, every, &known) && known > 0 && known < every_least)
+        message_error(check->messages, value->place, "%s.every: value %.6g; must be at least %g", path, known,
+                      every_least);
+    add_event(reader, &event, value, OWNER_SAMPLED);
+    if (!fields_has(value, FIELD_SAMPLED_inputs) && !fields_has(value, FIELD_SAMPLED_parameters))
+        message_error(check->messages, value->place, "%s: sets nothing; add inputs or parameters", path);
+}
+
+static const struct entry_kind kinds[] = {{"event", OWNER_EVENT, read_event},
+                                          {"sampled", OWNER_SAMPLED, read_sampled}};
 
 void read_events(const struct reader *reader, const struct value *result) {
     static const char needed[] = "a list of events such as { rd.event { expression } }, or {} for none";
     if (read_is_result(reader, result, "events", needed) &&
         field_types_has_no_names(&reader->check, result, "events", needed))
-        read_entries(reader, result, "events", kinds, sizeof kinds / sizeof *kinds, "rd.event { ... }");
+        read_entries(reader, result, "events", kinds, sizeof kinds / sizeof *kinds,
+                     "rd.event { ... } or rd.sampled { ... }");
 }

@@ -13,7 +13,7 @@
 ---@field courses? fun(s: table): table takes the state, returns a table of named values that a motion records and `plot` draws
 ---@field limits? fun(s: table): table takes the state, returns a list of named values with bounds, [limits](#limits), that motions are compared with
 ---@field constraints? fun(s: table): table takes the state, returns a list of rows: `rd.position`, `rd.loop` ..., or lists of them
----@field events? fun(s: table): table takes the state, returns a list of `rd.event`, or lists of them
+---@field events? fun(s: table): table takes the state, returns a list of `rd.event` and `rd.sampled`, or lists of them
 ---@field dependent? string|string[] dependent coordinates, as many as rows; default: chosen at run time
 ---@field hold? string|string[] coordinates that statics and modes keep fixed, in addition to the position rows
 ---@field form? string `"corrected"` (default), or `"printed"`: h and Q with the slips of the source chapter
@@ -323,6 +323,12 @@
 ---@field parameters? table<string, refdyn.expression|number> parameters that the event sets
 ---@field name? string name in reports; default: `event 1` and so on
 
+---@class refdyn.sampled
+---@field every refdyn.expression|number time between samples; the first one is at t = 0 [s]
+---@field inputs? table<string, refdyn.expression|number> inputs that a sample sets, from the values before it
+---@field parameters? table<string, refdyn.expression|number> parameters that a sample sets
+---@field name? string name in reports; default: `event 1` and so on
+
 ---@class refdyn.bound
 ---@field [1]? string
 ---@field name? string name in reports, and of the column of `value`
@@ -401,6 +407,8 @@ function rd.lock(fields) end
 function rd.contact(fields) end
 ---@param fields refdyn.event
 function rd.event(fields) end
+---@param fields refdyn.sampled
+function rd.sampled(fields) end
 ---@param fields refdyn.row
 function rd.position(fields) end
 ---@param fields refdyn.row

@@ -50,12 +50,14 @@ static void take_modes(struct record_events *record, const struct refdyn_integra
     }
 }
 
-/* Records an event that is due. If its contact is closed, its mode changes instead, which take_modes records.
- */
+/* Records an event that is due, but for samples. If its contact is closed, its mode changes instead, which
+ * take_modes records. */
 static void take_due(struct record_events *record, const struct refdyn_integrator *integrator, int event) {
     const struct refdyn_model *model = integrator->work->model;
     const int k = contact_of(model, event);
     const struct record_mark mark = {event, k < 0 ? RECORD_EVENT : RECORD_IMPACT, integrator->t};
+    if (model->events[event].contact < 0)
+        return;
     if (k < 0 || integrator->contact_mode[k] == REFDYN_CONTACT_FREE)
         add(record, mark);
     if (model->events[event].ends && !record->has_ended) {

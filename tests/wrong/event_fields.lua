@@ -3,7 +3,7 @@
 -- expect: 19: events[3].ends: a number; must be true or false
 -- expect: 20: events[4].restitution: given together with rates; give one of them
 -- expect: 21: events[5].restitution: value -1; must not be negative
--- expect: 22: events[6]: made by rd.position; must be rd.event { ... }
+-- expect: 22: events[6]: made by rd.position; must be rd.event { ... } or rd.sampled { ... }
 -- expect: 23: events[7].value: missing; rd.event needs it
 local rd = require "refdyn"
 local p = rd.parameters { { "e", 0.5 } }

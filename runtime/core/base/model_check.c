@@ -67,7 +67,7 @@ static int have_changes(const struct refdyn_model *model) {
         const struct refdyn_event *event = &model->events[i];
         if (!is_count(event->change_count) ||
             !lie_in(&event->first_change, 1, 0, model->change_count - event->change_count + 1) ||
-            !lie_in(&event->contact, 1, 0, event->change_count == 1 ? model->m + 1 : 1))
+            !lie_in(&event->contact, 1, -1, event->change_count == 1 ? model->m + 1 : 1))
             return 0;
     }
     for (int i = 0; i < model->change_count; i++) {
