@@ -111,3 +111,30 @@ def test_outputs_of_the_linear_model(tmp_path):
     model = written(tmp_path, SLIDES.replace("  events = function", "  courses = function(s) return {{ height = s.q.a_x }} end,\n  events = function"))
     refdyn("linearise", model, "--at", "initial", "-o", tmp_path / "linear.json")
     assert {"height", "mixed", "wide"} <= set(json.loads((tmp_path / "linear.json").read_text())["outputs"])
+
+
+def test_batches_keep_limits(tmp_path):
+    """As in single motions, to what the outputs show; a limit that holds has no time beyond it."""
+    model = written(tmp_path)
+    (tmp_path / "sweep.lua").write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = { w = { 4, 5, 6.5 } }, t_end = 3, keep = { limits = true } }')
+    refdyn("batch", model, tmp_path / "sweep.lua", "-o", tmp_path / "runs.csv", "--every", 0.005)
+    with open(tmp_path / "runs.csv") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 3
+    for row in rows:
+        _, _, summary = motion(model, "--set", f"w={row['w']}", "--until", 3)
+        for limit in summary["limits"]:
+            found = {key: float(row[f"limit_{limit['name']}_{key}"] or "nan") for key in ("min", "min_t", "max", "max_t", "beyond_t", "beyond_s")}
+            rough = 0.01 if limit["name"] == "fast" else 1e-4  # its value jumps
+            assert abs(found["min"] - limit["smallest"]) < 1e-4 and abs(found["max"] - limit["largest"]) < 1e-4
+            assert abs(found["beyond_s"] - limit["duration"]) < 40 * rough * 0.005 + 1e-3
+            assert numpy.isnan(found["beyond_t"]) if limit["t"] is None else abs(found["beyond_t"] - limit["t"]) < rough
+
+
+def test_groups_of_hdf5(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    (tmp_path / "sweep.lua").write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = { w = { 4, 5 } }, t_end = 1, keep = { final = true, limits = true } }')
+    refdyn("batch", written(tmp_path), tmp_path / "sweep.lua", "-o", tmp_path / "runs.h5")
+    with h5py.File(tmp_path / "runs.h5") as file:
+        assert set(file["limits"]) == {*EXACT, "which"} and file["limits/mixed"].shape == (2, 6)
+    refdyn("sim", "--case", 1, "--of", tmp_path / "runs.h5", "-o", tmp_path / "case.csv")

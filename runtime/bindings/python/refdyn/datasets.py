@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 AXES = ("x", "y", "z")
 EXTREMES = ("_min", "_min_t", "_max", "_max_t")
+LIMIT = (*EXTREMES, "_beyond_t", "_beyond_s")
 TIME_AXES = {"at": "t_at", "history": "t"}
 
 
@@ -247,7 +248,7 @@ def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> 
             if varied.dtype.kind == "O":
                 varied.values = of_options(model, name, varied.values)
             names[name] = put(variables, name + ("_start" if is_start else ""), "case", varied)
-        for group in ("final", "at", "extremes", "norms", "history", "derivatives"):
+        for group in ("final", "at", "extremes", "norms", "history", "derivatives", "limits"):
             put_group(variables, group, file.get(group, {}))
         return dataset(variables, attrs={**attrs, **plain(json.load(summary_file))}), names
 
@@ -269,13 +270,13 @@ def put_group(variables: dict[str, xarray.Variable], group: str, items: Mapping[
     suffix = {"norms": "_rms", "at": "_at", "history": "_history"}.get(group, "")
     axis = TIME_AXES.get(group)
     for name, item in items.items():
-        if name == {"at": "t", "history": "t", "extremes": "which"}.get(group):
+        if name == {"at": "t", "history": "t", "extremes": "which", "limits": "which"}.get(group):
             continue
-        if group == "extremes":
+        if group in ("extremes", "limits"):
             columns = of_item(item, ("case", "which"))
-            for place, ending in enumerate(EXTREMES):
-                unit = "s" if ending.endswith("_t") else columns.attrs.get("units")
-                put(variables, name + ending, group, variable(("case",), columns.values[:, place], unit))
+            for place, ending in enumerate(EXTREMES if group == "extremes" else LIMIT):
+                unit = "s" if ending.endswith(("_t", "_s")) else columns.attrs.get("units")
+                put(variables, ("limit_" if group == "limits" else "") + name + ending, group, variable(("case",), columns.values[:, place], unit))
         elif group == "final" and name == "t":
             put(variables, "t_end", group, of_item(item, ("case",)))
         else:

@@ -17,10 +17,14 @@
  * its end, extremes and norms. A last column has reasons, but only if at least one case has a reason. Other
  * files therefore have only numbers, except for varied texts. */
 
-static const char *const extremes_suffixes[] = {"_min", "_min_t", "_max", "_max_t"};
+static const char *const extremes_suffixes[] = {"_min", "_min_t", "_max", "_max_t", "_beyond_t", "_beyond_s"};
+
+static bool is_limit(const struct kept_item *item) {
+    return strcmp(item->group, "limits") == 0;
+}
 
 static bool has_extremes(const struct kept_item *item) {
-    return strcmp(item->group, "extremes") == 0;
+    return is_limit(item) || strcmp(item->group, "extremes") == 0;
 }
 
 /* The first item that does not fit into one row, NULL if all fit. */
@@ -45,7 +49,7 @@ static void csv_header(const struct runs_layout *layout, bool has_reasons, FILE 
         const struct kept_item *item = &layout->items[i];
         const bool is_norm = strcmp(item->group, "norms") == 0;
         for (int k = 0; k < item->size; k++)
-            fprintf(out, ",%s%s", item->name,
+            fprintf(out, ",%s%s%s", is_limit(item) ? "limit_" : "", item->name,
                     has_extremes(item) ? extremes_suffixes[k]
                     : is_norm          ? "_rms"
                                        : "");

@@ -14,27 +14,46 @@
 
 /* ---- Numbers of a case ---- */
 
+/* The last outputs of a value with bounds. */
+struct limit_track {
+    double t[2], value[2]; /* the last but one, the last */
+    int count;             /* of outputs so far, at most 2 */
+};
+
 /* Fills the numbers that a batch keeps of one case from the states of its motion. A recorder belongs to one
  * thread and one structure, and records one case after another. */
 struct recorder {
     const struct kept *kept;
     const struct runs_layout *layout;
     struct record_table table;
-    int *places;    /* (item_count) columns of the table, -1 if this structure has none */
-    double *values; /* (layout->width) of the case */
-    double *before; /* (item_count) squares at the previous output, for norms */
+    int *places;                 /* (item_count) columns of the table, -1 if this structure has none */
+    const struct bound **bounds; /* (item_count) of limits, NULL for other items */
+    struct limit_track *tracks;  /* (item_count) the last outputs of limits */
+    double *values;              /* (layout->width) of the case */
+    double *before;              /* (item_count) squares at the previous output, for norms */
     double t_before;
     bool keeps_ends_alone;
     struct case_derivatives *derivatives; /* NULL: none are kept */
 };
 
+static const struct bound *find_bound(const struct model *read, const char *name) {
+    for (int i = 0; i < read->bound_count; i++)
+        if (strcmp(read->bounds[i].name, name) == 0)
+            return &read->bounds[i];
+    return NULL;
+}
+
 /* Looks up the items' columns in the table, and selects the blocks that it must compute. */
-static void find_places(struct recorder *recorder) {
+static void find_places(struct recorder *recorder, const struct model *read) {
     const struct kept *kept = recorder->kept;
     struct record_table *table = &recorder->table;
     bool *wanted = format_allocate((size_t)table->count, sizeof *wanted);
     for (int i = 0; i < recorder->layout->item_count; i++) {
-        recorder->places[i] = text_index(kept->columns[i], table->names, table->count);
+        const struct bound *bound = kept->kinds[i] == KEPT_LIMIT ? find_bound(read, kept->columns[i]) : NULL;
+        const char *column = bound ? bound->column : kept->columns[i];
+        recorder->bounds[i] = bound;
+        recorder->places[i] =
+            kept->kinds[i] == KEPT_LIMIT && !bound ? -1 : text_index(column, table->names, table->count);
         if (recorder->places[i] >= 0)
             wanted[recorder->places[i]] = true;
     }
@@ -42,13 +61,16 @@ static void find_places(struct recorder *recorder) {
 }
 
 static void recorder_start(struct recorder *recorder, const struct kept *kept,
-                           const struct runs_layout *layout, struct refdyn_integrator *integrator) {
+                           const struct runs_layout *layout, struct refdyn_integrator *integrator,
+                           const struct model *read) {
     *recorder = (struct recorder){.kept = kept, .layout = layout};
     simulate_table_start(&recorder->table, integrator, NULL);
     recorder->places = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->places);
     recorder->before = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->before);
     recorder->values = format_allocate((size_t)layout->width + 1, sizeof *recorder->values);
-    find_places(recorder);
+    recorder->bounds = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->bounds);
+    recorder->tracks = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->tracks);
+    find_places(recorder, read);
     recorder->keeps_ends_alone = true;
     for (int i = 0; i < layout->item_count; i++)
         recorder->keeps_ends_alone &= kept->kinds[i] == KEPT_FINAL || kept->kinds[i] == KEPT_DERIVATIVE;
@@ -58,6 +80,8 @@ static void recorder_start(struct recorder *recorder, const struct kept *kept,
 static void recorder_clear(struct recorder *recorder) {
     for (int i = 0; i < recorder->layout->width; i++)
         recorder->values[i] = NAN;
+    for (int i = 0; i < recorder->layout->item_count; i++)
+        recorder->tracks[i].count = 0;
 }
 
 /* extremes: smallest value, its time, largest value, its time. A NaN stays. */
@@ -84,6 +108,46 @@ static void add_square(struct recorder *recorder, int item, double value, double
         *sum = sqrt(*sum / (t - recorder->kept->times.t[0]));
 }
 
+/* The vertex of the parabola through three outputs, if it lies between the first and the last of them. */
+static bool vertex(const struct limit_track *track, double t, double value, double *t_vertex,
+                   double *vertex) {
+    const double h0 = track->t[1] - track->t[0], h1 = t - track->t[1];
+    const double s0 = (track->value[1] - track->value[0]) / h0, s1 = (value - track->value[1]) / h1;
+    const double curvature = (s1 - s0) / (h0 + h1), slope = (s0 * h1 + s1 * h0) / (h0 + h1);
+    const double away = -slope / (2 * curvature);
+    *t_vertex = track->t[1] + away;
+    *vertex = track->value[1] + away * (slope + away * curvature);
+    return track->count == 2 && away > -h0 && away < h1;
+}
+
+/* Adds an output to a limit: extremes by parabolas through three outputs, times beyond it by straight lines.
+ */
+static void add_to_limit(struct recorder *recorder, int item, double value, double t) {
+    double *to = recorder->values + recorder->layout->items[item].offset, t_vertex, at_vertex;
+    struct limit_track *track = &recorder->tracks[item];
+    const struct bound *bound = recorder->bounds[item];
+    widen(to, value, t, track->count == 0);
+    if (track->count == 2 && vertex(track, t, value, &t_vertex, &at_vertex))
+        widen(to, at_vertex, t_vertex, false);
+    const double beyond = fmax(bound->from - value, value - bound->to);
+    if (track->count == 0)
+        to[5] = 0;
+    if (track->count == 0 && beyond > 0)
+        to[4] = t;
+    if (track->count > 0) {
+        const double t0 = track->t[1],
+                     before = fmax(bound->from - track->value[1], track->value[1] - bound->to);
+        const double crossing = t0 + (t - t0) * before / (before - beyond);
+        if (before <= 0 && beyond > 0 && isnan(to[4]))
+            to[4] = crossing;
+        if (before > 0 || beyond > 0)
+            to[5] += before > 0 && beyond > 0 ? t - t0 : before > 0 ? crossing - t0 : t - crossing;
+    }
+    *track = (struct limit_track){.t = {track->t[1], t},
+                                  .value = {track->value[1], value},
+                                  .count = track->count < 2 ? track->count + 1 : 2};
+}
+
 static void record(struct recorder *recorder, int item, double value, int number) {
     const struct seen_times *times = &recorder->kept->times;
     double *to = recorder->values + recorder->layout->items[item].offset;
@@ -107,6 +171,10 @@ static void record(struct recorder *recorder, int item, double value, int number
     case KEPT_HISTORY:
         if (output >= 0)
             to[output] = value;
+        break;
+    case KEPT_LIMIT:
+        if (output >= 0)
+            add_to_limit(recorder, item, value, times->t[number]);
         break;
     case KEPT_DERIVATIVE: /* runs_derive */
         break;
@@ -136,6 +204,8 @@ static void record_end(struct recorder *recorder, int item, double value, double
         widen(to, value, t, false);
     else if (kind == KEPT_NORM)
         add_square(recorder, item, value, t, false, true);
+    else if (kind == KEPT_LIMIT)
+        add_to_limit(recorder, item, value, t);
 }
 
 /* Records the end of a case that an event has ended at t, and completes extremes and norms. */
@@ -186,7 +256,8 @@ static struct recorder *recorder_of(struct running *running, const struct refdyn
         return recorder;
     pthread_mutex_lock(&running->lock);
     const struct refdyn_batch batch = runs_describe(running->setup, running->structure);
-    recorder_start(recorder, &running->setup->kept, &running->setup->layout, one->integrator);
+    recorder_start(recorder, &running->setup->kept, &running->setup->layout, one->integrator,
+                   &running->structure->scene.generation.model);
     recorder->derivatives = runs_derivatives_start(recorder->kept, recorder->layout, &batch, one->integrator);
     pthread_mutex_unlock(&running->lock);
     return recorder;

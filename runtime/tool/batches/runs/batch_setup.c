@@ -411,10 +411,14 @@ static enum status lay_out(struct batch_setup *setup) {
     setup->kept.times = runs_seen_times_make(&setup->memory, &setup->sweep.keep, t,
                                              options_number(&setup->options, "until"), every);
     const struct refdyn_model **models = memory_get(&setup->memory, (size_t)count * sizeof *models);
-    for (int i = 0; i < count; i++)
+    const struct model **read = memory_get(&setup->memory, (size_t)count * sizeof *read);
+    for (int i = 0; i < count; i++) {
         models[i] = setup->structures.list[i].scene.model;
+        read[i] = &setup->structures.list[i].scene.generation.model;
+    }
     setup->layout.cases = setup->sweep.cases;
-    return runs_kept_lay_out(&setup->memory, &setup->sweep.keep, models, count, &setup->kept, &setup->layout)
+    return runs_kept_lay_out(&setup->memory, &setup->sweep.keep, models, read, count, &setup->kept,
+                             &setup->layout)
                ? STATUS_DONE
                : STATUS_FAULT;
 }

@@ -108,6 +108,8 @@ static void read_keep(struct again *again, const char *const *of) {
     keep->final = true;
     for (int i = 0; i < layout->item_count; i++) {
         const char *group = layout->items[i].group;
+        if (strcmp(group, "limits") == 0)
+            keep->limits = true;
         if (strcmp(group, "extremes") == 0 || strcmp(group, "norms") == 0 || strcmp(group, "history") == 0)
             keep->history = (struct name_list){&layout->items[i].name, of, 1};
     }

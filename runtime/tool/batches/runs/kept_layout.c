@@ -8,12 +8,18 @@
 
 static const char *const extremes_names[] = {"smallest", "time of the smallest", "largest",
                                              "time of the largest"};
+static const char *const limit_names[] = {"smallest",
+                                          "time of the smallest",
+                                          "largest",
+                                          "time of the largest",
+                                          "first time beyond the limit",
+                                          "time beyond the limit"};
 enum { EXTREMES = 4 };
 
 /* ---- Times ---- */
 
 static bool needs_outputs(const struct keep *keep) {
-    return keep->extremes.count > 0 || keep->norms.count > 0 || keep->history.count > 0;
+    return keep->limits || keep->extremes.count > 0 || keep->norms.count > 0 || keep->history.count > 0;
 }
 
 struct seen_times runs_seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
@@ -46,11 +52,13 @@ struct listing {
 };
 
 static void add_item(struct listing *listing, enum kept_kind kind, const char *column, const char *unit) {
-    static const char *const groups[] = {"final", "at", "extremes", "norms", "history", "derivatives"};
-    static const char *const axes[] = {NULL, "at/t", "extremes/which", NULL, "history/t", NULL};
+    static const char *const groups[] = {"final",   "at",          "extremes", "norms",
+                                         "history", "derivatives", "limits"};
+    static const char *const axes[] = {NULL,        "at/t", "extremes/which", NULL,
+                                       "history/t", NULL,   "limits/which"};
     struct runs_layout *layout = listing->layout;
     struct kept *kept = listing->kept;
-    const int sizes[] = {1, 0, EXTREMES, 1, kept->times.output_count, 1};
+    const int sizes[] = {1, 0, EXTREMES, 1, kept->times.output_count, 1, RUNS_LIMIT_SIZE};
     int size = sizes[kind];
     for (int i = 0; kind == KEPT_AT && i < kept->times.count; i++)
         size += kept->times.at[i] >= 0;
@@ -112,7 +120,16 @@ static void add_derivatives(struct listing *listing, const struct name_list *by,
         }
 }
 
-static void add_model(struct listing *listing, const struct keep *keep, const struct refdyn_model *model) {
+static void add_limits(struct listing *listing, const struct model *read, const struct record_table *table) {
+    for (int i = 0; i < read->bound_count; i++) {
+        const int column = text_index(read->bounds[i].column, table->names, table->count);
+        if (!has_item(listing, KEPT_LIMIT, read->bounds[i].name))
+            add_item(listing, KEPT_LIMIT, read->bounds[i].name, column < 0 ? NULL : table->units[column]);
+    }
+}
+
+static void add_model(struct listing *listing, const struct keep *keep, const struct refdyn_model *model,
+                      const struct model *read) {
     struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
     struct refdyn_integrator integrator = {.work = &work};
     struct record_table table;
@@ -125,6 +142,8 @@ static void add_model(struct listing *listing, const struct keep *keep, const st
     add_named(listing, KEPT_NORM, &keep->norms, &table);
     add_named(listing, KEPT_HISTORY, &keep->history, &table);
     add_derivatives(listing, &keep->derivatives, &table, model);
+    if (keep->limits)
+        add_limits(listing, read, &table);
 }
 
 /* ---- Axes ---- */
@@ -140,7 +159,7 @@ static double *times_of(struct memory *memory, const struct seen_times *times, c
 
 static void add_axes(struct memory *memory, const struct keep *keep, const struct kept *kept,
                      struct runs_layout *layout) {
-    struct kept_axis *axes = memory_get(memory, 3 * sizeof *axes);
+    struct kept_axis *axes = memory_get(memory, 4 * sizeof *axes);
     layout->axes = axes;
     if (keep->at_count > 0) {
         struct kept_axis *axis = &axes[layout->axis_count++];
@@ -150,6 +169,9 @@ static void add_axes(struct memory *memory, const struct keep *keep, const struc
     if (keep->extremes.count > 0)
         axes[layout->axis_count++] =
             (struct kept_axis){.path = "extremes/which", .count = EXTREMES, .names = extremes_names};
+    if (keep->limits)
+        axes[layout->axis_count++] =
+            (struct kept_axis){.path = "limits/which", .count = RUNS_LIMIT_SIZE, .names = limit_names};
     if (keep->history.count > 0) {
         struct kept_axis *axis = &axes[layout->axis_count++];
         *axis = (struct kept_axis){.path = "history/t", .unit = "s"};
@@ -225,11 +247,11 @@ bool runs_kept_fits_hdf5(const struct keep *keep, const struct runs_layout *layo
 /* ---- The whole ---- */
 
 bool runs_kept_lay_out(struct memory *memory, const struct keep *keep,
-                       const struct refdyn_model *const *models, int model_count, struct kept *kept,
-                       struct runs_layout *layout) {
+                       const struct refdyn_model *const *models, const struct model *const *read,
+                       int model_count, struct kept *kept, struct runs_layout *layout) {
     struct listing listing = {.memory = memory, .kept = kept, .layout = layout};
     for (int i = 0; i < model_count; i++)
-        add_model(&listing, keep, models[i]);
+        add_model(&listing, keep, models[i], read[i]);
     add_axes(memory, keep, kept, layout);
     kept->derivatives = &keep->derivatives;
     return are_variables(&keep->derivatives, models, model_count) &&

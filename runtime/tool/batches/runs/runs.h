@@ -67,7 +67,8 @@ struct seen_times {
     int output_count;
 };
 
-enum kept_kind { KEPT_FINAL, KEPT_AT, KEPT_EXTREMES, KEPT_NORM, KEPT_HISTORY, KEPT_DERIVATIVE };
+enum kept_kind { KEPT_FINAL, KEPT_AT, KEPT_EXTREMES, KEPT_NORM, KEPT_HISTORY, KEPT_DERIVATIVE, KEPT_LIMIT };
+enum { RUNS_LIMIT_SIZE = 6 }; /* numbers of a limit: as for extremes, first time beyond, time beyond */
 
 /* What each item of a layout is. */
 struct kept {
@@ -97,11 +98,11 @@ void runs_derivatives_release(struct case_derivatives *derivatives);
 struct seen_times runs_seen_times_make(struct memory *memory, const struct keep *keep, double t, double until,
                                        double every);
 
-/* Adds items and axes for these models to the layout. Returns false and reports the error if a name of `keep`
- * is a column of no model. */
+/* Adds items and axes for these models, as emitted and as read, to the layout. Returns false and reports the
+ * error if a name of `keep` is a column of no model. */
 bool runs_kept_lay_out(struct memory *memory, const struct keep *keep,
-                       const struct refdyn_model *const *models, int model_count, struct kept *kept,
-                       struct runs_layout *layout);
+                       const struct refdyn_model *const *models, const struct model *const *read,
+                       int model_count, struct kept *kept, struct runs_layout *layout);
 
 /* Returns whether HDF5 allows all names of `keep` in that layout; reports the first one that it does not
  * allow. */

@@ -370,6 +370,7 @@ static void read_keep(const struct reading *reading, const struct value *value, 
         {"final", read_truth, AT(keep.final)},       {"at", read_times, AT(keep)},
         {"extremes", read_names, AT(keep.extremes)}, {"norms", read_names, AT(keep.norms)},
         {"history", read_names, AT(keep.history)},   {"derivatives", read_names, AT(keep.derivatives)},
+        {"limits", read_truth, AT(keep.limits)},
     };
     struct sweep_keep *keep = target;
     if (value->kind != VALUE_TABLE || value->tag) {
@@ -379,7 +380,7 @@ static void read_keep(const struct reading *reading, const struct value *value, 
     const int errors = reading->check.messages->errors;
     keep->final = false;
     read_fields(reading, value, path, fields, sizeof fields / sizeof *fields);
-    if (!keep->final &&
+    if (!keep->final && !keep->limits &&
         keep->at_count + keep->extremes.count + keep->norms.count + keep->history.count +
                 keep->derivatives.count ==
             0 &&

@@ -242,6 +242,7 @@ static void copy_keep(struct sweep_reading *reading, double t_end) {
                           keep->at[i], t_end);
     reading->sweep->keep =
         (struct keep){.final = keep->final,
+                      .limits = keep->limits,
                       .extremes = copy_names(memory, &keep->extremes),
                       .norms = copy_names(memory, &keep->norms),
                       .history = copy_names(memory, &keep->history),

@@ -49,7 +49,7 @@ struct sweep_names {
 };
 
 struct sweep_keep {
-    bool final;
+    bool final, limits;
     struct sweep_names extremes, norms, history, derivatives;
     double *at; /* (at_count) ascending, not below 0 [s] */
     int at_count;
@@ -143,6 +143,7 @@ struct name_list {
 
 struct keep {
     bool final;                /* the state at the end: t, coordinates, rates, points */
+    bool limits;               /* of the model: extremes, first time beyond and duration */
     struct name_list extremes; /* smallest and largest value over the outputs, with their times */
     struct name_list norms;    /* root mean square over time */
     struct name_list history;  /* the value at each output */
