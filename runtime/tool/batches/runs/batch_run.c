@@ -108,16 +108,18 @@ static void add_square(struct recorder *recorder, int item, double value, double
         *sum = sqrt(*sum / (t - recorder->kept->times.t[0]));
 }
 
-/* The vertex of the parabola through three outputs, if it lies between the first and the last of them. */
+/* The vertex of the parabola through three outputs, if the middle one is the largest or the smallest. Where
+ * one of the two slopes is far steeper than the other, the value may jump, and the output itself counts. */
 static bool vertex(const struct limit_track *track, double t, double value, double *t_vertex,
                    double *vertex) {
-    const double h0 = track->t[1] - track->t[0], h1 = t - track->t[1];
+    const double steepest = 0.1, h0 = track->t[1] - track->t[0], h1 = t - track->t[1];
     const double s0 = (track->value[1] - track->value[0]) / h0, s1 = (value - track->value[1]) / h1;
     const double curvature = (s1 - s0) / (h0 + h1), slope = (s0 * h1 + s1 * h0) / (h0 + h1);
     const double away = -slope / (2 * curvature);
     *t_vertex = track->t[1] + away;
     *vertex = track->value[1] + away * (slope + away * curvature);
-    return track->count == 2 && away > -h0 && away < h1;
+    return track->count == 2 && s0 * s1 < 0 && fabs(s0) > steepest * fabs(s1) &&
+           fabs(s1) > steepest * fabs(s0);
 }
 
 /* Adds an output to a limit: extremes by parabolas through three outputs, times beyond it by straight lines.
