@@ -138,3 +138,14 @@ def test_groups_of_hdf5(tmp_path):
     with h5py.File(tmp_path / "runs.h5") as file:
         assert set(file["limits"]) == {*EXACT, "which"} and file["limits/mixed"].shape == (2, 6)
     refdyn("sim", "--case", 1, "--of", tmp_path / "runs.h5", "-o", tmp_path / "case.csv")
+
+
+def test_plot_draws_bounds(tmp_path):
+    """A chart for each limit with its column, near bounds as dashed lines, and an area where the motion is beyond one."""
+    model = written(tmp_path)
+    refdyn("sim", model, "--until", 2, "-o", tmp_path / "run.csv", "--summary", tmp_path / "run.json")
+    refdyn("plot", tmp_path / "run.csv", "--units", tmp_path / "run.json", "--panel", "limits", "-o", tmp_path / "run.svg")
+    text = (tmp_path / "run.svg").read_text()
+    assert [name in text for name in ("Limit: a_x<", "Limit: mixed<", "Limit: fast<", "Limit: hold<")] == [True] * 4
+    assert text.count("#e8b0b0") == text.count("stroke-dasharray") == 9  # each bound of the first six limits has both
+    refdyn("plot", tmp_path / "run.csv", "--panel", "limits", "-o", tmp_path / "none.svg", status=1)

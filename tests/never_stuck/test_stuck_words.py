@@ -254,7 +254,7 @@ def test_a_limit_of_force_that_is_left(tmp_path):
     rest = 'constraints = function(s) return { rd.drive { "arm_psi", s.t^3 } } end, forces = function(s) return { arm_psi = s.inputs.tau } end,'
     lines = said(tmp_path, model('rd.input("tau", 0, "N m")', ARM[:-2] + ", limits = { psi = { force = 3 } } }", rest), "--until", "0.5", status=0, command="sim")
     assert NOT_IN_IT % "input tau" in lines
-    assert any(line.startswith("refdyn: warning: arm_psi exceeds its limits: programme force ") for line in lines)
+    assert any(line.startswith("refdyn: warning: force_arm_psi exceeds its limits: programme force ") for line in lines)
 
 
 # ---- states, tables, the command line ----

@@ -1,4 +1,5 @@
 /* `refdyn plot`: draws motions over each other, or a file of runs, into one file. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -9,13 +10,14 @@
 
 /* ---- The panels of a figure of motions: which columns each shows, with titles, units and keys ---- */
 
-enum { PANELS_MAX = 24 };
+enum { PANELS_MAX = 32 };
 
 /* The list of charts for some motions. A panel without values makes no chart. */
 struct panels {
     struct run *runs; /* the curves point into their rows */
     int run_count;
-    json_t *units; /* units by name of column; NULL if they are known only by the kind of column */
+    json_t *units;  /* units by name of column; NULL if they are known only by the kind of column */
+    json_t *limits; /* of the summary; NULL without one */
     bool is_wanted[PANELS_MAX]; /* set by panels_choose */
     struct chart charts[PANELS_MAX];
     int count;
@@ -23,7 +25,8 @@ struct panels {
 
 enum {
     LARGEST_FORCES = 4, /* curves of forces of a run; more would hide these */
-    MOST_INPUTS = 6     /* bound on the panels of inputs and courses */
+    MOST_INPUTS = 6,    /* bound on the panels of inputs and courses */
+    MOST_LIMITS = 6     /* the same for limits */
 };
 
 /* Columns below this part of the panel's largest value are numerical noise and are not drawn. */
@@ -190,6 +193,63 @@ static void add_inputs(struct panels *panels, const struct view *view) {
     }
 }
 
+/* ---- Limits */
+
+/* A bound as a line over the time of the first run, if it is near the values: a distant one would flatten
+ * them. The area beyond it is filled. */
+static void add_bound(struct chart *chart, const struct run *run, int column, const json_t *given,
+                      double sign) {
+    const double away_most = 2; /* ranges of the values */
+    if (!json_is_number(given) || run->kept_count < 2)
+        return;
+    const double bound = json_number_value(given);
+    const long count = run->kept_count;
+    double *t = format_allocate((size_t)count, sizeof *t), *low = format_allocate((size_t)count, sizeof *low),
+           *high = format_allocate((size_t)count, sizeof *high), smallest = INFINITY, largest = -INFINITY;
+    for (long i = 0; i < count; i++) {
+        const double value = run->kept[i * run->column_count + column];
+        smallest = fmin(smallest, value);
+        largest = fmax(largest, value);
+        t[i] = run->kept[i * run->column_count];
+        low[i] = sign > 0 ? bound : fmin(bound, value);
+        high[i] = sign > 0 ? fmax(bound, value) : bound;
+    }
+    if (sign * bound > (sign > 0 ? largest : -smallest) + away_most * (largest - smallest))
+        return;
+    double *line = format_allocate((size_t)count, sizeof *line);
+    for (long i = 0; i < count; i++)
+        line[i] = bound;
+    figures_chart_add_band(
+        chart, (struct band){.x = t, .low = low, .high = high, .count = count, .colour = 0xe8b0b0});
+    figures_chart_add_curve(
+        chart,
+        (struct curve){.x = t, .y = line, .count = count, .stride = 1, .stroke = figures_style_limit()});
+}
+
+/* Adds a chart for each limit of the summary: its column with the bounds. */
+static void add_limits(struct panels *panels, const struct view *view) {
+    size_t i;
+    json_t *limit;
+    json_array_foreach(panels->limits, i, limit) {
+        const char *column = json_string_value(json_object_get(limit, "column"));
+        const char *name = json_string_value(json_object_get(limit, "name"));
+        const int before = panels->count;
+        if (i == MOST_LIMITS || !column || !name)
+            return;
+        const struct view one = {.name = column,
+                                 .title = format_text("%s: %s", view->title, name),
+                                 .quantity = column,
+                                 .shows = shows_name};
+        add_chart(panels, &one);
+        if (panels->count == before)
+            continue;
+        const struct run *run = &panels->runs[panels->charts[before].curves[0].run];
+        const int place = text_index(column, (const char *const *)run->columns, run->column_count);
+        add_bound(&panels->charts[before], run, place, json_object_get(limit, "from"), -1);
+        add_bound(&panels->charts[before], run, place, json_object_get(limit, "to"), 1);
+    }
+}
+
 /* ---- All of them */
 
 static const struct view views[] = {
@@ -207,6 +267,7 @@ static const struct view views[] = {
     {"forces", "Programme forces, the largest", "force", "N", shows_force, SLIDES, false},
     {"torques", "Programme torques, the largest", "torque", "N m", shows_force, TURNS, false},
     {"inputs", "Input or course", NULL, NULL, NULL, 0, false},
+    {"limits", "Limit", NULL, NULL, NULL, 0, false},
     {"phi", "Residuals of position constraints", "|phi|", NULL, shows_residual, 0, false},
     {"psi", "Residuals at velocity level", "|psi|", NULL, shows_residual, 0, false},
     {"energy", "Kinetic and potential energy", "energy", "J", shows_energy, 0, false},
@@ -214,7 +275,7 @@ static const struct view views[] = {
 
 enum { VIEW_COUNT = sizeof views / sizeof views[0] };
 
-_Static_assert(VIEW_COUNT - 1 + MOST_INPUTS <= PANELS_MAX, "PANELS_MAX is too small");
+_Static_assert(VIEW_COUNT - 2 + MOST_INPUTS + MOST_LIMITS <= PANELS_MAX, "PANELS_MAX is too small");
 
 static int find_view(const char *name) {
     int view = 0;
@@ -248,7 +309,9 @@ static const char *panels_names(void) {
 static void panels_make(struct panels *panels) {
     for (int i = 0; i < VIEW_COUNT; i++)
         if (panels->is_wanted[i])
-            (views[i].shows ? add_chart : add_inputs)(panels, &views[i]);
+            (views[i].shows                         ? add_chart
+             : strcmp(views[i].name, "limits") == 0 ? add_limits
+                                                    : add_inputs)(panels, &views[i]);
 }
 
 /* ---- The command ---- */
@@ -300,6 +363,7 @@ static bool read_units(struct panels *panels, const char *path) {
     json_error_t error;
     json_t *root = text ? json_loads(text, JSON_REJECT_DUPLICATES, &error) : NULL;
     panels->units = json_incref(json_object_get(root, "units"));
+    panels->limits = json_incref(json_object_get(root, "limits"));
     const bool is_good = json_is_object(panels->units);
     if (text && !is_good)
         format_complain_line(
@@ -388,6 +452,7 @@ static enum status run_plot(const struct options *options) {
         open_files(&drawing) && (drawing.is_of_runs ? write_runs(&drawing) : write_drawing(&drawing));
     system_targets_release(&drawing.targets);
     json_decref(panels->units);
+    json_decref(panels->limits);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }
 
@@ -398,7 +463,8 @@ static const char *list_panels(const struct command *command) {
 
 static const struct option_rule plot_rules[] = {
     {"panel", "a,b", OPTION_LIST, "these panels only: %s", NULL, list_panels},
-    {"units", "FILE.json", OPTION_TEXT, "units of columns, from the summary of refdyn sim", NULL, NULL},
+    {"units", "FILE.json", OPTION_TEXT, "units of columns and limits, from the summary of refdyn sim", NULL,
+     NULL},
     {.name = NULL}};
 
 const struct command plot_command = {
