@@ -289,12 +289,20 @@ static bool is_of_point(const struct check *check, const char *name) {
     return false;
 }
 
+/* The time, the energy and the residuals of rows. */
+static bool is_of_motion(const char *name) {
+    const bool is_residual = strncmp(name, "phi_", 4) == 0 || strncmp(name, "psi_", 4) == 0;
+    return strcmp(name, "t") == 0 || strcmp(name, "energy") == 0 ||
+           (is_residual && name[4] && !name[4 + strspn(name + 4, "0123456789")]);
+}
+
 static void check_bound(const struct check *check, const struct bound *bound) {
     const struct model *model = check->model;
     bool is_known = is_of_coordinate(check, bound->column) || is_of_point(check, bound->column);
     for (int i = 0; i < model->course_count; i++)
         is_known = is_known || strcmp(model->courses[i].name, bound->column) == 0;
-    if (bound->is_course && (is_of_coordinate(check, bound->name) || is_of_point(check, bound->name)))
+    if (bound->is_course && (is_of_coordinate(check, bound->name) || is_of_point(check, bound->name) ||
+                             is_of_motion(bound->name)))
         message_error(check->messages, bound->place,
                       "limits.%s: a column of the motion has this name; give its bounds by column, or choose "
                       "another name",

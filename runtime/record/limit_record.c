@@ -5,6 +5,7 @@
  */
 #include "runtime/record/record.h"
 
+#include <assert.h>
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
@@ -46,13 +47,14 @@ void record_limits_start(struct record_limits *limits, struct record_memory memo
     bool *wanted = memory.get(memory.context, (size_t)limits->table.count * sizeof *wanted);
     for (int i = 0; i < count; i++) {
         const int place = record_table_find(&limits->table, bounds[i].column, strlen(bounds[i].column));
+        assert(place >= 0); /* the model was checked when it was read */
         limits->list[i] = (struct record_limit){.bound = bounds[i],
-                                                .place = place < 0 ? 0 : place,
-                                                .unit = limits->table.units[place < 0 ? 0 : place],
+                                                .place = place,
+                                                .unit = limits->table.units[place],
                                                 .smallest = INFINITY,
                                                 .largest = -INFINITY,
                                                 .t_first = NAN};
-        wanted[limits->list[i].place] = true;
+        wanted[place] = true;
     }
     record_table_want(&limits->table, wanted);
 }
