@@ -323,12 +323,14 @@ static void find_slopes(struct memory *memory, struct knots *k) {
 /* Derivative `order` at a knot: a sum over the knots' values. */
 static expression at_knot(struct graph *g, const struct knots *k, const expression *values, int knot,
                           int order) {
+    if (order == 0)
+        return values[knot];
     const double *factors = k->slopes + ((k->half - 1) * knot + order - 1) * k->count;
     expression sum = EXPR_ZERO;
-    for (int j = 0; j < k->count && order > 0; j++)
+    for (int j = 0; j < k->count; j++)
         if (factors[j] != 0)
             sum = expr_add(g, sum, expr_mul(g, expr_number(g, factors[j]), values[j]));
-    return order == 0 ? values[knot] : sum;
+    return sum;
 }
 
 /* The change of the way in a piece over its share x of time. */
@@ -360,9 +362,10 @@ static bool read_knots(const struct checker *checker, const struct value *list, 
         const struct value *knot = &list->items[i];
         const char *own = fields_path_item(checker, path, i);
         if (knot->item_count != 2 || knot->field_count > 0 || knot->items[0].kind != VALUE_NUMBER ||
-            !value_expression(checker->graph, &knot->items[1], &values[i])) {
+            !value_expression(checker->graph, &knot->items[1], &values[i]) ||
+            checker->graph->nodes[values[i]].depends & ~ON_PARAMETER) {
             message_error(checker->messages, knot->place,
-                          "%s: must be { time, value } with a plain number as time", own);
+                          "%s: must be { time, way }, a plain number and an expression in parameters", own);
             return false;
         }
         times[i] = knot->items[0].number;
