@@ -245,7 +245,7 @@ def test_background_process(place):
     place.program("cc", "sleep 1")
     place.run(*SIM, "a.csv")
     process = background_of(place)
-    assert os.getsid(process) == process and os.getpriority(os.PRIO_PROCESS, process) == 5 + os.getpriority(os.PRIO_PROCESS, 0)
+    assert os.getsid(process) == process and os.getpriority(os.PRIO_PROCESS, process) == min(19, 5 + os.getpriority(os.PRIO_PROCESS, 0))
     opened = {os.readlink(f"/proc/{process}/fd/{name}") for name in os.listdir(f"/proc/{process}/fd")}
     assert {path for path in opened if not path.startswith(str(place.cache))} == {"/dev/null"}
     place.settled(2)

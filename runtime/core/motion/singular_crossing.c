@@ -451,10 +451,9 @@ static void refuse(struct refdyn_motion *motion, double t_new) {
 
 double refdyn_crossing_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead) {
     const double steps = motion->options.tol > 0 ? reach_adaptive : reach_fixed;
-    double t;
-    if (motion->options.singular != REFDYN_PASS || !is_ahead(motion, steps * ahead->h, &t))
-        return INFINITY;
-    return t;
+    double t = INFINITY;
+    const int is_found = motion->options.singular == REFDYN_PASS && is_ahead(motion, steps * ahead->h, &t);
+    return is_found ? t : INFINITY;
 }
 
 /* The step has no shorter one that could end at an obstacle seen in it. */
