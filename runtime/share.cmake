@@ -22,7 +22,7 @@ endif()
 configure_file(models/editor/refdyn.lua ${PROJECT_BINARY_DIR}/share/refdyn/models/editor/refdyn.lua COPYONLY)
 if(PROJECT_IS_TOP_LEVEL)
     install(DIRECTORY models DESTINATION ${CMAKE_INSTALL_DATADIR}/refdyn FILES_MATCHING PATTERN *.lua PATTERN README.md)
-    # The programs of docs/control-in-c.md, with the models that they need.
-    install(DIRECTORY docs/control DESTINATION ${CMAKE_INSTALL_DATADIR}/refdyn FILES_MATCHING PATTERN *.c PATTERN *.lua)
+    # The programs of docs/control-in-c.md and controllers.md, with the models that they need.
+    install(DIRECTORY docs/control DESTINATION ${CMAKE_INSTALL_DATADIR}/refdyn FILES_MATCHING PATTERN *.c PATTERN *.lua PATTERN *.py)
     install(FILES docs/casadi/arm.lua DESTINATION ${CMAKE_INSTALL_DATADIR}/refdyn/control)
 endif()

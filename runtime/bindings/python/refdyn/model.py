@@ -178,7 +178,7 @@ class Model:
         if name.startswith("_") or name not in self._known:
             if name in self.__dict__.get("_lacks", ()):
                 raise AttributeError(f"{shown_file(self._sources.main)}: the model has no {name}; it needs {self._lacks[name]}")
-            near = None if name.startswith("_") else nearest(name, dir(self))
+            near = None if name.startswith("_") else nearest(name, (own for own in dir(self) if not own.startswith("_")))
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}" + (f"; did you mean {near!r}?" if near else ""))
         with self._lock:
             if name not in self.__dict__:
