@@ -149,3 +149,15 @@ def test_plot_draws_bounds(tmp_path):
     assert [name in text for name in ("Limit: a_x<", "Limit: mixed<", "Limit: fast<", "Limit: hold<")] == [True] * 4
     assert text.count("#e8b0b0") == text.count("stroke-dasharray") == 9  # each bound of the first six limits has both
     refdyn("plot", tmp_path / "run.csv", "--panel", "limits", "-o", tmp_path / "none.svg", status=1)
+
+
+def test_rounding_is_not_beyond(tmp_path):
+    """A value that rounds about its bound holds the limit, in motions and in batches."""
+    model = written(tmp_path, more=', {{ "one", rd.sin(7 * s.t)^2 + rd.cos(7 * s.t)^2, to = 1 }}'.replace("{{", "{").replace("}}", "}"))
+    _, _, summary = motion(model, "--until", 2)
+    assert next(limit for limit in summary["limits"] if limit["name"] == "one")["t"] is None
+    (tmp_path / "sweep.lua").write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = { w = { 5 } }, t_end = 2, keep = { limits = true } }')
+    refdyn("batch", model, tmp_path / "sweep.lua", "-o", tmp_path / "runs.csv")
+    header, row = ((tmp_path / "runs.csv").read_text().splitlines()[i].split(",") for i in (0, 1))
+    found = dict(zip(header, row))
+    assert found["limit_one_beyond_t"] in ("", "nan") and float(found["limit_one_beyond_s"]) == 0

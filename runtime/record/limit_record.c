@@ -72,7 +72,7 @@ static double excess(const struct record_bound *bound, double value) {
     return fmax(bound->from - value, value - bound->to);
 }
 
-static bool is_beyond(const struct record_bound *bound, double value) {
+bool record_is_beyond(const struct record_bound *bound, double value) {
     return excess(bound, value) > slack * size_of(bound);
 }
 
@@ -125,7 +125,7 @@ static bool has_vertex(const double *three, int from, double *share, double *est
 
 /* Whether an extreme of this value would matter: beyond those known, or beyond the limit. */
 static bool matters(const struct record_limit *limit, double value) {
-    return value > limit->largest || value < limit->smallest || is_beyond(&limit->bound, value);
+    return value > limit->largest || value < limit->smallest || record_is_beyond(&limit->bound, value);
 }
 
 /* The samples, and the extremes between them that matter. Returns their number. */
@@ -150,13 +150,14 @@ static int list_points(struct record_limits *limits, const struct record_limit *
 /* The time between two points at which the limit is crossed; only one of them is beyond it. */
 static double crossing(struct record_limits *limits, const struct record_limit *limit, struct point from,
                        struct point to, int *status) {
-    const bool was_beyond = is_beyond(&limit->bound, from.value);
+    const bool was_beyond = record_is_beyond(&limit->bound, from.value);
     double before = from.t, after = to.t;
     while (after - before > DBL_EPSILON * fmax(fabs(before), fabs(after)) && *status == REFDYN_OK) {
         const double middle = before + (after - before) / 2;
         if (!(middle > before && middle < after))
             break;
-        const bool is_same = is_beyond(&limit->bound, value_at(limits, limit, middle, status)) == was_beyond;
+        const bool is_same =
+            record_is_beyond(&limit->bound, value_at(limits, limit, middle, status)) == was_beyond;
         *(is_same ? &before : &after) = middle;
     }
     return after;
@@ -176,13 +177,13 @@ static void widen(struct record_limit *limit, struct point point) {
 static void add_points(struct record_limits *limits, struct record_limit *limit, const struct point *points,
                        int count, int *status) {
     for (int k = 0; k < count; k++) {
-        const bool is_out = is_beyond(&limit->bound, points[k].value);
+        const bool is_out = record_is_beyond(&limit->bound, points[k].value);
         widen(limit, points[k]);
         if (is_out && isnan(limit->t_first))
             limit->t_first = points[k].t;
         if (k + 1 == count)
             return;
-        const bool goes_out = is_beyond(&limit->bound, points[k + 1].value);
+        const bool goes_out = record_is_beyond(&limit->bound, points[k + 1].value);
         const double t =
             is_out != goes_out ? crossing(limits, limit, points[k], points[k + 1], status) : points[k + 1].t;
         if (is_out)

@@ -169,6 +169,9 @@ struct record_bound {
     double from, to;
 };
 
+/* Whether the value is beyond a bound by more than rounding. */
+bool record_is_beyond(const struct record_bound *bound, double value);
+
 struct record_limits {
     struct record_limit *list;
     int count;

@@ -27,7 +27,7 @@ struct recorder {
     const struct runs_layout *layout;
     struct record_table table;
     int *places;                 /* (item_count) columns of the table, -1 if this structure has none */
-    const struct bound **bounds; /* (item_count) of limits, NULL for other items */
+    struct record_bound *bounds; /* (item_count) of limits */
     struct limit_track *tracks;  /* (item_count) the last outputs of limits */
     double *values;              /* (layout->width) of the case */
     double *before;              /* (item_count) squares at the previous output, for norms */
@@ -51,7 +51,8 @@ static void find_places(struct recorder *recorder, const struct model *read) {
     for (int i = 0; i < recorder->layout->item_count; i++) {
         const struct bound *bound = kept->kinds[i] == KEPT_LIMIT ? find_bound(read, kept->columns[i]) : NULL;
         const char *column = bound ? bound->column : kept->columns[i];
-        recorder->bounds[i] = bound;
+        if (bound)
+            recorder->bounds[i] = (struct record_bound){bound->name, bound->column, bound->from, bound->to};
         recorder->places[i] =
             kept->kinds[i] == KEPT_LIMIT && !bound ? -1 : text_index(column, table->names, table->count);
         if (recorder->places[i] >= 0)
@@ -127,23 +128,25 @@ static bool vertex(const struct limit_track *track, double t, double value, doub
 static void add_to_limit(struct recorder *recorder, int item, double value, double t) {
     double *to = recorder->values + recorder->layout->items[item].offset, t_vertex, at_vertex;
     struct limit_track *track = &recorder->tracks[item];
-    const struct bound *bound = recorder->bounds[item];
+    const struct record_bound *bound = &recorder->bounds[item];
     widen(to, value, t, track->count == 0);
     if (track->count == 2 && vertex(track, t, value, &t_vertex, &at_vertex))
         widen(to, at_vertex, t_vertex, false);
-    const double beyond = fmax(bound->from - value, value - bound->to);
+    const bool is_out = record_is_beyond(bound, value);
     if (track->count == 0)
         to[5] = 0;
-    if (track->count == 0 && beyond > 0)
+    if (track->count == 0 && is_out)
         to[4] = t;
     if (track->count > 0) {
-        const double t0 = track->t[1],
-                     before = fmax(bound->from - track->value[1], track->value[1] - bound->to);
-        const double crossing = t0 + (t - t0) * before / (before - beyond);
-        if (before <= 0 && beyond > 0 && isnan(to[4]))
+        const double t0 = track->t[1], v0 = track->value[1],
+                     bound_near = fmax(v0, value) > bound->to ? bound->to : bound->from;
+        const bool was_out = record_is_beyond(bound, v0);
+        const double crossing =
+            is_out == was_out ? t : fmin(fmax(t0 + (t - t0) * (bound_near - v0) / (value - v0), t0), t);
+        if (!was_out && is_out && isnan(to[4]))
             to[4] = crossing;
-        if (before > 0 || beyond > 0)
-            to[5] += before > 0 && beyond > 0 ? t - t0 : before > 0 ? crossing - t0 : t - crossing;
+        if (was_out || is_out)
+            to[5] += is_out == was_out ? t - t0 : was_out ? crossing - t0 : t - crossing;
     }
     *track = (struct limit_track){.t = {track->t[1], t},
                                   .value = {track->value[1], value},
