@@ -55,21 +55,22 @@ def made(fmpy, tmp_path_factory):  # noqa: F811
     return get
 
 
-def simulate(fmpy, files, kind, until, names, **ways):  # noqa: F811
-    return fmpy.simulate_fmu(files, fmi_type=kind, stop_time=until, output_interval=until / OUTPUTS, relative_tolerance=1e-9, output=names,
+def simulate(fmpy, files, kind, until, names, tolerance=1e-9, **ways):  # noqa: F811
+    return fmpy.simulate_fmu(files, fmi_type=kind, stop_time=until, output_interval=until / OUTPUTS, relative_tolerance=tolerance, output=names,
                              record_events=False, **ways)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("name", "until"), [("pair", 2.5)] + ([("rod", 1.5), ("table", 1.2), ("stack", 1.5), ("wall", 3)] if LONG else []))
 def test_motions(fmpy, made, name, until, kind):  # noqa: F811
-    """As in `sim`, with the contact forces and the times of rest."""
+    """As in `sim`, with the contact forces and the times of rest. Impacts that accumulate make a small error of the importer a large one:
+    near the end of the bounces, rates differ by 5e-5 if the importer's tolerance is 1e-9, and by 5e-7 if it is 1e-11."""
     _, model, files = made(name)
     run, _, _ = motion(model, "--until", until, "--every", until / OUTPUTS, "--tol", 1e-9)
     states = [key for key in run if key + "_d" in run or key.endswith("_d") and key[:-2] in run]
     names = states + [key for key in run if key.startswith(("contact_", "rest_"))]
-    found = simulate(fmpy, files, kind, until, names)
-    tolerances = {key: 1e-5 if key in states else 1e-3 for key in names}  # errors of the importer times 1/(1 - e) for the bounces
+    found = simulate(fmpy, files, kind, until, names, tolerance=1e-11)
+    tolerances = {key: 1e-5 if key in states else 1e-3 for key in names}
     at = [int(np.flatnonzero(np.isclose(found["time"], t, rtol=0, atol=1e-9))[-1]) for t in run["t"]]
     check(close(key, found[key][at], run[key], tolerances[key], scale=1) for key in names)
 
