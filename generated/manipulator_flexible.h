@@ -18,35 +18,35 @@
  *
  * Operations of one call (additions, multiplications, divisions, functions), and an upper bound of its stack
  * in bytes, without functions of libm:
- *   M                292    462    0   18    1560
- *   h                212    296    0   20    2032
- *   Q                 83    125    1   23    1472
- *   u                286    460    3   24    3112
- *   row_terms        286    460    3   24    3112
- *   terms            286    460    3   24    2456
- *   v                286    460    3   24    3112
- *   phi              286    460    3   24    3112
- *   psi              286    460    3   24    3112
- *   k                286    460    3   24    3112
- *   r                286    460    3   24    3112
- *   point_terms      286    460    3   24    3112
- *   rd               286    460    3   24    3112
- *   C                286    460    3   24    3112
- *   d                286    460    3   24    3112
- *   energy           144    225    0   20    1696
+ *   M                292    462    0   18    1696
+ *   h                212    296    0   20    2136
+ *   Q                 83    125    1   23    1648
+ *   u                286    460    3   24    3280
+ *   row_terms        286    460    3   24    3280
+ *   terms            286    460    3   24    2624
+ *   v                286    460    3   24    3280
+ *   phi              286    460    3   24    3280
+ *   psi              286    460    3   24    3280
+ *   k                286    460    3   24    3280
+ *   r                286    460    3   24    3280
+ *   point_terms      286    460    3   24    3280
+ *   rd               286    460    3   24    3280
+ *   C                286    460    3   24    3280
+ *   d                286    460    3   24    3280
+ *   energy           144    225    0   20    1808
  *   power             12     25    1    3     256
- *   Q_q              246    343    0   22    2440
- *   qdd_free         940   1343   18   27    4656
- *   accelerations    940   1343   18   27    4424
- *   qdd              940   1343   18   27    4656
- *   constrained      940   1343   18   27    4656
- *   force           1252   1829   21   51    5592
- *   equations        886   1343    4   85    3216
+ *   Q_q              246    343    0   22    2568
+ *   qdd_free         940   1343   18   27    5136
+ *   accelerations    940   1343   18   27    4904
+ *   qdd              940   1343   18   27    5136
+ *   constrained      940   1343   18   27    5136
+ *   force           1252   1829   21   51    6064
+ *   equations        886   1343    4   85    3384
  *   course             2      7    2    4     256
  *   breaks             0      0    0    0     256
- *   anchor            24     43    0   22    1040
+ *   anchor            24     43    0   22    1264
  *   start              0      0    0    0     256
- *   required           1     27    2   19     328
+ *   required           1     27    2   19     320
  * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2351 operations; qdd_free recursive, 1238 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H

@@ -15,34 +15,34 @@
  * Operations of one call (additions, multiplications, divisions, functions), and an upper bound of its stack
  * in bytes, without functions of libm:
  *   M                  6      6    0    2     288
- *   h                 14     27    0    2     328
+ *   h                 14     27    0    2     320
  *   Q                  6     11    1    5     256
- *   u                 45     71    3    6     936
- *   row_terms         45     71    3    6     936
- *   terms             45     71    3    6     640
- *   v                 45     71    3    6     936
- *   phi               45     71    3    6     936
- *   psi               45     71    3    6     936
- *   k                 45     71    3    6     936
- *   r                 45     71    3    6     936
- *   point_terms       45     71    3    6     936
- *   rd                45     71    3    6     936
- *   C                 45     71    3    6     936
- *   d                 45     71    3    6     936
- *   energy            19     37    0    2     408
+ *   u                 45     71    3    6     872
+ *   row_terms         45     71    3    6     872
+ *   terms             45     71    3    6     576
+ *   v                 45     71    3    6     872
+ *   phi               45     71    3    6     872
+ *   psi               45     71    3    6     872
+ *   k                 45     71    3    6     872
+ *   r                 45     71    3    6     872
+ *   point_terms       45     71    3    6     872
+ *   rd                45     71    3    6     872
+ *   C                 45     71    3    6     872
+ *   d                 45     71    3    6     872
+ *   energy            19     37    0    2     384
  *   power              3      7    1    3     256
- *   Q_q                4     15    0    4     328
- *   qdd_free         105    169    9    9    1112
- *   accelerations    105    169    9    9    1024
- *   qdd              105    169    9    9    1112
- *   constrained      105    169    9    9    1112
- *   force            158    248   12   15    1544
- *   equations         75    115    4   15     968
+ *   Q_q                4     15    0    4     320
+ *   qdd_free         105    169    9    9     984
+ *   accelerations    105    169    9    9     896
+ *   qdd              105    169    9    9     984
+ *   constrained      105    169    9    9     984
+ *   force            158    248   12   15    1408
+ *   equations         75    115    4   15     904
  *   course             2      7    2    4     256
  *   breaks             0      0    0    0     256
  *   anchor             2      2    0    2     256
  *   start              0      0    0    0     256
- *   required           1     26    2   19     328
+ *   required           1     26    2   19     320
  * Choices by counted operations: M written out, 12 (loops 80); Q_q written out, 19 (loops 30); qdd recursive, 306 operations (dense 299); qdd_free recursive, 109 operations (dense 109).
  */
 #ifndef REFDYN_GENERATED_manipulator_rigid_H

@@ -17,8 +17,10 @@
 #include <string.h>
 
 enum {
-    BASE_BYTES = 256,  /* saved registers, alignment, and what small functions need */
-    SINCOS_BYTES = 512 /* of the pass over angles, which has three arrays of FEWEST_ANGLES */
+    BASE_BYTES = 256,   /* saved registers, alignment, and what small functions need */
+    SINCOS_BYTES = 500, /* of the pass over angles, which has three arrays of FEWEST_ANGLES */
+    ANGLE_BYTES = 36,   /* of each angle where the pass becomes a part of the function */
+    MOST_ANGLES = 7     /* for which compilers do so */
 };
 
 /* ---- Values of the text ---- */
@@ -144,6 +146,10 @@ static struct reader open_reader(struct memory *memory, const char *text) {
     return r;
 }
 
+static long bytes_of_angles(int count) {
+    return count ? SINCOS_BYTES + ANGLE_BYTES * (count < MOST_ANGLES ? count : MOST_ANGLES) : 0;
+}
+
 /* The pieces of a long function are called one after the other. */
 long emit_own_stack(const struct emission *x, const char *text) {
     struct memory *memory = x->plan->memory;
@@ -169,7 +175,7 @@ long emit_own_stack(const struct emission *x, const char *text) {
     }
     memory_back(memory, mark);
     return (arrays + emit_places_of_values(x->plan, most)) * emit_real_bytes(x->plan) +
-           (x->function->angle_count ? SINCOS_BYTES : 0);
+           bytes_of_angles(x->function->angle_count);
 }
 
 /* Called functions run one after the other. A result from which a part is copied is a local array, too. */
