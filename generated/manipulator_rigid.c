@@ -1062,7 +1062,7 @@ static void manipulator_rigid_required_doubles(const double *p, const double *x,
 const struct refdyn_model manipulator_rigid_model = {
     SET(interface_version) 6,
     SET(name) "manipulator_rigid",
-    SET(hash) "758030db5a8c5fe2",
+    SET(hash) "3acd602bf8374b6c",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

@@ -5,6 +5,7 @@ local n       = rd.option("n_rfe", 4, { from = 1 })                     -- rigid
 local program = rd.option("program", "consistent", { "consistent", "chapter", "none" })
 local dofs    = rd.option("dofs", "psi,theta,phi")                      -- of each spring-damping element
 local drive   = rd.option("drive", "course", { "course", "input" })
+local driven  = rd.option("driven", false)                              -- with drives that can perform the programme
 local name    = rd.option("name", "manipulator")                        -- of the emitted files
 local form    = rd.option("form", "corrected", { "corrected", "printed" })
 local p       = rd.parameters {
@@ -48,6 +49,7 @@ return rd.model {
       rd.velocity { E.zd - rise(s.t), alpha = p.alpha, name = "rise" },
     }
   end,
+  drives    = driven and { "arm_psi", "effector_z" } or nil,
   dependent = program ~= "none" and { "arm_psi", "effector_z" } or nil,
   hold      = { "column_psi", "arm_psi", "effector_z" },
 }

@@ -167,6 +167,15 @@ struct bound {
     struct place place;
 };
 
+/* A drive: its force is an input, which a programme realised by drives determines. */
+struct drive {
+    const char *name;
+    int coordinate; /* on which it acts; -1: along the line between two places */
+    int input;
+    double limit; /* of its absolute value, infinite if there is none [N or N m] */
+    struct place place;
+};
+
 /* A programme constraint: residual = 0. */
 struct row {
     enum row_level { ROW_POSITION, ROW_VELOCITY, ROW_ACCELERATION } level;
@@ -174,6 +183,8 @@ struct row {
     expression alpha, beta; /* Baumgarte gains [1/s] */
     const char *name;       /* for reports: "row 1" or the author's name */
     const char *path;       /* its name in messages: "constraints[1]" */
+    bool is_programme;      /* the author's own course of the motion, which drives can realise instead */
+    int locked;             /* 1 + the coordinate that it locks, or 0 */
     bool is_closure;        /* part of a closed loop or joint, some of whose rows may be redundant */
     expression rests;       /* of a contact: the parameter that is 1 while the contact rests and its row acts,
                                and 0 otherwise. No expression (0) if the row always acts */
@@ -261,6 +272,8 @@ struct model {
     int course_count;
     struct bound *bounds;
     int bound_count;
+    struct drive *drives;
+    int drive_count;
     struct row *rows;
     int row_count, row_capacity;
     struct event *events;

@@ -12,7 +12,7 @@ typedef void check_value_of_type(const struct checker *checker, const struct val
 
 static check_value_of_type check_whole, check_plain_number, check_number, check_vector, check_values,
     check_turns, check_names, check_by_joint, check_tables_by_joint, check_direction, check_free_vector,
-    check_free_by_name, check_points, check_list;
+    check_free_by_name, check_points, check_list, check_drives;
 
 /* Checks of a value in addition to its type. */
 static check_value_of_type *const checks[TYPE_COUNT] = {
@@ -32,6 +32,7 @@ static check_value_of_type *const checks[TYPE_COUNT] = {
     [TYPE_FREE_BY_NAME] = check_free_by_name,
     [TYPE_POINTS] = check_points,
     [TYPE_LIST] = check_list,
+    [TYPE_DRIVES] = check_drives,
 };
 
 /* Reports a value that is not of the needed kind. A gap in a list has been reported before. */
@@ -342,6 +343,19 @@ static void check_list(const struct checker *checker, const struct value *value,
             refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i), "a table");
 }
 
+static void check_drives(const struct checker *checker, const struct value *value,
+                         const struct field_rule *rule, const char *path) {
+    field_types_has_no_names(checker, value, path, type_rules[rule->type].text);
+    for (int i = 0; i < value->item_count; i++) {
+        const struct value *item = &value->items[i];
+        if (item->kind == VALUE_TABLE)
+            fields_check(checker, item, OWNER_EFFORT, fields_path_item(checker, path, i));
+        else if (item->kind != VALUE_TEXT || is_empty_text(item))
+            refuse_kind(checker, item, fields_path_item(checker, path, i),
+                        "a coordinate, or { \"arm_psi\", limit = 100 }");
+    }
+}
+
 /* ---- all fields of a table ---- */
 
 /* An example of such a table, with the function of the module that has made this one. */
@@ -387,6 +401,8 @@ static const struct {
              {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},
              {FIELD_DAMPING_tip_mass, FIELD_DAMPING_ratio},
              {FIELD_DAMPING_frequency, FIELD_DAMPING_ratio},
+             {FIELD_EFFORT_from, FIELD_EFFORT_to},
+             {FIELD_EFFORT_to, FIELD_EFFORT_from},
              {FIELD_TIMING_acceleration, FIELD_TIMING_rate},
              {FIELD_TIMING_jerk, FIELD_TIMING_rate},
              {FIELD_TIMING_duration, FIELD_TIMING_knots},

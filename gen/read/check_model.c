@@ -301,6 +301,8 @@ static void check_bound(const struct check *check, const struct bound *bound) {
     bool is_known = is_of_coordinate(check, bound->column) || is_of_point(check, bound->column);
     for (int i = 0; i < model->course_count; i++)
         is_known = is_known || strcmp(model->courses[i].name, bound->column) == 0;
+    for (int i = 0; i < model->input_count; i++)
+        is_known = is_known || strcmp(model->inputs[i].name, bound->column) == 0;
     if (bound->is_course && (is_of_coordinate(check, bound->name) || is_of_point(check, bound->name) ||
                              is_of_motion(bound->name)))
         message_error(check->messages, bound->place,
@@ -309,7 +311,7 @@ static void check_bound(const struct check *check, const struct bound *bound) {
                       bound->name);
     if (!is_known)
         message_error(check->messages, bound->place,
-                      "limits.%s: a motion has no column \"%s\" of a coordinate, point or course",
+                      "limits.%s: a motion has no column \"%s\" of a coordinate, point, course or input",
                       bound->name, bound->column);
 }
 

@@ -87,6 +87,8 @@ const struct type_rule type_rules[TYPE_COUNT] = {
     [TYPE_TRUTH] = {"true or false", TAKES_TRUTH, OWNER_COUNT},
     [TYPE_POINTS] = {"a table of points such as { E = \"arm\" }", TAKES_TABLE, OWNER_COUNT},
     [TYPE_LIST] = {"a list of tables", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_DRIVES] = {"a list of drives such as { \"arm_psi\", { \"effector_z\", limit = 100 } }", TAKES_TABLE,
+                     OWNER_COUNT},
     [TYPE_FUNCTION] = {"a function", TAKES_FUNCTION, OWNER_COUNT},
 };
 

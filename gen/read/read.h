@@ -38,6 +38,11 @@ struct read_request {
     bool fold;        /* parameters become numbers, except for anchored ones */
     enum accelerations accelerations;
     enum loops loops;
+    enum programme {
+        PROGRAMME_ACTS,  /* by ideal forces */
+        PROGRAMME_RESTS, /* acts, and before t = 0 rests at its values of t = 0 */
+        PROGRAMME_FREE   /* its rows are read and checked, but do not act: drives move the model */
+    } programme;
 };
 
 struct script;

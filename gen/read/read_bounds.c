@@ -83,6 +83,18 @@ static void add_bound(struct model *model, const char *name, double from, double
             (struct bound){.name = name, .column = name, .from = from, .to = to, .place = place};
 }
 
+/* A limit of a drive, or of the force on its coordinate, bounds the input that is the drive's force. */
+static void add_limits_of_drives(const struct reader *reader) {
+    struct model *model = reader->model;
+    for (int i = 0; i < model->drive_count; i++) {
+        const struct drive *drive = &model->drives[i];
+        const struct limits *limits =
+            drive->coordinate >= 0 ? reader->tree->frames[drive->coordinate].joint.limits : NULL;
+        const double largest = isfinite(drive->limit) ? drive->limit : limits ? limits->force : INFINITY;
+        add_bound(model, model->inputs[drive->input].name, -largest, largest, drive->place);
+    }
+}
+
 /* The limits of links: each is a short form of limits of the coordinate, its rate and its programme force. */
 static void add_limits_of_joints(const struct reader *reader) {
     const struct tree *tree = reader->tree;
@@ -117,9 +129,11 @@ static void read_list(const struct reader *reader, const struct value *list) {
 }
 
 void read_bounds(const struct reader *reader, const struct value *list) {
-    const size_t most = 3 * (size_t)reader->tree->count + (list ? (size_t)list->item_count : 0);
+    const size_t most = 3 * (size_t)reader->tree->count + (size_t)reader->model->drive_count +
+                        (list ? (size_t)list->item_count : 0);
     reader->model->bounds = memory_get(reader->check.memory, (most + 1) * sizeof *reader->model->bounds);
     add_limits_of_joints(reader);
+    add_limits_of_drives(reader);
     if (list)
         read_list(reader, list);
 }

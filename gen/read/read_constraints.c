@@ -93,6 +93,7 @@ static void add_programme(const struct group *group, enum row_level level, expre
     add_row(group, level, residual, part);
     struct row *row = &reader->model->rows[reader->model->row_count - 1];
     row->is_closure = false;
+    row->is_programme = true;
     row->starts = declarations_start_values(reader->check.declarations, residual, &row->start_count);
 }
 
@@ -488,6 +489,7 @@ static void read_lock(const struct reader *reader, const struct value *value, co
     const char *name = memory_format(check->memory, "lock %s", reader->tree->frames[coordinate].name);
     const struct group group = start_group(reader, value, path, GAINS(LOCK), name);
     add_row(&group, ROW_POSITION, driven(&group, coordinate, e), NULL);
+    reader->model->rows[reader->model->row_count - 1].locked = coordinate + 1;
 }
 
 /* ---- contacts ---- */

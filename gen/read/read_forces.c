@@ -151,14 +151,20 @@ static expression free_value(const struct reader *reader, const struct value *ta
     return e;
 }
 
-static void read_actuator(const struct reader *reader, const struct value *value, const char *path) {
+bool read_push(const struct reader *reader, const struct value *value, enum field from, enum field to,
+               expression force, const char *path) {
     struct graph *g = reader->check.graph;
     struct line line;
-    if (!read_line(reader, value, FIELD_ACTUATOR_from, FIELD_ACTUATOR_to, path, &line))
-        return;
+    if (!read_line(reader, value, from, to, path, &line))
+        return false;
     const expression length = expr_sqrt(g, vector_dot(g, line.apart, line.apart));
-    add_push(reader, &line, expr_div(g, free_value(reader, value, FIELD_ACTUATOR_force), length), value,
-             path);
+    add_push(reader, &line, expr_div(g, force, length), value, path);
+    return true;
+}
+
+static void read_actuator(const struct reader *reader, const struct value *value, const char *path) {
+    read_push(reader, value, FIELD_ACTUATOR_from, FIELD_ACTUATOR_to,
+              free_value(reader, value, FIELD_ACTUATOR_force), path);
 }
 
 /* ---- at a point ---- */

@@ -236,17 +236,21 @@ void read_programme(struct script *script, const struct tree *tree, struct model
     const struct value *courses = fields_get(root, FIELD_MODEL_courses);
     const struct value *limits = fields_get(root, FIELD_MODEL_limits);
     const struct value *events = fields_get(root, FIELD_MODEL_events);
+    const struct value *drives = fields_get(root, FIELD_MODEL_drives);
     struct value result;
     reader.tree = tree;
     const char *const *coordinates = tree_coordinate_names(reader.check.memory, tree);
     script_set_names(script, model, coordinates, tree->count);
     if (forces && script_call(script, forces, "forces", &result))
         read_forces(&reader, &result);
+    if (drives)
+        read_drives(&reader, drives);
     if (courses && script_call(script, courses, "courses", &result))
         read_courses(&reader, &result);
     read_bounds(&reader, limits && script_call(script, limits, "limits", &result) ? &result : NULL);
     if (constraints && script_call(script, constraints, "constraints", &result))
         read_constraints(&reader, &result);
+    read_drives_end(&reader);
     if (events && script_call(script, events, "events", &result))
         read_events(&reader, &result);
     copy_declarations(&reader);

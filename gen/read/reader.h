@@ -143,8 +143,8 @@ void module_run(struct module_call *call);
 
 /* ---- time_laws.c: courses from rest to rest ---- */
 
-/* The shaped course of a table of OWNER_SHAPER, and the way and duration of a table of OWNER_TIMING. Errors are
- * reported; the results are then 0. */
+/* The shaped course of a table of OWNER_SHAPER, and the way and duration of a table of OWNER_TIMING. Errors
+ * are reported; the results are then 0. */
 expression time_laws_shaper(const struct checker *checker, const struct value *table);
 struct value time_laws_timing(const struct checker *checker, const struct value *table);
 
@@ -279,6 +279,7 @@ enum field_type {
     TYPE_TRUTH,        /* true or false */
     TYPE_POINTS,       /* table of places by name */
     TYPE_LIST,         /* list of tables */
+    TYPE_DRIVES,       /* list of texts and of tables of OWNER_EFFORT */
     TYPE_FUNCTION,
     TYPE_COUNT
 };
@@ -391,9 +392,17 @@ void read_solids(const struct reader *reader, const struct value *table, const c
 void read_joints(const struct reader *reader, const struct value *table, const char *path, struct link *link);
 void read_beam(const struct reader *reader, const struct value *table, const char *path, struct beam *beam);
 
-/* ---- read_forces.c, read_constraints.c and read_events.c; warnings.c: doubtful values ---- */
+/* ---- read_forces.c, read_drives.c, read_constraints.c and read_events.c; warnings.c: doubtful values ----
+ */
 
 void read_forces(const struct reader *reader, const struct value *result);
+/* Adds a force along the line between two places, which drives them apart. False if one is unknown. */
+bool read_push(const struct reader *reader, const struct value *value, enum field from, enum field to,
+               expression force, const char *path);
+/* read_drives.c: after the forces. */
+void read_drives(const struct reader *reader, const struct value *list);
+/* After the rows: no drive may act on a locked coordinate. Then treats the programme as requested. */
+void read_drives_end(const struct reader *reader);
 void read_courses(const struct reader *reader, const struct value *table);
 /* read_bounds.c: limits of links, then those of the list, which may be NULL. After the courses. */
 void read_bounds(const struct reader *reader, const struct value *list);

@@ -14,6 +14,7 @@
 ---@field limits? fun(s: table): table takes the state, returns a list of named values with bounds, [limits](#limits), that motions are compared with
 ---@field constraints? fun(s: table): table takes the state, returns a list of rows: `rd.position`, `rd.loop` ..., or lists of them
 ---@field events? fun(s: table): table takes the state, returns a list of `rd.event` and `rd.sampled`, or lists of them
+---@field drives? (string|table)[] what moves the mechanism in place of ideal forces: coordinates, or tables, [drives](#drives); each becomes an input `drive_NAME`
 ---@field dependent? string|string[] dependent coordinates, as many as rows; default: chosen at run time
 ---@field hold? string|string[] coordinates that statics and modes keep fixed, in addition to the position rows
 ---@field form? string `"corrected"` (default), or `"printed"`: h and Q with the slips of the source chapter
@@ -349,6 +350,13 @@
 ---@field knots? table[] a law by knots `{ time, way }`: times are plain numbers from 0 on, ways also expressions in parameters
 ---@field duration? refdyn.expression|number time from the first knot to the last; default: the time of the last knot [s]
 ---@field degree? integer of the polynomials between knots: 3, at rest at both ends, or 5, also without acceleration there; default: 3
+
+---@class refdyn.effort
+---@field [1]? string
+---@field name? string the coordinate on which it acts; with `from` and `to` a name, an identifier of C
+---@field from? string|table place from which it pushes: it acts along the line to `to`, and a positive force drives them apart
+---@field to? string|table place that it pushes
+---@field limit? number largest force in either direction; default: the limit `force` of the coordinate [N or N m]
 
 ---@class refdyn.shaper
 ---@field [1]? refdyn.expression|number

@@ -41,6 +41,7 @@ static const char *const types[TYPE_COUNT] = {
     [TYPE_TRUTH] = "boolean",
     [TYPE_POINTS] = "table",
     [TYPE_LIST] = "table[]",
+    [TYPE_DRIVES] = "(string|table)[]",
     [TYPE_FUNCTION] = "fun(s: table): table",
 };
 

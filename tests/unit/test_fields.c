@@ -39,6 +39,7 @@ static const char *const types[TYPE_COUNT] = {
     [TYPE_TRUTH] = "true or false",
     [TYPE_POINTS] = "table",
     [TYPE_LIST] = "list of tables",
+    [TYPE_DRIVES] = "list of names and tables",
     [TYPE_FUNCTION] = "function",
 };
 

@@ -1,8 +1,8 @@
--- expect: 16: limits.unknown: a motion has no column "b_x" of a coordinate, point or course
+-- expect: 16: limits.unknown: a motion has no column "b_x" of a coordinate, point, course or input
 -- expect: 17: limits.E_xd: a column of the motion has this name; give its bounds by column, or choose another name
 -- expect: 18: limits.energy: a column of the motion has this name; give its bounds by column, or choose another name
 -- expect: 19: limits.phi_1: a column of the motion has this name; give its bounds by column, or choose another name
--- expect: 20: limits.force: a motion has no column "force_b_x" of a coordinate, point or course
+-- expect: 20: limits.force: a motion has no column "force_b_x" of a coordinate, point, course or input
 -- expect: 21: limits.deep: depends on accelerations; a value that is recorded may depend on t, q, qd and inputs only
 local rd = require "refdyn"
 local p = rd.parameters { { "v", 0.5, "m/s" } }

@@ -1,7 +1,8 @@
-/* Reads sampled inputs from a CSV file: columns `t` and names of inputs. Other columns are skipped. The steps
- * of the motion end at the samples. */
+/* Reads sampled inputs from a CSV file, columns `t` and names of inputs, or from a motion as HDF5. Other
+ * columns are skipped. The steps of the motion end at the samples. */
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/hdf5/hdf5_files.h"
 #include "gen/base/base.h"
 
 #include <math.h>
@@ -130,9 +131,54 @@ static bool take_rows(struct reading *reading) {
     return answer == 0;
 }
 
+/* The column of an input in a motion, as find_input for a CSV; -1 if there is none. */
+static int find_column(const char *const *names, int count, const char *name) {
+    const int column = text_index(format_text("%s%s", record_input_lead, name), names, count);
+    return column >= 0 ? column : text_index(name, names, count);
+}
+
+static bool take_motion(struct inputs *inputs, struct motion_reader *reader,
+                        const struct refdyn_model *model) {
+    int count, answer;
+    const char *const *names = hdf5_motion_names(reader, &count);
+    int *column = format_allocate((size_t)model->input_count, sizeof *column);
+    double *values = format_allocate((size_t)count, sizeof *values);
+    struct refdyn_samples *samples = &inputs->samples;
+    inputs->place = format_allocate((size_t)model->input_count, sizeof *inputs->place);
+    samples->place = inputs->place;
+    for (int i = 0; i < model->input_count; i++) {
+        column[samples->width] = find_column(names, count, model->inputs[i].name);
+        if (column[samples->width] >= 0)
+            inputs->place[samples->width++] = i;
+    }
+    if (samples->width == 0) {
+        format_complain_line(inputs->path, 0, "inputs: no column is an input of the model");
+        return false;
+    }
+    while ((answer = hdf5_motion_next(reader, values)) > 0) {
+        inputs->rows = memory_room(&format_memory, inputs->rows, samples->count, &inputs->room,
+                                   (size_t)(samples->width + 1) * sizeof *inputs->rows);
+        samples->rows = inputs->rows;
+        double *row = row_of(inputs, samples->count++);
+        row[0] = values[text_index("t", names, count)];
+        for (int i = 0; i < samples->width; i++)
+            row[1 + i] = values[column[i]];
+    }
+    return answer == 0 && samples->count > 0;
+}
+
+static bool read_motion(struct inputs *inputs, const char *path, const struct refdyn_model *model) {
+    struct motion_reader *reader = hdf5_motion_open(path);
+    const bool is_good = reader && take_motion(inputs, reader, model);
+    hdf5_motion_close(reader);
+    return is_good;
+}
+
 bool scene_inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model) {
     struct reading reading = {.inputs = inputs, .model = model};
     *inputs = (struct inputs){.path = path};
+    if (format_names_hdf5(path))
+        return read_motion(inputs, path, model);
     const bool is_good =
         format_csv_open(&reading.csv, path, "inputs") && assign_columns(&reading) && take_rows(&reading);
     format_csv_close(&reading.csv);

@@ -89,6 +89,9 @@ static enum status read_with(struct scene *scene, const struct options *options,
                                    .settings = settings,
                                    .setting_count = count,
                                    .fold = fold,
+                                   .programme = options_text(options, "play")     ? PROGRAMME_FREE
+                                                : options_has(options, "realise") ? PROGRAMME_RESTS
+                                                                                  : PROGRAMME_ACTS,
                                    .name = options_text(options, "name")};
     if (!read_variant(options, &request))
         return STATUS_USAGE;
@@ -224,7 +227,7 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
     if (needs_statics_tangent(model, needs, values))
         needs |= NEEDS_TANGENT;
     return format_text(
-        "%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+        "%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k,constrained" : "",
         scene->state.qdd && !model->printed_form ? ",inverse" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
@@ -240,7 +243,8 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
         needs & NEEDS_POINT_RATES && has_angular_points(model) ? ",J,Jd_qd" : "",
         needs & NEEDS_OUTPUTS && points ? ",d_points.q,d_points.qd" : "",
         needs & NEEDS_OUTPUTS && model->course_count ? ",d_course.q,d_course.qd,d_course.x" : "",
-        needs & NEEDS_OUTPUTS && model->input_count ? ",tangent_x" : "");
+        needs & (NEEDS_OUTPUTS | NEEDS_DRIVES) && model->input_count ? ",tangent_x" : "",
+        needs & NEEDS_DRIVES ? ",tangent" : "");
 }
 
 /* Named events end steps within lanes, which do not check for them. Models with such events compute single
@@ -313,11 +317,13 @@ static void apply_values(struct scene *scene, const struct values *values) {
     apply_inputs(scene, scene->state.inputs, scene->state.input_count);
 }
 
-/* Warns of parameters of --set that nothing reads. With --fold all are numbers in the C. */
+/* Warns of parameters of --set that nothing reads. With --fold all are numbers in the C; with --play those of
+ * the programme have no effect. */
 static void warn_of_unread(const struct scene *scene, const struct options *options,
                            const struct values *values) {
     const struct refdyn_model *model = scene->model;
-    for (int i = 0; i < options->setting_count && !options_has(options, "fold"); i++) {
+    const bool is_expected = options_has(options, "fold") || options_has(options, "play");
+    for (int i = 0; i < options->setting_count && !is_expected; i++) {
         const char *name = options->settings[i].name;
         if (is_given(values, name) && refdyn_find_name(model->parameters, model->parameter_count, name) < 0)
             fprintf(stderr, "refdyn: warning: --set %s: nothing in this model reads it\n", name);
@@ -401,6 +407,8 @@ static enum status open_targets(struct scene *scene, const struct options *optio
         system_targets_spare(targets, state_path);
     if (inputs)
         system_targets_spare(targets, inputs);
+    if (options_text(options, "play"))
+        system_targets_spare(targets, options_text(options, "play"));
     scene->result = system_target_open(targets, options_text(options, "output"));
     if (scene->result && summary)
         scene->summary = system_target_open(targets, summary);

@@ -14,8 +14,9 @@
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
 
-/* Sampled inputs of a motion from a CSV file: columns `t` and names of inputs. Each value holds from its
- * sample to the next one (zero-order hold); the first one also before, the last one also after. */
+/* Sampled inputs of a motion from a CSV file, columns `t` and names of inputs, or from a motion as HDF5. Each
+ * value holds from its sample to the next one (zero-order hold); the first one also before, the last one also
+ * after. */
 
 struct inputs {
     const char *path;
@@ -94,6 +95,7 @@ enum {
     NEEDS_OPTIMISED = 2048, /* the optimised library from the start: COMPILE_OPTIMISED */
     NEEDS_ONCE = 4096,      /* a few calls: COMPILE_ONCE */
     NEEDS_OUTPUTS = 8192,   /* derivatives of points and courses, and of the motion by inputs */
+    NEEDS_DRIVES = 16384,   /* the tangent as matrices, and by the inputs */
     NEEDS_RESULT = 256      /* the files of -o and --summary, opened before the computation */
 };
 
