@@ -1,6 +1,7 @@
 /* `refdyn sim`: one motion of a model, or with --of a case of a batch once more. */
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/motions/realise/realise.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/scene/scene.h"
 
@@ -20,10 +21,42 @@ static enum status check_case(const struct options *options) {
                  : STATUS_DONE;
 }
 
+/* The first of some options that is given, NULL if none is. */
+static const char *first_given(const struct options *options, const char *const *names) {
+    while (*names && !options_has(options, *names))
+        names++;
+    return *names;
+}
+
+static enum status check_drives(const struct options *options) {
+    static const char *const of_realise[] = {"before", "after", "mesh", NULL};
+    static const char *const not_realise[] = {"play",   "inputs", "accuracy", "derivatives", "lanes",
+                                              "verify", "stop",   "step",     NULL};
+    const bool is_realised = options_has(options, "realise");
+    const char *wrong = first_given(options, is_realised ? not_realise : of_realise);
+    if (wrong && is_realised)
+        return options_usage_error(options->command, "--realise excludes --%s", wrong);
+    if (wrong)
+        return options_usage_error(options->command, "--%s needs --realise", wrong);
+    if (options_has(options, "play") && options_has(options, "inputs"))
+        return options_usage_error(options->command, "--play excludes --inputs: it has the inputs");
+    if (options_has(options, "play") && !options_state_path(options_text(options, "from")))
+        return options_usage_error(options->command,
+                                   "--play needs --from START.json, the state that --realise has written");
+    return STATUS_DONE;
+}
+
+static enum status run_model(const struct options *options) {
+    const enum status status = check_drives(options);
+    if (status != STATUS_DONE)
+        return status;
+    return options_has(options, "realise") ? realise_run(options) : simulate_run(options);
+}
+
 static enum status run_motion(const struct options *options) {
     if (!options_has(options, "of") && !options_has(options, "case"))
-        return options_has(options, "watch") ? scene_watch(options, *options->operands, NULL, 0, simulate_run)
-                                             : simulate_run(options);
+        return options_has(options, "watch") ? scene_watch(options, *options->operands, NULL, 0, run_model)
+                                             : run_model(options);
     const enum status status = check_case(options);
     return status == STATUS_DONE ? runs_case_again(options) : status;
 }
@@ -38,9 +71,9 @@ const struct command sim_command = {
     .run = run_motion,
     .operands = "MODEL.lua",
     .options = "output until! method step tol step-max accuracy derivatives lanes verify inputs stop every "
-               "from stabilise "
-               "singular start hold release way summary watch of case set fold",
-    .tables = {case_rules, simulate_sim_rules, simulate_rules, equilibria_rules, scene_rules},
+               "from stabilise singular start hold release way realise before after mesh play summary watch "
+               "of case set fold",
+    .tables = {case_rules, simulate_sim_rules, realise_rules, simulate_rules, equilibria_rules, scene_rules},
     .has_gsl = true,
     .replaces_operands = "of case",
     .output = "RUN.csv",

@@ -294,6 +294,15 @@ static enum status check_error_options(const struct options *options,
     return STATUS_DONE;
 }
 
+static enum status check_drives(const struct scene *scene) {
+    const struct model *model = &scene->generation.model;
+    if (model->drive_count > 0)
+        return STATUS_DONE;
+    format_complain_line(model->file, model->place.line,
+                         "drives: the model has none; --play needs those whose forces it applies");
+    return STATUS_FAULT;
+}
+
 static enum status run_scene(struct scene *scene, const struct options *options,
                              struct refdyn_options *integration) {
     struct inputs inputs = {.path = NULL};
@@ -303,10 +312,13 @@ static enum status run_scene(struct scene *scene, const struct options *options,
                               .has_stops = options_has(options, "stop"),
                               .on_start = on_start};
     enum status status = simulate_fit(scene, options, integration);
-    if (status == STATUS_DONE && options_text(options, "inputs")) {
+    const char *play = options_text(options, "play"),
+               *samples = play ? play : options_text(options, "inputs");
+    if (status == STATUS_DONE && play)
+        status = check_drives(scene);
+    if (status == STATUS_DONE && samples) {
         scene->inputs = &inputs;
-        status = scene_inputs_read(&inputs, options_text(options, "inputs"), scene->model) ? STATUS_DONE
-                                                                                           : STATUS_FAULT;
+        status = scene_inputs_read(&inputs, samples, scene->model) ? STATUS_DONE : STATUS_FAULT;
         if (status == STATUS_DONE)
             scene_inputs_set(&inputs, scene->state.t, scene->work.x);
     }

@@ -58,7 +58,7 @@ struct option_rule {
 
 struct options;
 
-enum { OPTION_TABLES = 5 };
+enum { OPTION_TABLES = 6 };
 
 struct command {
     const char *name;

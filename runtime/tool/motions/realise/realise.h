@@ -1,0 +1,177 @@
+/*
+ * The programme performed by drives: the motion and the drive forces tau with
+ *
+ *     M qdd = h + Q + B tau + u_l^T lambda,   u qdd + v = 0,
+ *
+ * where the rows u are those of the programme and those that close loops (u_l, with multipliers lambda). The
+ * forces that realise a programme of a flexible mechanism begin before it and end after it, so that the
+ * motion is the solution of a boundary value problem: at rest on the programme long before the start, at rest
+ * again long after the end. Sources: Blajer and Kolodziejczyk, Multibody Syst. Dyn. 11:343-364, 2004 (servo
+ * constraints); Devasia, Chen and Paden, IEEE Trans. Automat. Contr. 41:930-942, 1996 (stable inversion);
+ * Seifried, Dynamics of Underactuated Multibody Systems, Springer 2014.
+ *
+ * Parts in reading order: six Gauss points; equations at a place; intervals; the chain of intervals; the
+ * first guess; the solution; modes and cosines; the command.
+ */
+#ifndef REFDYN_TOOL_REALISE_H
+#define REFDYN_TOOL_REALISE_H
+
+#include <stdbool.h>
+
+#include "refdyn.h"
+#include "runtime/tool/motions/simulate/simulate.h"
+#include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/format/format.h"
+
+/* A matrix of zeros, released by memory_back (base.h). */
+static inline double *realise_scratch(int rows, int columns) {
+    return memory_scratch(&format_memory, ((size_t)rows * (size_t)columns + 1) * sizeof(double));
+}
+
+/* ---- Six Gauss points on [0, 1] (gauss_points.c) ---- */
+
+enum { REALISE_STAGES = 6 };
+
+/* Weights of values at the points, for integrals of the polynomial through them. */
+struct realise_gauss {
+    double c[REALISE_STAGES];                        /* the points */
+    double lagrange[REALISE_STAGES][REALISE_STAGES]; /* coefficients of x^k in the j-th polynomial */
+    double once[REALISE_STAGES + 1][REALISE_STAGES], /* int_0^c_i, and int_0^1 in the last row */
+        twice[REALISE_STAGES + 1][REALISE_STAGES];   /* the same of the integral */
+};
+
+void realise_gauss_start(struct realise_gauss *gauss);
+/* Weights of the polynomial at x (order 0), of its integral from 0 to x, and of the integral of that. */
+void realise_gauss_weights(const struct realise_gauss *gauss, double x, int order,
+                           double weights[static REALISE_STAGES]);
+
+/* ---- The equations at a place of the motion (place_equations.c) ---- */
+
+/* Unknowns at a place (width): qdd (n), tau (drives), lambda (loops). */
+struct realise_problem {
+    struct scene *scene;
+    struct realise_gauss gauss;
+    int n, m, drives, loops, width;
+    const int *input;  /* (drives) places of tau in the inputs */
+    const int *loop;   /* (loops) the rows that close loops */
+    double *gains;     /* (2 m) of the rows, 0 while the problem is solved */
+    double *given;     /* (2 n + 1 + m) scratch: rates, accelerations, power and multipliers */
+    double *tangent;   /* scratch: the result of `tangent` */
+    double *by_inputs; /* scratch: the result of `tangent_x` */
+};
+
+/* The equations at a place and their derivatives; all but `residual` lie in the problem's scratch. */
+struct realise_place {
+    double *residual;                         /* (n + m) of both equations */
+    const double *K, *D, *M, *G_q, *G_qd, *u; /* by q, qd, qdd; of the rows by q, qd, qdd */
+    const double *f_x;                        /* (n x inputs) */
+};
+
+void realise_problem_start(struct realise_problem *problem, struct scene *scene);
+/* Sets the gains of the rows to 0, which makes their right side k = -v, after the start has been placed. */
+void realise_problem_release(struct realise_problem *problem);
+/* Restores the gains and inputs. */
+void realise_problem_end(struct realise_problem *problem);
+/* Computes them; derivatives only if has_derivatives. Returns a status of the runtime. */
+int realise_place_find(struct realise_problem *problem, double t, const double *q, const double *qd,
+                       const double *unknowns, bool has_derivatives, struct realise_place *place);
+
+/* ---- Intervals (intervals.c) ---- */
+
+/* A motion on a mesh. */
+struct realise_motion {
+    struct realise_problem *problem;
+    int count;      /* of intervals */
+    double *t;      /* (count + 1) [s] */
+    double *nodes;  /* (count + 1) x 2 n: q, qd */
+    double *stages; /* (count x 6 x width) unknowns at the Gauss points */
+};
+
+/* A linearised interval: the change of the next node is Phi times that of the node, plus gap. Columns one
+ * after the other. */
+struct realise_interval {
+    double *Phi;      /* (2 n x 2 n) */
+    double *gap;      /* (2 n) */
+    double *by_state; /* (6 width x (2 n + 1)) changes of the unknowns by the node, and in addition */
+};
+
+/* Linearises interval k about the motion. Returns a status of the runtime. */
+int realise_interval_find(struct realise_motion *motion, int k, struct realise_interval *interval);
+/* Changes the unknowns of interval k by the change (2 n) of its node. */
+void realise_interval_change(struct realise_motion *motion, int k, const struct realise_interval *interval,
+                             const double *change);
+
+/* ---- The chain of intervals (interval_chain.c) ---- */
+
+/* What closes the chain: rows for the first node, and the states that both ends come close to. */
+struct realise_ends {
+    int count;            /* of rows */
+    double *rows;         /* (count x 2 n) columns one after the other */
+    double *sides;        /* (count) */
+    double *scale;        /* (2 n) by which states are divided */
+    double *unit;         /* (2 n) in which the distances of the ends count */
+    double *first, *last; /* (2 n) wanted changes of the ends */
+};
+
+/* Computes the changes (count + 1) x 2 n of the nodes. False if the equations are singular. */
+bool realise_chain_solve(const struct realise_interval *intervals, int count, int n,
+                         const struct realise_ends *ends, double *changes);
+
+/* ---- The first guess (damped_motion.c) ---- */
+
+/* Finds the drive forces and multipliers (drives + loops) that hold the start at rest; returns the largest
+ * remaining acceleration, and its coordinate. */
+double realise_hold(struct realise_problem *problem, double t, const double *q, double *unknowns,
+                    int *coordinate);
+/* Solves for an equilibrium on the position rows, held by the drives, from q. Returns whether there is one.
+ */
+bool realise_equilibrium(struct realise_problem *problem, double t, double *q);
+/* Fills the motion with steps of the implicit Euler method from the first node, of at least `step_least`: the
+ * method damps a growing mode if the step is longer than 2/growth. */
+void realise_guess(struct realise_motion *motion, double step_least);
+/* Continues such a motion at its last time until it rests; the state (2 n) changes. False if it does not. */
+bool realise_rest(struct realise_problem *problem, double t, double step, double *state);
+
+/* ---- The solution (solution.c) ---- */
+
+enum realise_outcome { REALISE_SOLVED, REALISE_STUCK, REALISE_NOT_FINITE, REALISE_STOPPED };
+
+struct realise_solution {
+    struct realise_motion motion;
+    int iterations;    /* of Newton's method */
+    double correction; /* the last one [m, rad] */
+};
+
+/* Starts a motion on a mesh with steps of at most `mesh`, from `before` ahead of the scene's start to `after`
+ * past `until`. Its first node is the scene's state. */
+void realise_mesh(struct realise_motion *motion, struct realise_problem *problem, double before, double until,
+                  double after, double mesh);
+/* Solves from the guess in the motion. `last` (2 n) is the state that the end comes close to. */
+enum realise_outcome realise_solve(struct realise_solution *solution, const double *last);
+/* The same motion on a mesh of half the steps, as a guess. */
+void realise_refine(struct realise_motion *fine, const struct realise_motion *coarse);
+/* The state (2 n) and drive forces (drives) of the motion at a time within its mesh. */
+void realise_state(const struct realise_motion *motion, double t, double *state, double *tau);
+/* Means of the drive forces (drives) from t to t + length. */
+void realise_means(const struct realise_motion *motion, double t, double length, double *means);
+
+/* ---- Modes and cosines (internal_modes.c) ---- */
+
+struct realise_modes {
+    int growing, centre, decaying;
+    double slowest, fastest; /* growth, 0 if nothing grows [1/s] */
+    double *cosines;         /* (m - loops) between the programme's rows and the drives, in the metric M^-1 */
+    int cosine_count;
+};
+
+/* Those of the internal motions about the start, held by `unknowns` (drives + loops). False if the equations
+ * have no modes. */
+bool realise_modes_find(struct realise_problem *problem, double t, const double *q, const double *unknowns,
+                        struct realise_modes *modes);
+
+/* ---- The command (realise.c) ---- */
+
+extern const struct option_rule realise_rules[];
+enum status realise_run(const struct options *options);
+
+#endif

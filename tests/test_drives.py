@@ -1,0 +1,162 @@
+"""Programmes performed by drives: published and closed cases, forces against inverse dynamics, playback from rest, and refusals."""
+import json
+import math
+
+import numpy
+import pytest
+
+from program import MODELS, TESTS, check, close, read_run, refdyn
+
+DRIVES = TESTS / "models" / "drives"
+HUB = DRIVES / "hub_link.lua"
+
+
+def realise(model, folder, *arguments, ending="csv"):
+    """Columns, summary and standard error of `refdyn sim --realise`."""
+    run, summary = folder / f"run.{ending}", folder / "summary.json"
+    done = refdyn("sim", model, "--realise", *arguments, "-o", run, "--summary", summary)
+    return read_run(run) if ending == "csv" else run, json.loads(summary.read_text())["realise"], done.stderr
+
+
+def played(model, folder, until, *arguments, ending="csv"):
+    refdyn("sim", model, "--play", folder / f"run.{ending}", "--from", folder / "run.start.json", "--until", until, "--tol", 1e-11,
+           "--every", 0.05, *arguments, "-o", folder / "played.csv")
+    return read_run(folder / "played.csv")
+
+
+@pytest.mark.parametrize(("elements", "eta"), [(5, 0), (9, 0), (17, 0), (33, 0), (9, 1e-3), (9, 1e-2)])
+def test_hub_driven_link(elements, eta, tmp_path):
+    """Of control.md's figures: iterations, growth, and the tip of the motion played back from rest with forces held for 1 ms."""
+    _, report, _ = realise(HUB, tmp_path, "--until", 1, "--every", 1e-3, "--before", 0.3, "--after", 0.3, "--set", f"n_rfe={elements}", "--set", f"eta={eta}")
+    assert report["newton_iterations"] <= 6 and report["playback_error"] < 2e-6 and report["mesh_change"] < 1e-3
+    assert report["growing"] == report["decaying"] == elements - 1
+    if eta == 0:
+        assert abs(report["growth_slowest"] / {5: 80.3, 9: 81.7, 17: 82.2, 33: 82.2}[elements] - 1) < 0.01
+    assert 3.6 < report["peak"]["hub_psi"] < 3.66
+
+
+def test_shorter_cells_follow_with_their_square(tmp_path):
+    errors = [realise(HUB, tmp_path, "--until", 1, "--every", every, "--before", 0.3, "--after", 0.3)[1]["playback_error"] for every in (1e-3, 0.25e-3)]
+    assert errors[1] < 2e-7 and 12 < errors[0] / errors[1] < 20
+
+
+@pytest.mark.parametrize("ending", ["csv", "h5"])
+def test_play(ending, tmp_path):
+    """The forces applied to the mechanism without the rows: the tip's polar angle is that of the programme, and at rest after the end."""
+    realise(HUB, tmp_path, "--until", 1, "--every", 1e-3, ending=ending)
+    run = played(HUB, tmp_path, 1.25, ending=ending)
+    assert "phi_1" not in run and run["t"][0] < -0.1 and json.loads((tmp_path / "run.start.json").read_text())["t"] == run["t"][0]
+    x = numpy.clip(run["t"], 0, 1)
+    course = math.pi / 2 * (126 * x**5 - 420 * x**6 + 540 * x**7 - 315 * x**8 + 70 * x**9)
+    angle = numpy.arctan2(run["tip_y"], run["tip_x"])
+    check([close("course", angle, course, 3e-6, scale=1), close("rest", run["hub_psi_d"][-1], 0, 1e-3, scale=1)])
+    assert abs(run["arm_psi_4"][run["t"] < 0]).max() > 1e-7  # the link is bent before its tip moves
+
+
+def test_reference_manipulator(tmp_path):
+    """Not of minimum phase: the programme is held to 1e-6 by forces that are held for 1 ms, from rest."""
+    run, report, _ = realise(MODELS / "manipulator.lua", tmp_path, "--set", "driven=true", "--from", "statics", "--until", 1.9, "--every", 1e-3)
+    assert report["playback_error"] < 1e-6 and report["newton_iterations"] <= 7 and report["growing"] == 3
+    during = (run["t"] >= 0) & (run["t"] <= 1.9)
+    check([close("ellipse", abs(run["phi_1"][during]).max(), 0, 1e-8, scale=1), close("rate", abs(run["psi_2"][during]).max(), 0, 1e-8, scale=1)])
+    after = played(MODELS / "manipulator.lua", tmp_path, 1.9, "--set", "driven=true")
+    rise = 0.05 * (after["t"] / 2 - 10 / (4 * math.pi) * numpy.sin(2 * math.pi * after["t"] / 10))
+    late = after["t"] > 0
+    check([close("height", after["E_z"][late] - after["E_z"][0], rise[late], 1e-6, scale=1)])
+
+
+@pytest.mark.parametrize("share", [0.5, 0.8, 1 / 3, 0.1])
+def test_arm_with_a_passive_joint(share, tmp_path):
+    """Seifried and Blajer, Mech. Sci. 4:113-129, 2013: the output q1 + share q2 is or is not of minimum phase; one command serves both."""
+    _, report, _ = realise(DRIVES / "passive_joint.lua", tmp_path, "--until", 1.5, "--every", 1e-3, "--set", f"share={share}")
+    assert report["playback_error"] < 3e-6
+    assert report["growing"] == (1 if share >= 0.5 else 0)
+    if share == 0.5:
+        assert abs(report["growth_slowest"] / 26.04 - 1) < 1e-3
+
+
+def test_rigid_arm_against_inverse_dynamics(tmp_path):
+    """Collocated drives: tau = M qdd - h - Q, here of the two-link arm in closed form, as means over 0.1 ms."""
+    run, report, _ = realise(DRIVES / "two_links.lua", tmp_path, "--until", 1, "--every", 1e-4)
+    assert report["growing"] + report["centre"] + report["decaying"] == 0
+    q1, q2, v1, v2, a1, a2 = (run[name] for name in ("a_psi", "b_psi", "a_psi_d", "b_psi_d", "a_psi_dd", "b_psi_dd"))
+    m1, m2, l, c1, c2, i1, i2, g = 5, 3, 0.8, 0.4, 0.3, 0.3, 0.12, 9.81
+    h = m2 * l * c2
+    tau2 = (i2 + m2 * c2**2 + h * numpy.cos(q2)) * a1 + (i2 + m2 * c2**2) * a2 + h * numpy.sin(q2) * v1**2 + m2 * g * c2 * numpy.cos(q1 + q2)
+    tau1 = ((i1 + m1 * c1**2 + m2 * l**2 + h * numpy.cos(q2)) * a1 + h * numpy.cos(q2) * a2 - h * numpy.sin(q2) * (v1 + v2)**2
+            + (m1 * c1 + m2 * l) * g * numpy.cos(q1)) + tau2
+    for name, tau in (("drive_a_psi", tau1), ("drive_b_psi", tau2)):
+        mean = (tau[:-1] + tau[1:]) / 2  # over the cell, to the square of its length
+        check([close(name, run[name][:-1], mean, 1e-5, scale=abs(tau).max())])
+
+
+def test_closed_loop(tmp_path):
+    """The rows of the loop hold in the motion that is played, too."""
+    _, report, _ = realise(DRIVES / "closed_loop.lua", tmp_path, "--until", 1.5, "--every", 1e-3)
+    run = played(DRIVES / "closed_loop.lua", tmp_path, 1.5)
+    check([close("loop", abs(run["phi_1"]).max(), 0, 1e-9, scale=1), close("rocker", run["rocker_psi"][-1] - run["rocker_psi"][0], 0.4, 1e-5, scale=1)])
+    assert report["playback_error"] < 1e-5
+
+
+def test_start_that_the_drives_hold(tmp_path):
+    """--from held finds the angles at which the closed loop is closed and at rest."""
+    text = (DRIVES / "closed_loop.lua").read_text().replace("psi = -0.8632121961010154", "psi = -0.9")
+    model = tmp_path / "loop.lua"
+    model.write_text(text)
+    said = refdyn("sim", model, "--realise", "--until", 1.5, "-o", tmp_path / "no.csv", status=1).stderr
+    assert "loop.lua:14: start: is off the programme: the residual of loop 1 " in said and "--from held" in said
+    _, report, _ = realise(model, tmp_path, "--until", 1.5, "--every", 1e-3, "--from", "held")
+    assert report["playback_error"] < 1e-5
+
+
+def test_limits_of_drives(tmp_path):
+    said = realise(DRIVES / "two_links.lua", tmp_path, "--until", 1, "--every", 1e-3, "--set", "T=0.5")[2]
+    assert "warning: drive a_psi: its largest force, 82.7" in said and "exceeds the limit of 70" in said and "drive b_psi: its" not in said
+
+
+def text_of(changes):
+    text = (DRIVES / "two_links.lua").read_text()
+    for before, after in changes:
+        assert before in text
+        text = text.replace(before, after)
+    return text
+
+
+REFUSALS = {
+    "rough": (HUB.read_text(), ["--set", "degree=3"], "hub_link.lua:15: polar: too rough for the drives: their forces change by "),
+    "few": (text_of([(', "b_psi" }', " }")]), [], "two_links.lua:10: drives: 1 for 2 rows of the programme; no drive is left for row 2"),
+    "many": (text_of([(", rd.position { E.y - y0 - 0.4 * f }", "")]), [], "two_links.lua:10: drives: 2 for 1 rows of the programme; their forces would not be unique"),
+    "none": (text_of([('drives = { { "a_psi", limit = 70 }, "b_psi" },', "")]), [], "drives: the model has none; --realise needs a drive for each row"),
+    "moving": (text_of([("start = { psi = 1 }", "start = { psi = 1 }, start_rate = { psi = 0.1 }")]), [], "start: b_psi moves with 0.1; a motion of --realise must start at rest"),
+    "falling": ((DRIVES / "passive_joint.lua").read_text().replace("gravity = { 0, 0, 0 }", "gravity = { 0, -9.81, 0 }"), [],
+                "start: is not at rest: the drives cannot hold it, "),
+    "friction": (text_of([("  points =", "  forces = function(s) return { a_psi = -rd.abs(s.qd.b_psi) } end,\n  points =")]), [],
+                 "forces: friction, saturation or another kink in coordinates or rates, which --realise does not allow"),
+    "event": (text_of([("  points =", "  events = function(s) return { rd.event { s.q.a_psi - 3, name = 'far' } } end,\n  points =")]), [],
+              "far: an event, which --realise does not allow"),
+}
+
+
+@pytest.mark.parametrize("name", REFUSALS)
+def test_refusals(name, tmp_path):
+    text, arguments, message = REFUSALS[name]
+    model = tmp_path / ("hub_link.lua" if name == "rough" else "two_links.lua")
+    model.write_text(text)
+    said = refdyn("sim", model, "--realise", "--until", 1, "--every", 1e-3, *arguments, "-o", tmp_path / "run.csv", status=1).stderr
+    assert message in said and not (tmp_path / "run.csv").exists()
+    if name == "rough":
+        assert any(f" about t = {time}" in said for time in ("0.00", "0.99", "1.0"))  # the acceleration jumps at both ends
+
+
+@pytest.mark.parametrize(("arguments", "message"), [
+    (["--mesh", 0.1], "--mesh needs --realise"), (["--realise", "--stop", "t>1"], "--realise excludes --stop"),
+    (["--play", "run.csv"], "--play needs --from START.json"), (["--play", "run.csv", "--inputs", "run.csv"], "--play excludes --inputs")])
+def test_wrong_usage(arguments, message):
+    assert message in refdyn("sim", HUB, "--until", 1, *arguments, status=2).stderr
+
+
+def test_models_without_drives_are_the_same(tmp_path):
+    """No drive adds an input or a function to a model without them."""
+    refdyn("gen", MODELS / "manipulator.lua", "-o", tmp_path)
+    header = (tmp_path / "manipulator.h").read_text()
+    assert "drive_" not in header.replace("drive_input", "") and "manipulator_input_count = 0" in header
