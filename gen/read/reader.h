@@ -332,7 +332,7 @@ const struct value *given_field(const struct value *table, enum field field);
 const struct value *fields_get(const struct value *table, enum field field);
 /* Whether there is such a field, of any type. `table` may be NULL. */
 bool fields_has(const struct value *table, enum field field);
-/* A number or expression. If it is missing or wrong: 0, or 1 if the field is needed. */
+/* Returns a number or expression: for a missing or wrong one 1 in a required field, and 0 in any other. */
 expression fields_get_value(const struct checker *checker, const struct value *table, enum field field);
 void fields_get_vector(const struct checker *checker, const struct value *table, enum field field,
                        expression *vector);
@@ -392,8 +392,7 @@ void read_solids(const struct reader *reader, const struct value *table, const c
 void read_joints(const struct reader *reader, const struct value *table, const char *path, struct link *link);
 void read_beam(const struct reader *reader, const struct value *table, const char *path, struct beam *beam);
 
-/* ---- read_forces.c, read_drives.c, read_constraints.c and read_events.c; warnings.c: doubtful values ----
- */
+/* ---- read_forces.c, read_drives.c, read_constraints.c, read_events.c; warnings.c: doubtful values ---- */
 
 void read_forces(const struct reader *reader, const struct value *result);
 /* Adds a force along the line between two places, which drives them apart. False if one is unknown. */

@@ -1,7 +1,7 @@
 /*
- * Compares models/editor/refdyn.lua, the definitions for an editor's Lua language server (in the form of
- * LuaLS annotations), with the tables of fields (gen/read/fields.def), functions and operators
- * (gen/graph/ops.def). With an argument, prints the file: write it there after a change of a table.
+ * Compares models/editor/refdyn.lua with the tables of fields (gen/read/fields.def), functions and operators
+ * (gen/graph/ops.def). The file defines the language for editors, as annotations of LuaLS. With an argument,
+ * the program prints the file, which a change of a table makes necessary.
  */
 #include "gen/read/reader.h"
 #include "gen/base/base.h"

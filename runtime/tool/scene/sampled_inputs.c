@@ -29,14 +29,15 @@ static bool no_input(const struct reading *reading) {
     return format_csv_complain(&reading->csv, "no column is an input, those of the model are %s", names);
 }
 
-/* The column of an input. In the CSV of a motion in which another column has its name, this is the column
- * whose name has the kind in front (simulate.h). `t` is always the time. */
+/* The column of an input; -1 if there is none. In a motion in which another column has its name, this is the
+ * column whose name has the kind in front (record.h). `t` is always the time. */
+static int find_column(const char *const *names, int count, const char *name) {
+    const int column = text_index(format_text("%s%s", record_input_lead, name), names, count);
+    return column >= 0 || strcmp(name, "t") == 0 ? column : text_index(name, names, count);
+}
+
 static int find_input(const struct reading *reading, const char *name) {
-    const struct csv *csv = &reading->csv;
-    int column = format_csv_column(csv, format_text("%s%s", record_input_lead, name));
-    if (column < 0 && strcmp(name, "t") != 0)
-        column = format_csv_column(csv, name);
-    return column;
+    return find_column((const char *const *)reading->csv.names, reading->csv.count, name);
 }
 
 /* Skips a column that is no input, with a warning if it resembles one. */
@@ -65,6 +66,14 @@ bool scene_inputs_are_set_by_event(const struct refdyn_model *model, int input) 
     return false;
 }
 
+/* The first sampled input that events of the model set, -1 if there is none. */
+static int find_set_by_event(const struct inputs *inputs, const struct refdyn_model *model) {
+    for (int k = 0; k < inputs->samples.width; k++)
+        if (scene_inputs_are_set_by_event(model, inputs->place[k]))
+            return inputs->place[k];
+    return -1;
+}
+
 static bool assign_columns(struct reading *reading) {
     struct inputs *inputs = reading->inputs;
     const struct csv *csv = &reading->csv;
@@ -85,10 +94,10 @@ static bool assign_columns(struct reading *reading) {
     inputs->samples.place = inputs->place;
     if (inputs->samples.width == 0)
         return no_input(reading);
-    for (int k = 0; k < inputs->samples.width; k++)
-        if (scene_inputs_are_set_by_event(model, inputs->place[k]))
-            return format_csv_complain(csv, "column %s: events of the model set this input; samples must not",
-                                       model->inputs[inputs->place[k]].name);
+    const int wrong = find_set_by_event(inputs, model);
+    if (wrong >= 0)
+        return format_csv_complain(csv, "column %s: events of the model set this input; samples must not",
+                                   model->inputs[wrong].name);
     warn_of_passed(reading);
     return true;
 }
@@ -98,14 +107,20 @@ static double *row_of(const struct inputs *inputs, int sample) {
     return inputs->rows + (size_t)sample * (size_t)(inputs->samples.width + 1);
 }
 
-static bool take_row(struct reading *reading) {
-    struct inputs *inputs = reading->inputs;
-    const struct csv *csv = &reading->csv;
+/* Room for one more sample. */
+static double *next_row(struct inputs *inputs) {
     struct refdyn_samples *samples = &inputs->samples;
     inputs->rows = memory_room(&format_memory, inputs->rows, samples->count, &inputs->room,
                                (size_t)(samples->width + 1) * sizeof *inputs->rows);
     samples->rows = inputs->rows;
-    double *row = row_of(inputs, samples->count);
+    return row_of(inputs, samples->count);
+}
+
+static bool take_row(struct reading *reading) {
+    struct inputs *inputs = reading->inputs;
+    const struct csv *csv = &reading->csv;
+    struct refdyn_samples *samples = &inputs->samples;
+    double *row = next_row(inputs);
     for (int i = 0; i < csv->count; i++) {
         const int role = reading->role[i];
         double value;
@@ -131,12 +146,6 @@ static bool take_rows(struct reading *reading) {
     return answer == 0;
 }
 
-/* The column of an input in a motion, as find_input for a CSV; -1 if there is none. */
-static int find_column(const char *const *names, int count, const char *name) {
-    const int column = text_index(format_text("%s%s", record_input_lead, name), names, count);
-    return column >= 0 ? column : text_index(name, names, count);
-}
-
 static bool take_motion(struct inputs *inputs, struct motion_reader *reader,
                         const struct refdyn_model *model) {
     int count, answer;
@@ -155,12 +164,11 @@ static bool take_motion(struct inputs *inputs, struct motion_reader *reader,
         format_complain_line(inputs->path, 0, "inputs: no column is an input of the model");
         return false;
     }
+    const int time = text_index("t", names, count);
     while ((answer = hdf5_motion_next(reader, values)) > 0) {
-        inputs->rows = memory_room(&format_memory, inputs->rows, samples->count, &inputs->room,
-                                   (size_t)(samples->width + 1) * sizeof *inputs->rows);
-        samples->rows = inputs->rows;
-        double *row = row_of(inputs, samples->count++);
-        row[0] = values[text_index("t", names, count)];
+        double *row = next_row(inputs);
+        samples->count++;
+        row[0] = values[time];
         for (int i = 0; i < samples->width; i++)
             row[1 + i] = values[column[i]];
     }

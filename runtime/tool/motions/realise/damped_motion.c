@@ -33,7 +33,7 @@ double realise_hold(struct realise_problem *problem, double t, const double *q, 
            *A = realise_scratch(n, free), *b = realise_scratch(n + free, 1), largest = 0;
     struct realise_place place = {.residual = realise_scratch(n + problem->m, 1)};
     *coordinate = -1;
-    if (realise_place_find(problem, t, q, rates, all, true, &place) != REFDYN_OK) {
+    if (realise_place_find(problem, t, q, rates, all, &place) != REFDYN_OK) {
         memory_back(&format_memory, mark);
         return NAN;
     }
@@ -47,7 +47,7 @@ double realise_hold(struct realise_problem *problem, double t, const double *q, 
     solve_least(A, b, n, free);
     memcpy(unknowns, b, (size_t)free * sizeof *b);
     memcpy(all + n, b, (size_t)free * sizeof *b);
-    realise_place_find(problem, t, q, rates, all, true, &place);
+    realise_place_find(problem, t, q, rates, all, &place);
     for (int i = 0; i < n; i++) {
         const double acceleration = fabs(place.residual[i]) / place.M[i * (n + 1)];
         if (acceleration > largest) {
@@ -83,7 +83,7 @@ static double correct(struct realise_problem *problem, const struct step *step, 
     }
     if (h == 0)
         memset(unknowns, 0, (size_t)n * sizeof *unknowns);
-    if (realise_place_find(problem, step->t, state, state + n, unknowns, true, &place) != REFDYN_OK)
+    if (realise_place_find(problem, step->t, state, state + n, unknowns, &place) != REFDYN_OK)
         return NAN;
     for (int i = 0; i < n + m; i++) {
         const bool is_row = i >= n;

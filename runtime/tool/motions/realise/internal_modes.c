@@ -149,7 +149,7 @@ bool realise_modes_find(struct realise_problem *problem, double t, const double 
     struct realise_place place = {.residual = realise_scratch(n + problem->m, 1)};
     *modes = (struct realise_modes){.growing = 0};
     memcpy(all + n, unknowns, (size_t)(problem->width - n) * sizeof *all);
-    const bool is_found = realise_place_find(problem, t, q, rates, all, true, &place) == REFDYN_OK &&
+    const bool is_found = realise_place_find(problem, t, q, rates, all, &place) == REFDYN_OK &&
                           find_modes(problem, &place, modes) && find_cosines(problem, &place, modes);
     memory_back(&format_memory, mark);
     return is_found;

@@ -15,20 +15,19 @@
 #include "runtime/tool/motions/realise/realise.h"
 #include "runtime/tool/support/format/format.h"
 
-/* q and qd from the node and the accelerations of the interval, by rows of `once` and `twice` for a fraction
- * c of the step. */
-static void add_accelerations(const struct realise_motion *motion, int k, int row, double c, double *state) {
+void realise_interval_state(const struct realise_motion *motion, int k, double x, const double *once,
+                            const double *twice, double *state) {
     const struct realise_problem *problem = motion->problem;
     const int n = problem->n, width = problem->width;
     const double h = motion->t[k + 1] - motion->t[k];
     const double *node = motion->nodes + (size_t)k * 2 * (size_t)n;
     const double *stage = motion->stages + (size_t)k * REALISE_STAGES * (size_t)width;
     for (int i = 0; i < n; i++) {
-        state[i] = node[i] + c * h * node[n + i];
+        state[i] = node[i] + x * h * node[n + i];
         state[n + i] = node[n + i];
         for (int j = 0; j < REALISE_STAGES; j++) {
-            state[i] += h * h * problem->gauss.twice[row][j] * stage[j * width + i];
-            state[n + i] += h * problem->gauss.once[row][j] * stage[j * width + i];
+            state[i] += h * h * twice[j] * stage[j * width + i];
+            state[n + i] += h * once[j] * stage[j * width + i];
         }
     }
 }
@@ -101,7 +100,8 @@ static void condense(const struct realise_motion *motion, int k, struct realise_
     const int n = problem->n, width = problem->width, size = REALISE_STAGES * width;
     const double h = motion->t[k + 1] - motion->t[k];
     const double *next = motion->nodes + (size_t)(k + 1) * 2 * (size_t)n;
-    add_accelerations(motion, k, REALISE_STAGES, 1, interval->gap);
+    realise_interval_state(motion, k, 1, problem->gauss.once[REALISE_STAGES],
+                           problem->gauss.twice[REALISE_STAGES], interval->gap);
     for (int i = 0; i < 2 * n; i++)
         interval->gap[i] -= next[i];
     for (int side = 0; side <= 2 * n; side++) {
@@ -133,9 +133,10 @@ int realise_interval_find(struct realise_motion *motion, int k, struct realise_i
     int status = REFDYN_OK;
     for (int i = 0; i < REALISE_STAGES && status == REFDYN_OK; i++) {
         const double *unknowns = motion->stages + (size_t)(k * REALISE_STAGES + i) * (size_t)width;
-        add_accelerations(motion, k, i, problem->gauss.c[i], state);
+        realise_interval_state(motion, k, problem->gauss.c[i], problem->gauss.once[i],
+                               problem->gauss.twice[i], state);
         status = realise_place_find(problem, motion->t[k] + problem->gauss.c[i] * h, state, state + n,
-                                    unknowns, true, &place);
+                                    unknowns, &place);
         if (status == REFDYN_OK)
             add_point(problem, &place, i, h, &equations);
     }

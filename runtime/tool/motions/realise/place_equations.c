@@ -94,7 +94,7 @@ static void find_derivatives(struct realise_problem *problem, double t, const do
 }
 
 int realise_place_find(struct realise_problem *problem, double t, const double *q, const double *qd,
-                       const double *unknowns, bool has_derivatives, struct realise_place *place) {
+                       const double *unknowns, struct realise_place *place) {
     struct refdyn_workspace *work = &problem->scene->work;
     const int n = problem->n;
     const double *tau = unknowns + n, *lambda = tau + problem->drives;
@@ -109,7 +109,6 @@ int realise_place_find(struct realise_problem *problem, double t, const double *
     if (status != REFDYN_OK)
         return status;
     find_residual(problem, unknowns, lambda, place->residual);
-    if (has_derivatives)
-        find_derivatives(problem, t, q, place);
+    find_derivatives(problem, t, q, place);
     return REFDYN_OK;
 }

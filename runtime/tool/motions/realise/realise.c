@@ -407,12 +407,11 @@ static int write_rows(struct work *work, struct refdyn_integrator *integrator, s
                       struct row_sink *rows) {
     const struct realise_motion *motion = &work->solution.motion;
     const double begin = motion->t[0];
-    int status = REFDYN_OK;
-    for (int i = 0; i <= work->cells && status == REFDYN_OK; i++) {
+    for (int i = 0; i <= work->cells; i++) {
         const double t = fmin(begin + i * work->every, motion->t[motion->count]);
-        status = show(work, integrator, t);
+        const int status = show(work, integrator, t);
         if (status != REFDYN_OK)
-            break;
+            return status;
         record_table_fill(table);
         for (int d = 0; d < work->problem.drives; d++)
             table->values[column_of(work, table, d)] =
@@ -420,7 +419,7 @@ static int write_rows(struct work *work, struct refdyn_integrator *integrator, s
         if (!simulate_row_sink_put(rows, table))
             return RECORD_NOT_WRITTEN;
     }
-    return status;
+    return REFDYN_OK;
 }
 
 static enum status write_motion(struct work *work, const struct refdyn_options *integration,

@@ -72,9 +72,9 @@ void realise_problem_start(struct realise_problem *problem, struct scene *scene)
 void realise_problem_release(struct realise_problem *problem);
 /* Restores the gains and inputs. */
 void realise_problem_end(struct realise_problem *problem);
-/* Computes them; derivatives only if has_derivatives. Returns a status of the runtime. */
+/* Computes them. Returns a status of the runtime. */
 int realise_place_find(struct realise_problem *problem, double t, const double *q, const double *qd,
-                       const double *unknowns, bool has_derivatives, struct realise_place *place);
+                       const double *unknowns, struct realise_place *place);
 
 /* ---- Intervals (intervals.c) ---- */
 
@@ -95,6 +95,9 @@ struct realise_interval {
     double *by_state; /* (6 width x (2 n + 1)) changes of the unknowns by the node, and in addition */
 };
 
+/* The state (2 n) within interval k at its part x, from 0 to 1. once, twice (6): the weights there. */
+void realise_interval_state(const struct realise_motion *motion, int k, double x, const double *once,
+                            const double *twice, double *state);
 /* Linearises interval k about the motion. Returns a status of the runtime. */
 int realise_interval_find(struct realise_motion *motion, int k, struct realise_interval *interval);
 /* Changes the unknowns of interval k by the change (2 n) of its node. */

@@ -192,21 +192,13 @@ static int find_interval(const struct realise_motion *motion, double t) {
 void realise_state(const struct realise_motion *motion, double t, double *state, double *tau) {
     const struct realise_problem *problem = motion->problem;
     const int n = problem->n, width = problem->width, k = find_interval(motion, t);
-    const double h = motion->t[k + 1] - motion->t[k], x = (t - motion->t[k]) / h;
-    const double *node = motion->nodes + (size_t)k * 2 * (size_t)n;
+    const double x = (t - motion->t[k]) / (motion->t[k + 1] - motion->t[k]);
     const double *stage = motion->stages + (size_t)k * REALISE_STAGES * (size_t)width;
     double value[REALISE_STAGES], once[REALISE_STAGES], twice[REALISE_STAGES];
     realise_gauss_weights(&problem->gauss, x, 0, value);
     realise_gauss_weights(&problem->gauss, x, 1, once);
     realise_gauss_weights(&problem->gauss, x, 2, twice);
-    for (int i = 0; i < n; i++) {
-        state[i] = node[i] + x * h * node[n + i];
-        state[n + i] = node[n + i];
-        for (int j = 0; j < REALISE_STAGES; j++) {
-            state[i] += h * h * twice[j] * stage[j * width + i];
-            state[n + i] += h * once[j] * stage[j * width + i];
-        }
-    }
+    realise_interval_state(motion, k, x, once, twice, state);
     for (int d = 0; d < problem->drives; d++) {
         tau[d] = 0;
         for (int j = 0; j < REALISE_STAGES; j++)
