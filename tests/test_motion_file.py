@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray
 
-from program import MODELS, REFDYN, refdyn
+from program import MODELS, REFDYN, TESTS, refdyn
 
 MANIPULATOR = [MODELS / "manipulator.lua", "--set", "n_rfe=2", "--until", "0.2"]
 
@@ -143,3 +143,11 @@ def test_a_full_disk_is_told(tmp_path):
     assert done.returncode == 1, done
     assert f"{path}.part: not all could be written: File too large\n" in done.stderr
     assert "what was computed" not in done.stderr and not list(tmp_path.glob("run.h5*"))
+
+
+def test_inputs_that_events_set_are_no_samples(tmp_path):
+    """As from a CSV: the motion's column of such an input is refused."""
+    run = tmp_path / "run.h5"
+    refdyn("sim", TESTS / "models" / "events" / "relay.lua", "--until", 1, "-o", run)
+    done = refdyn("sim", TESTS / "models" / "events" / "relay.lua", "--until", 1, "--inputs", run, "-o", tmp_path / "again.csv", status=1)
+    assert done.stderr == f"{run}: inputs: column push: events of the model set this input; samples must not\n"

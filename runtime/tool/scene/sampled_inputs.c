@@ -164,6 +164,14 @@ static bool take_motion(struct inputs *inputs, struct motion_reader *reader,
         format_complain_line(inputs->path, 0, "inputs: no column is an input of the model");
         return false;
     }
+    const int wrong = find_set_by_event(inputs, model);
+    if (wrong >= 0) {
+        format_complain_line(
+            inputs->path, 0,
+            format_text("inputs: column %s: events of the model set this input; samples must not",
+                        model->inputs[wrong].name));
+        return false;
+    }
     const int time = text_index("t", names, count);
     while ((answer = hdf5_motion_next(reader, values)) > 0) {
         double *row = next_row(inputs);
