@@ -6,6 +6,7 @@
 #include "runtime/tool/commands/import/import.h"
 #include "runtime/tool/commands/shell/shell.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/motions/fit/fit.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/results/report/report.h"
 #include "runtime/tool/results/view/view.h"
@@ -23,6 +24,7 @@ static const struct command *const commands[] = {&gen_command,
                                                  &modes_command,
                                                  &linearise_command,
                                                  &sim_command,
+                                                 &fit_command,
                                                  &batch_command,
                                                  &plot_command,
                                                  &view_command,

@@ -68,6 +68,8 @@ const struct option_rule scene_rules[] = {
      "auto (default), always or never: loops over equal elements instead of code for each", loop_words, NULL},
     {"accelerations", "HOW", OPTION_TEXT, "auto (default), recursive or dense: how the C solves M qdd = f",
      acceleration_words, NULL},
+    {"parameters", "FIT.json", OPTION_TEXT, "the values that `fit` has found; --set takes precedence", NULL,
+     NULL},
     {"watch", NULL, OPTION_FLAG, "repeat whenever the model, a file that it requires, or a RUN is saved",
      NULL, NULL},
     {"fold", NULL, OPTION_FLAG, "turn parameters into numbers in the C", NULL, NULL},
@@ -330,6 +332,29 @@ static void warn_of_unread(const struct scene *scene, const struct options *opti
     }
 }
 
+/* Start values of --parameters, which other motions from this start have, too. */
+static void set_found_start(struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    struct state *state = &scene->state;
+    bool is_set = false;
+    for (int i = 0; i < state->found_count; i++) {
+        const char *name = state->found[i].name;
+        const size_t length = strlen(name);
+        const int place = refdyn_find_name(model->coordinates, model->n, name),
+                  rate = length > 2 && strcmp(name + length - 2, "_d") == 0
+                             ? refdyn_find_name(model->coordinates, model->n,
+                                                format_text("%.*s", (int)length - 2, name))
+                             : -1;
+        if (place >= 0)
+            scene->q[place] = state->found[i].value;
+        if (rate >= 0)
+            scene->qd[rate] = state->found[i].value;
+        is_set = is_set || place >= 0 || rate >= 0;
+    }
+    state->q = is_set ? scene->q : state->q;
+    state->qd = is_set ? scene->qd : state->qd;
+}
+
 static void set_state(struct scene *scene) {
     size_t size = (size_t)scene->model->n * sizeof(double);
     refdyn_prepare(&scene->work);
@@ -339,6 +364,7 @@ static void set_state(struct scene *scene) {
         memcpy(scene->q, scene->state.q, size);
     if (scene->state.qd)
         memcpy(scene->qd, scene->state.qd, size);
+    set_found_start(scene);
 }
 
 const char *scene_refused_fact(const struct scene *scene, const struct refdyn_workspace *work,
@@ -407,8 +433,10 @@ static enum status open_targets(struct scene *scene, const struct options *optio
         system_targets_spare(targets, state_path);
     if (inputs)
         system_targets_spare(targets, inputs);
-    if (options_text(options, "play"))
-        system_targets_spare(targets, options_text(options, "play"));
+    static const char *const read[] = {"play", "parameters"};
+    for (int i = 0; i < 2; i++)
+        if (options_text(options, read[i]))
+            system_targets_spare(targets, options_text(options, read[i]));
     scene->result = system_target_open(targets, options_text(options, "output"));
     if (scene->result && summary)
         scene->summary = system_target_open(targets, summary);
@@ -421,6 +449,29 @@ enum status scene_finish(struct scene *scene, struct document *document) {
     return system_target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
 }
 
+/* Sorts the values of --parameters: parameters and inputs join those of the state, unless --set has them. */
+static bool take_found(struct scene *scene, const char *path) {
+    struct state *state = &scene->state;
+    const struct model *model = &scene->generation.model;
+    if (!scene_found_read(state, path, &scene->generation))
+        return false;
+    const size_t count = (size_t)state->found_count, size = sizeof *state->inputs;
+    state->parameters =
+        memory_grow(&format_memory, state->parameters, (size_t)state->parameter_count * size,
+                    ((size_t)state->parameter_count + count) * size);
+    state->inputs = memory_grow(&format_memory, state->inputs, (size_t)state->input_count * size,
+                                ((size_t)state->input_count + count) * size);
+    for (int i = 0; i < state->found_count; i++) {
+        for (int k = 0; k < model->parameter_count; k++)
+            if (strcmp(model->parameters[k].name, state->found[i].name) == 0)
+                state->parameters[state->parameter_count++] = state->found[i];
+        for (int k = 0; k < model->input_count; k++)
+            if (strcmp(model->inputs[k].name, state->found[i].name) == 0 && !model->inputs[k].is_given)
+                state->inputs[state->input_count++] = state->found[i];
+    }
+    return true;
+}
+
 enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
                        const char *state_path) {
     enum status status = scene_read(scene, options, !(needs & NEEDS_NO_WARNINGS));
@@ -429,6 +480,9 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
     if (status != STATUS_DONE || !needs)
         return status;
     if (state_path && !scene_state_read(&scene->state, state_path, &scene->generation, needs & NEEDS_STATE))
+        return STATUS_FAULT;
+    const char *found = options_text(options, "parameters");
+    if (found && !take_found(scene, found))
         return STATUS_FAULT;
     scene->values = given_values(scene);
     return make_ready(scene, options, needs, &scene->values);

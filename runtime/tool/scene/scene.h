@@ -42,8 +42,8 @@ struct named_value {
     double value;
 };
 
-/* Values that are set at run time; later ones win. Parameters: from the STATE.json, then from --set. Inputs:
- * from --set, then from the STATE.json. */
+/* Values that are set at run time; later ones win. Parameters: from the STATE.json, then from --parameters,
+ * then from --set. Inputs: from --set, then from the STATE.json. */
 struct values {
     struct named_value *list, *inputs; /* inputs: of --set */
     int count, input_count;
@@ -54,11 +54,16 @@ struct state {
     double *q, *qd, *qdd; /* (n) NULL if not given; only `eval` reads qdd */
     struct named_value *inputs, *parameters;
     int input_count, parameter_count;
+    struct named_value *found; /* of --parameters: parameters, inputs and start values */
+    int found_count;
 };
 
 /* Returns false and reports errors with FILE:LINE if the file is not a state of this model. */
 bool scene_state_read(struct state *state, const char *path, const struct generation *generation,
                       bool takes_accelerations);
+/* Reads the object `values` of a FIT.json into state->found. Returns false and reports errors with FILE:LINE.
+ */
+bool scene_found_read(struct state *state, const char *path, const struct generation *generation);
 
 /* One model made ready to compute with: read, emitted, compiled, its parameters and inputs set. */
 

@@ -1,4 +1,5 @@
-/* STATE.json: reads a state with the lines of its entries for messages, and writes states and points. The
+/* STATE.json: reads a state with the lines of its entries for messages, and writes states and points; values
+ * that a FIT.json or another result of a search has found. The
  * results of `statics` and `modes` are states, too: their other keys are ignored, but `coordinates` must
  * match the model. */
 #include "runtime/tool/scene/scene.h"
@@ -239,39 +240,85 @@ static void read_member(struct reading *reading, struct state *state, const char
 }
 
 /* Shows the token that jansson names, and a character beyond ASCII in it. */
-static void complain_of_syntax(struct reading *reading, const json_error_t *error) {
+static void complain_of_syntax(struct reading *reading, const char *what, const json_error_t *error) {
     const char *token = strstr(error->text, "near '"), *instead;
     const char *strange = token ? message_beyond_ascii(&format_memory, token, strlen(token), &instead) : NULL;
     complain_at(reading, error->line > 0 ? error->line : 1,
-                "state: %s; must be one JSON object of finite numbers%s%s%s%s", error->text,
+                "%s: %s; must be one JSON object of finite numbers%s%s%s%s", what, error->text,
                 strange ? "; it has " : "", strange ? strange : "", strange ? "; " : "",
                 strange ? instead : "");
 }
 
-bool scene_state_read(struct state *state, const char *path, const struct generation *generation,
-                      bool takes_accelerations) {
-    *state = (struct state){.t = 0};
+/* Reads the file as an object; `what` names its purpose. Calls `take` for each member. */
+static bool read_object(struct reading *reading, const char *what,
+                        void take(struct reading *reading, struct state *state, const char *key, json_t *value),
+                        struct state *state) {
     static const char mark[] = "\xEF\xBB\xBF"; /* byte order mark of UTF-8, which some editors write first */
-    const char *text = format_read_file(path, "state");
+    const char *text = format_read_file(reading->path, what);
     if (!text)
         return false;
     text += strncmp(text, mark, strlen(mark)) == 0 ? strlen(mark) : 0;
-    struct reading reading = {
-        .path = path, .text = text, .generation = generation, .takes_accelerations = takes_accelerations};
+    reading->text = text;
     json_error_t error;
     json_t *root = json_loads(text, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
     const char *key;
     json_t *value;
     if (!root)
-        complain_of_syntax(&reading, &error);
+        complain_of_syntax(reading, what, &error);
     else if (!json_is_object(root))
-        complain_at(&reading, 1, "state: %s; must be an object", kind_of(root));
+        complain_at(reading, 1, "%s: %s; must be an object", what, kind_of(root));
     json_object_foreach(root, key, value) {
-        if (reading.complaints < COMPLAINTS_MOST)
-            read_member(&reading, state, key, value);
+        if (reading->complaints < COMPLAINTS_MOST)
+            take(reading, state, key, value);
     }
     json_decref(root);
-    return reading.complaints == 0;
+    return reading->complaints == 0;
+}
+
+bool scene_state_read(struct state *state, const char *path, const struct generation *generation,
+                      bool takes_accelerations) {
+    struct reading reading = {
+        .path = path, .generation = generation, .takes_accelerations = takes_accelerations};
+    *state = (struct state){.t = 0};
+    return read_object(&reading, "state", read_member, state);
+}
+
+/* ---- Values that a search has found ---- */
+
+/* Parameters, inputs, coordinates and rates NAME_d. */
+static const char **list_names(const struct generation *generation, int *count) {
+    const struct model *model = &generation->model;
+    const struct tree *tree = &generation->tree;
+    const char **names = format_allocate(
+        (size_t)(model->parameter_count + model->input_count + 2 * tree->count), sizeof *names);
+    *count = 0;
+    for (int i = 0; i < model->parameter_count; i++)
+        names[(*count)++] = model->parameters[i].name;
+    for (int i = 0; i < model->input_count; i++)
+        names[(*count)++] = model->inputs[i].name;
+    for (int i = 0; i < tree->count; i++) {
+        names[(*count)++] = tree->frames[i].name;
+        names[(*count)++] = format_text("%s_d", tree->frames[i].name);
+    }
+    return names;
+}
+
+static void read_found(struct reading *reading, struct state *state, const char *key, json_t *value) {
+    int count;
+    if (strcmp(key, "values") != 0 && strcmp(key, "parameters") != 0)
+        return;
+    const char **names = list_names(reading->generation, &count);
+    state->found = read_values(reading, key, "value of this model", value, names, count, &state->found_count);
+}
+
+bool scene_found_read(struct state *state, const char *path, const struct generation *generation) {
+    struct reading reading = {.path = path, .generation = generation};
+    if (!read_object(&reading, "parameters", read_found, state))
+        return false;
+    if (state->found_count > 0)
+        return true;
+    format_complain_line(path, 1, "parameters: no values; must be a FIT.json with the object values");
+    return false;
 }
 
 /* ---- Writing ---- */

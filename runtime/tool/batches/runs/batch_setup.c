@@ -6,11 +6,9 @@
  * The head of the journal has the hashes, so that only the same batch can be resumed. The file of runs has
  * texts and hashes as attributes, so that a single case can be computed again.
  */
-#define _GNU_SOURCE /* processors that the process may use */
 #include <errno.h>
 #include <jansson.h>
 #include <math.h>
-#include <sched.h>
 #include <sha2.h>
 #include <stdlib.h>
 #include <string.h>
@@ -257,29 +255,16 @@ enum runs_present_result runs_present_result(const struct batch_setup *setup, co
     return other ? PRESENT_OTHER : is_complete ? PRESENT_COMPLETE : PRESENT_NONE;
 }
 
-enum { OUTPUTS_MAX = 1000000, THREADS_MAX = 1024, PROCESSORS_MAX = 1 << 20 };
+enum { OUTPUTS_MAX = 1000000, THREADS_MAX = 1024 };
 
 /* ---- Setup ---- */
-
-/* Processors that this process may use. The set must be at least as large as the system's. */
-static int count_processors(void) {
-    int found = 0;
-    for (int most = 1024; most <= PROCESSORS_MAX && found == 0; most *= 2) {
-        cpu_set_t *set = CPU_ALLOC((size_t)most);
-        const size_t size = CPU_ALLOC_SIZE((size_t)most);
-        const bool is_known = set && sched_getaffinity(0, size, set) == 0;
-        found = is_known ? CPU_COUNT_S(size, set) : set && errno == EINVAL ? 0 : 1;
-        CPU_FREE(set);
-    }
-    return found > 0 ? found : 1;
-}
 
 static enum status choose_threads(struct batch_setup *setup) {
     const double asked = options_number(&setup->options, "threads");
     if (asked > THREADS_MAX)
         return options_usage_error(setup->options.command, "--threads: %.0f; must be at most %d", asked,
                                    THREADS_MAX);
-    setup->threads = asked > 0 ? (int)asked : count_processors();
+    setup->threads = asked > 0 ? (int)asked : system_processors();
     if (setup->threads > THREADS_MAX)
         setup->threads = THREADS_MAX;
     return STATUS_DONE;

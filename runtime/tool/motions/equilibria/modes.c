@@ -122,7 +122,7 @@ static const struct option_rule modes_rules[] = {
 const struct command modes_command = {.name = "modes",
                                       .run = run_modes,
                                       .operands = "MODEL.lua",
-                                      .options = "output at modes hold release way set fold",
+                                      .options = "output at modes hold release way parameters set fold",
                                       .tables = {modes_rules, equilibria_rules, scene_rules},
                                       .output = "FILE",
                                       .purpose =

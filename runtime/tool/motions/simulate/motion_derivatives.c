@@ -1,5 +1,6 @@
 /*
- * Derivatives of a motion for `sim --derivatives`: names of values, columns, and messages.
+ * Derivatives of a motion for `sim --derivatives`: names of values, columns, and messages. `fit` finds its
+ * values by the same names.
  *
  * In: a motion that has been computed, and names as in sweeps: parameters, inputs, start values NAME and
  * NAME_d of coordinates. Out: the rows of the motion with a column d_COLUMN_by_NAME for each column and name.
@@ -40,24 +41,25 @@ static const char **known_names(const struct refdyn_model *model, int *count) {
 }
 
 /* Reports a name that the compiled model lacks. */
-static enum status refuse_name(const struct scene *scene, const struct options *options, const char *name) {
+static enum status refuse_name(const struct scene *scene, const struct options *options, const char *option,
+                               const char *name) {
     const struct model *model = &scene->generation.model;
     for (int i = 0; i < model->option_count; i++)
         if (strcmp(model->options[i].name, name) == 0)
             return options_error(
-                options, "derivatives",
+                options, option,
                 ": %s is an option of the model, which fixes its structure; use a parameter, an "
                 "input or a start value",
                 name);
     for (int i = 0; i < model->parameter_count; i++)
         if (strcmp(model->parameters[i].name, name) == 0)
-            return options_error(options, "derivatives", ": %s: nothing in this model reads it; omit it",
+            return options_error(options, option, ": %s: nothing in this model reads it; omit it",
                                  name);
     int count;
     const char **known = known_names(scene->model, &count);
     const char *nearest = message_nearest_name(name, known, count);
     return options_error(
-        options, "derivatives",
+        options, option,
         nearest ? ": '%s' is unknown; the nearest is '%s'"
                 : ": '%s' is unknown; use a parameter, an input, a coordinate or its rate NAME_d",
         name, nearest);
@@ -81,28 +83,34 @@ int simulate_derivatives_find(const struct refdyn_model *model, const char *name
     return count;
 }
 
-static enum status find_variable(const struct scene *scene, const struct options *options, const char *name,
-                                 struct refdyn_variable *variable) {
+static enum status find_variable(const struct scene *scene, const struct options *options, const char *option,
+                                 const char *name, struct refdyn_variable *variable) {
     const int count = simulate_derivatives_find(scene->model, name, variable);
     if (count == 0)
-        return refuse_name(scene, options, name);
+        return refuse_name(scene, options, option, name);
     return count == 1
                ? STATUS_DONE
-               : options_error(options, "derivatives",
+               : options_error(options, option,
                                ": the model uses the name %s for several values; rename one of them", name);
+}
+
+enum status simulate_derivatives_name(struct motion_derivatives *derivatives, const struct scene *scene,
+                                      const struct options *options) {
+    enum status status = STATUS_DONE;
+    derivatives->variables = format_allocate((size_t)derivatives->count, sizeof *derivatives->variables);
+    for (int i = 0; i < derivatives->count && status == STATUS_DONE; i++)
+        status = find_variable(scene, options, derivatives->option, derivatives->names[i],
+                               &derivatives->variables[i]);
+    return status;
 }
 
 enum status simulate_derivatives_read(struct motion_derivatives *derivatives, const struct scene *scene,
                                       const struct options *options) {
-    const char **names = options_list(options_text(options, "derivatives"));
-    enum status status = STATUS_DONE;
-    *derivatives = (struct motion_derivatives){.names = names};
-    while (names[derivatives->count])
+    *derivatives = (struct motion_derivatives){
+        .option = "derivatives", .names = options_list(options_text(options, "derivatives"))};
+    while (derivatives->names[derivatives->count])
         derivatives->count++;
-    derivatives->variables = format_allocate((size_t)derivatives->count, sizeof *derivatives->variables);
-    for (int i = 0; i < derivatives->count && status == STATUS_DONE; i++)
-        status = find_variable(scene, options, names[i], &derivatives->variables[i]);
-    return status;
+    return simulate_derivatives_name(derivatives, scene, options);
 }
 
 /* ---- The motion as a batch ---- */
@@ -146,7 +154,7 @@ static enum status describe_statics(struct scene *scene, const struct options *o
     for (int i = 0; i < derivatives->count && status == STATUS_DONE; i++) {
         const struct refdyn_variable *variable = &derivatives->variables[i];
         if (variable->what == REFDYN_VARIED_COORDINATE && !marks[variable->place])
-            status = options_error(options, "derivatives",
+            status = options_error(options, derivatives->option,
                                    ": statics moves the coordinate %s; add it to --hold or omit it",
                                    derivatives->names[i]);
     }
@@ -168,12 +176,10 @@ static void describe_times(const struct trial *trial, double until, struct refdy
     batch->times = times;
 }
 
-static enum status describe(const struct trial *trial, const struct task *task,
-                            const struct refdyn_options *integration,
-                            const struct motion_derivatives *derivatives, struct refdyn_batch *batch) {
-    static const double first_samples[] = {0};
-    static const struct refdyn_batch_column samples = {REFDYN_VARIED_SAMPLES, 0, first_samples};
-    struct scene *scene = task->scene;
+enum status simulate_derivatives_batch(const struct motion_derivatives *derivatives, struct scene *scene,
+                                       const struct options *options,
+                                       const struct refdyn_options *integration,
+                                       struct refdyn_batch *batch) {
     *batch = (struct refdyn_batch){.model = scene->model,
                                    .lanes = scene->compiled.lanes,
                                    .options = *integration,
@@ -184,6 +190,18 @@ static enum status describe(const struct trial *trial, const struct task *task,
                                    .qd = scene->state.qd,
                                    .t = scene->state.t,
                                    .threads = 1};
+    return options_is(options, "from", "statics") ? describe_statics(scene, options, derivatives, batch)
+                                                  : STATUS_DONE;
+}
+
+static enum status describe(const struct trial *trial, const struct task *task,
+                            const struct refdyn_options *integration,
+                            const struct motion_derivatives *derivatives, struct refdyn_batch *batch) {
+    static const double first_samples[] = {0};
+    static const struct refdyn_batch_column samples = {REFDYN_VARIED_SAMPLES, 0, first_samples};
+    struct scene *scene = task->scene;
+    const enum status status =
+        simulate_derivatives_batch(derivatives, scene, task->options, integration, batch);
     if (scene->inputs) {
         batch->samples = &scene->inputs->samples;
         batch->sample_count = 1;
@@ -191,9 +209,7 @@ static enum status describe(const struct trial *trial, const struct task *task,
         batch->column_count = 1;
     }
     describe_times(trial, task->until, batch);
-    return options_is(task->options, "from", "statics")
-               ? describe_statics(scene, task->options, derivatives, batch)
-               : STATUS_DONE;
+    return status;
 }
 
 /* ---- Computation ---- */

@@ -278,9 +278,9 @@ static enum status check_error_options(const struct options *options,
     const double lanes = options_number(options, "lanes");
     if (lanes > 0 && !options_text(options, "derivatives"))
         return options_usage_error(options->command, "--lanes needs --derivatives");
-    if (lanes > 0 && lanes != 1 && lanes != 2 && lanes != 4 && lanes != 8)
-        return options_usage_error(options->command, "--lanes: %.0f is not a lane width; use 1, 2, 4 or 8",
-                                   lanes);
+    const enum status checked = simulate_check_lanes(options);
+    if (checked != STATUS_DONE)
+        return checked;
     if (options_number(options, "accuracy") > 0 && (tol > 0 || integration->tol == 0))
         return options_usage_error(options->command,
                                    "--accuracy chooses the tolerance itself; it excludes %s",

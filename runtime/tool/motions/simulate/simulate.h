@@ -105,6 +105,8 @@ struct motion {
 /* Runtime options from --method --step --tol --step-max --stabilise --singular --start; reports combinations
  * that exclude each other. */
 enum status simulate_options(const struct options *options, struct refdyn_options *integration);
+/* Reports a --lanes that is no lane width. */
+enum status simulate_check_lanes(const struct options *options);
 /* Reports an error if the chosen method needs the exact tangent, which a model in the printed form lacks. */
 enum status simulate_fit(const struct scene *scene, const struct options *options,
                          const struct refdyn_options *integration);
@@ -215,6 +217,7 @@ void simulate_search_release(struct search *search);
 /* Derivatives: --derivatives, columns d_COLUMN_by_NAME (motion_derivatives.c). */
 
 struct motion_derivatives {
+    const char *option; /* whose names these are, for messages */
     const char **names; /* (count) as given */
     struct refdyn_variable *variables;
     int count;
@@ -229,6 +232,14 @@ struct motion_derivatives {
  * it is 1, sets *variable, which may be NULL. */
 int simulate_derivatives_find(const struct refdyn_model *model, const char *name,
                               struct refdyn_variable *variable);
+/* Finds the values of derivatives->names; reports unknown names. */
+enum status simulate_derivatives_name(struct motion_derivatives *derivatives, const struct scene *scene,
+                                      const struct options *options);
+/* Describes the motion of a scene as a batch, without its times and columns; an equilibrium at its start is
+ * found again for each value. Reports values that this equilibrium sets. */
+enum status simulate_derivatives_batch(const struct motion_derivatives *derivatives, struct scene *scene,
+                                       const struct options *options,
+                                       const struct refdyn_options *integration, struct refdyn_batch *batch);
 /* Finds the values that --derivatives names; reports unknown names. */
 enum status simulate_derivatives_read(struct motion_derivatives *derivatives, const struct scene *scene,
                                       const struct options *options);

@@ -1,17 +1,34 @@
-/* Clocks, and what the user sees on stderr while the program works: notices and a progress bar. */
+/* Clocks and processors, and what the user sees on stderr while the program works: notices and a progress
+ * bar. */
+#define _GNU_SOURCE /* processors that the process may use */
 #include "runtime/tool/support/system/system.h"
 
+#include <errno.h>
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
-enum { BAR_WIDTH = 40 };
+enum { BAR_WIDTH = 40, PROCESSORS_MAX = 1 << 20 };
 
 static const double notice_seconds = 0.5;  /* a shorter wait is not noticed */
 static const double silent_seconds = 1;    /* shorter work shows no bar */
 static const double refresh_seconds = 0.1; /* ten drawings a second look smooth and cost nothing */
+
+/* The set must be at least as large as the system's. */
+int system_processors(void) {
+    int found = 0;
+    for (int most = 1024; most <= PROCESSORS_MAX && found == 0; most *= 2) {
+        cpu_set_t *set = CPU_ALLOC((size_t)most);
+        const size_t size = CPU_ALLOC_SIZE((size_t)most);
+        const bool is_known = set && sched_getaffinity(0, size, set) == 0;
+        found = is_known ? CPU_COUNT_S(size, set) : set && errno == EINVAL ? 0 : 1;
+        CPU_FREE(set);
+    }
+    return found > 0 ? found : 1;
+}
 
 static double seconds_of(clockid_t clock) {
     struct timespec now;

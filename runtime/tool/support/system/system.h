@@ -185,6 +185,9 @@ bool system_progress_is_due(const struct progress *progress);
 void system_progress_show(struct progress *progress, double fraction);
 void system_progress_end(struct progress *progress);
 
+/* Processors that this process may use. */
+int system_processors(void);
+
 /* Clocks, in seconds: wall clock; processor time of all threads of the program, and of the calling thread. */
 double system_wall_seconds(void);
 double system_process_cpu_seconds(void);

@@ -1,0 +1,214 @@
+/* `refdyn fit`: finds values of a model from measured data, and writes FIT.json. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/motions/fit/fit.h"
+#include "runtime/tool/support/system/system.h"
+
+/* ---- Preparation ---- */
+
+/* Motions that are computed at the same time; each has a table of columns. */
+static void start_tables(struct fit *fit) {
+    const size_t count = (size_t)fit->table.count;
+    fit->rooms_of_thread = fit->batch.lanes ? fit->batch.lanes->width : 1;
+    const int rooms = fit->batch.threads * fit->rooms_of_thread;
+    bool *is_wanted = format_allocate(count, sizeof *is_wanted);
+    for (int k = 0; k < fit->signal_count; k++)
+        is_wanted[fit->signals[k].column] = true;
+    fit->tables = format_allocate((size_t)rooms, sizeof *fit->tables);
+    for (int i = 0; i < rooms; i++) {
+        simulate_table_start(&fit->tables[i], &fit->motion.integrator, fit->scene->compiled.spatial);
+        record_table_want(&fit->tables[i], is_wanted);
+    }
+}
+
+static enum status prepare(struct fit *fit) {
+    struct scene *scene = fit->scene;
+    enum status status = simulate_fit(scene, fit->options, &fit->integration);
+    if (status == STATUS_DONE)
+        status = simulate_place(scene, fit->options);
+    if (status != STATUS_DONE)
+        return status;
+    const int result = simulate_start(&fit->motion, scene, &fit->integration, scene->state.t + 1, 0);
+    if (result != REFDYN_OK)
+        return scene_numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
+    simulate_table_start(&fit->table, &fit->motion.integrator, scene->compiled.spatial);
+    status = fit_request_read(fit);
+    if (status == STATUS_DONE)
+        status = fit_data_read(fit);
+    if (status == STATUS_DONE)
+        status =
+            simulate_derivatives_batch(&fit->variables, scene, fit->options, &fit->integration, &fit->batch);
+    if (status != STATUS_DONE)
+        return status;
+    fit->batch.threads = system_processors();
+    start_tables(fit);
+    return STATUS_DONE;
+}
+
+/* ---- The start ---- */
+
+void fit_report_failure(const struct fit *fit) {
+    fprintf(stderr, "refdyn: %s: the motion of the start fails at t = %.6g: %s; choose a start with --set\n",
+            fit->scene->model->name, fit->failure.t,
+            fit->failure.status ? refdyn_status_text(fit->failure.status)
+                                : "it ends before the data");
+}
+
+static enum status report_outcome(const struct fit *fit, enum fit_outcome outcome) {
+    if (outcome == FIT_STOPPED)
+        fprintf(stderr, "refdyn: %s: interrupted\n", fit->scene->model->name);
+    else
+        fit_report_failure(fit);
+    return STATUS_NUMBERS;
+}
+
+/* Compares the data with the motion of the start. */
+static enum status compare(struct fit *fit, const double *from) {
+    enum status status = STATUS_DONE;
+    for (int i = 0; i < fit->data_count && status == STATUS_DONE; i++) {
+        const struct fit_data *data = &fit->data[i];
+        double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
+        const enum fit_outcome outcome = fit_motion_values(fit, data, from, model);
+        status = outcome == FIT_DONE ? fit_data_compare(fit, data, model) : report_outcome(fit, outcome);
+        free(model);
+    }
+    return status;
+}
+
+/* Values that only act together cannot be found: reports them by name, and writes what is known of them. */
+static enum status refuse_dependent(struct fit *fit, const struct fit_solution *solution,
+                                    const struct fit_certainty *certainty) {
+    for (int i = 0; i < certainty->group_count; i++) {
+        const char *names = fit_group_text(certainty->groups[i]);
+        const bool is_alone = !certainty->groups[i][1];
+        fprintf(stderr, "refdyn: %s: --vary: %s: %s\n", fit->scene->model->name, names,
+                is_alone ? "the measured columns do not depend on it; omit it or measure another column"
+                         : "act only together on the measured columns; fix one of them or measure another "
+                           "column");
+    }
+    fit_report_write(fit, solution, certainty);
+    return STATUS_FAULT;
+}
+
+/* Evaluates the start, and refuses values that the data cannot tell apart. */
+static enum status check_start(struct fit *fit, const double *from) {
+    const size_t rows = (size_t)fit_residual_count(fit, false, INFINITY), count = (size_t)fit->count;
+    struct fit_solution start = {.rows = (int)rows, .starts = 1};
+    struct fit_certainty certainty;
+    if (rows < count) {
+        format_complain_line(fit->data[0].path, 0,
+                             format_text("data: %zu measurements for %zu values; must have more", rows, count));
+        return STATUS_FAULT;
+    }
+    start.u = format_allocate(count, sizeof *start.u);
+    memcpy(start.u, from, count * sizeof *from);
+    start.r = format_allocate_large(rows, sizeof *start.r);
+    start.J = format_allocate_large(rows * count, sizeof *start.J);
+    const enum fit_outcome outcome = fit_residuals(fit, false, INFINITY, from, start.r, start.J, rows);
+    enum status status = outcome == FIT_DONE ? STATUS_DONE : report_outcome(fit, outcome);
+    if (status == STATUS_DONE) {
+        for (size_t i = 0; i < rows; i++)
+            start.chi2 += start.r[i] * start.r[i];
+        fit_certainty_find(fit, &start, &certainty);
+        if (certainty.is_dependent)
+            status = refuse_dependent(fit, &start, &certainty);
+    }
+    free(start.r);
+    free(start.J);
+    return status;
+}
+
+/* ---- The fit ---- */
+
+static enum status find(struct fit *fit) {
+    struct fit_solution solution = {.outcome = FIT_FAILED};
+    struct fit_certainty certainty;
+    double *from = format_allocate((size_t)fit->count, sizeof *from);
+    for (int k = 0; k < fit->count; k++)
+        from[k] = fit_unknown_of(&fit->values[k], fit->values[k].start);
+    system_interrupt_defer(true);
+    enum status status = compare(fit, from);
+    if (status == STATUS_DONE)
+        status = check_start(fit, from);
+    if (status != STATUS_DONE)
+        return status;
+    system_progress_start(&fit->progress, "fit");
+    fit_search(fit, from, &solution);
+    system_progress_end(&fit->progress);
+    if (solution.outcome == FIT_STOPPED || !isfinite(solution.chi2))
+        return report_outcome(fit, solution.outcome);
+    fit_certainty_find(fit, &solution, &certainty);
+    fit_report_print(fit, &solution, &certainty);
+    status = fit_report_write(fit, &solution, &certainty);
+    free(solution.r);
+    free(solution.J);
+    if (solution.outcome == FIT_STUCK) {
+        fprintf(stderr, "refdyn: %s: the search ended before chi2 was least: no step decreases it further\n",
+                fit->scene->model->name);
+        return STATUS_NUMBERS;
+    }
+    return status;
+}
+
+static enum status run_scene(struct scene *scene, const struct options *options,
+                             const struct refdyn_options *integration) {
+    struct fit fit = {.options = options, .scene = scene, .integration = *integration};
+    for (int i = 1; i < options->operand_count; i++)
+        system_targets_spare(&scene->targets, options->operands[i]);
+    enum status status = prepare(&fit);
+    if (status == STATUS_DONE)
+        status = find(&fit);
+    simulate_release(&fit.motion);
+    return status;
+}
+
+static enum status run_fit(const struct options *given) {
+    struct refdyn_options integration;
+    struct scene scene;
+    struct options own = *given, *options = &own;
+    if (options_number(options, "lanes") == 0)
+        options_set_number(options, "lanes", refdyn_batch_widest());
+    enum status status = simulate_options(options, &integration);
+    if (status != STATUS_DONE)
+        return status;
+    status = simulate_check_lanes(options);
+    if (status != STATUS_DONE)
+        return status;
+    if (simulate_gsl_has(options_text(options, "method")))
+        return options_usage_error(options->command, "fit excludes the methods of GSL");
+    const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
+    status = scene_open(&scene, options,
+                        NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
+                        options_state_path(options_text(options, "from")));
+    if (status == STATUS_DONE)
+        status = run_scene(&scene, options, &integration);
+    scene_close(&scene);
+    return status;
+}
+
+static const struct option_rule fit_rules[] = {
+    {"vary", "NAME,...", OPTION_LIST,
+     "the values to be found: parameters, inputs, start values; NAME=FROM:TO gives bounds", NULL, NULL},
+    {"noise", "COLUMN=SIGMA,...", OPTION_LIST,
+     "the measured columns, each with the standard deviation of its noise", NULL, NULL},
+    {"held-out", "DATA.csv,...", OPTION_LIST, "files that only judge the result", NULL, NULL},
+    {.name = NULL}};
+
+const struct command fit_command = {
+    .name = "fit",
+    .run = run_fit,
+    .operands = "MODEL.lua DATA.csv...",
+    .options = "output! vary! noise! held-out method step tol step-max from stabilise singular start hold "
+               "release way lanes parameters set",
+    .tables = {fit_rules, simulate_rules, equilibria_rules, scene_rules},
+    .output = "FIT.json",
+    .purpose = "values of a model from measured data",
+    .help = "DATA.csv has the time t and columns named as in `sim`; an empty field is a gap, and columns named "
+            "as inputs move the model.\n"
+            "FIT.json has values, standard errors, correlations, and what the data do not determine.\n\n"
+            "  refdyn fit models/manipulator.lua run.csv --vary E,eta,m_E=1:3 --noise column_psi=2e-4,E_xdd=0.05 "
+            "-o fit.json\n"
+            "  refdyn sim models/manipulator.lua --parameters fit.json --until 2 -o fitted.csv\n"};

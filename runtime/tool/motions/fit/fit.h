@@ -1,0 +1,181 @@
+/*
+ * Parameters from measured data: the values theta with the least
+ *
+ *     chi^2 = sum over all samples of ((y_model(t; theta) - y_data(t)) / sigma)^2,
+ *
+ * where sigma is the standard deviation of a column's noise. Method: Levenberg and Marquardt (Marquardt, J.
+ * SIAM 11:431-441, 1963), with derivatives of the motion by copies that repeat its steps (Bock 1981).
+ * A positive value is searched in its logarithm. If the start is far, the search begins with the first part
+ * of the data and many starts.
+ *
+ * Parts in reading order: what is asked; data; residuals; least squares; search; report; the command.
+ */
+#ifndef REFDYN_TOOL_FIT_H
+#define REFDYN_TOOL_FIT_H
+
+#include <stdbool.h>
+
+#include "refdyn_batch.h"
+#include "runtime/tool/motions/simulate/simulate.h"
+#include "runtime/tool/scene/scene.h"
+
+/* ---- What is asked (fit_request.c) ---- */
+
+/* A value to be found. Its unknown is u with value = exp(u) if `is_log`, otherwise value = unit u. */
+struct fit_value {
+    const char *name;
+    struct refdyn_variable variable;
+    double start;        /* where the search begins */
+    double lower, upper; /* bounds; infinite if there are none */
+    bool is_log;
+    double unit;
+};
+
+/* A measured column. */
+struct fit_signal {
+    const char *name;
+    double noise; /* standard deviation, in the unit of the column */
+    int column;   /* among the columns of a motion */
+};
+
+/* A file of measurements. */
+struct fit_data {
+    const char *path;
+    bool is_held_out;      /* not used for the fit: its residuals validate it */
+    bool has_inputs;       /* `inputs` has samples of the model's inputs */
+    struct inputs inputs;
+    int rows;
+    double *t; /* (rows) ascending [s] */
+    double *y; /* (rows x signals) NaN: a gap */
+    long *lines; /* (rows) of the file */
+};
+
+struct fit {
+    const struct options *options;
+    struct scene *scene;
+    struct refdyn_options integration;
+    struct motion motion;                /* whose columns are compared with the data */
+    struct record_table table;           /* its columns */
+    struct record_table *tables;         /* (threads x rooms_of_thread) of motions computed at the same time */
+    int rooms_of_thread;
+    struct motion_derivatives variables; /* the values as variables of the motion */
+    struct refdyn_batch batch;           /* the motion, without times and columns */
+    struct fit_value *values;
+    int count;
+    struct fit_signal *signals;
+    int signal_count;
+    struct fit_data *data;
+    int data_count;
+    long motions;       /* computed in all, copies included */
+    struct {
+        int status; /* of the runtime */
+        double t;   /* time reached [s] */
+    } failure; /* of the last motion */
+    int lost;           /* residuals of the last derivatives that lacked one */
+    struct progress progress;
+};
+
+/* Reads --vary and --noise. `fit` has its scene, motion and table. Reports errors. */
+enum status fit_request_read(struct fit *fit);
+
+double fit_value_of(const struct fit_value *value, double unknown);
+double fit_unknown_of(const struct fit_value *value, double number);
+
+/* ---- Data (fit_data.c) ---- */
+
+/* Reads the files of measurements. Reports errors with FILE:LINE. */
+enum status fit_data_read(struct fit *fit);
+/* Reports a column whose data look like another unit, or like the data of another column, compared with the
+ * motion `model` (rows x signals) of the start. */
+enum status fit_data_compare(const struct fit *fit, const struct fit_data *data, const double *model);
+
+/* ---- Residuals (fit_residuals.c) ---- */
+
+enum fit_outcome {
+    FIT_DONE,
+    FIT_FAILED, /* the motion does not reach the end of the data */
+    FIT_STUCK,  /* no step decreases chi^2, but the derivatives predict one that does */
+    FIT_STOPPED /* by a signal */
+};
+
+/* Rows of a file up to time `until`. */
+int fit_rows_until(const struct fit_data *data, double until);
+/* Residuals of the files up to `until`: those used for the fit, or those held out. */
+int fit_residual_count(const struct fit *fit, bool is_held_out, double until);
+/* Residuals r of the motions for the unknowns; and, unless J is NULL, their derivatives J (values x apart) by
+ * the unknowns. */
+enum fit_outcome fit_residuals(struct fit *fit, bool is_held_out, double until, const double *unknowns,
+                               double *r, double *J, size_t apart);
+/* The motion's values (rows x signals) of a file. */
+enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data, const double *unknowns,
+                                   double *values);
+/* chi^2 of many candidates (candidates x values) up to `until`; INFINITY for a motion that fails. */
+enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double *unknowns, int candidates,
+                                    double *chi2);
+/* Reports why the motion of the last call has failed. */
+void fit_report_failure(const struct fit *fit);
+
+/* ---- Least squares (least_squares.c) ---- */
+
+/* A problem of least squares with bounds. */
+struct least_squares {
+    int count, rows;            /* unknowns, residuals */
+    const double *lower, *upper; /* (count) bounds of the unknowns */
+    double step_most;           /* largest change of an unknown in one step */
+    int rounds_most;
+    enum fit_outcome (*residuals)(void *context, const double *u, double *r, double *J);
+    void *context;
+    double *u;   /* (count) in: the start; out: the solution */
+    double *r;   /* (rows) at the solution */
+    double *J;   /* (count x rows) at the solution */
+    double chi2; /* at the solution */
+    int rounds;
+};
+
+enum fit_outcome least_squares_solve(struct least_squares *problem);
+
+/* ---- Search (fit_search.c) ---- */
+
+struct fit_solution {
+    enum fit_outcome outcome;
+    double *u;   /* (values) unknowns */
+    double *r;   /* (rows) */
+    double *J;   /* (values x rows) */
+    int rows;
+    double chi2;
+    int starts; /* starts that the search tried */
+};
+
+/* Finds the values; `from` (values) are the unknowns of the start. */
+void fit_search(struct fit *fit, const double *from, struct fit_solution *solution);
+
+/* ---- Report (fit_report.c) ---- */
+
+/* How well the data determine the values, from the derivatives J of the residuals. */
+struct fit_certainty {
+    int count;
+    double *covariance;   /* (count x count) of the values */
+    double *singular;     /* (count) of J by the unknowns, descending */
+    double *relative;     /* (count) of J with columns of length 1, descending */
+    double *directions;   /* (count x count) rows: unknowns of each of `relative` */
+    double *norms;        /* (count) of the columns of J */
+    bool *is_unread;      /* (count) the data do not depend on the value */
+    const char ***groups; /* lists of names that the data do not determine, each ended by NULL; NULL at the
+                             end */
+    int group_count;
+    bool is_dependent; /* columns of J depend on each other, as far as rounding shows */
+};
+
+void fit_certainty_find(const struct fit *fit, const struct fit_solution *solution,
+                        struct fit_certainty *certainty);
+/* "m_base and m_col": the names of a group. */
+const char *fit_group_text(const char *const *names);
+/* Writes FIT.json. */
+enum status fit_report_write(struct fit *fit, const struct fit_solution *solution,
+                             const struct fit_certainty *certainty);
+void fit_report_print(struct fit *fit, const struct fit_solution *solution,
+                      const struct fit_certainty *certainty);
+
+extern const struct command fit_command;
+
+#endif

@@ -1,0 +1,275 @@
+/*
+ * Measurements: CSV files with the time `t` and columns named as in a motion. An empty field is a gap. Columns
+ * that are inputs of the model move it. Reports data that cannot be right: constant columns, other units,
+ * exchanged columns, another unit of time.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "runtime/tool/motions/fit/fit.h"
+
+enum { COLUMN_OTHER = -1, COLUMN_TIME = -2, COLUMN_INPUT = -3 };
+
+/* A file while it is read. */
+struct reading {
+    const struct fit *fit;
+    struct fit_data *data;
+    struct csv csv;
+    int *role; /* (csv.count) number of the signal, or COLUMN_* */
+    int room_t, room_y, room_lines;
+};
+
+/* ---- Columns ---- */
+
+static int find_signal(const struct fit *fit, const char *name) {
+    for (int k = 0; k < fit->signal_count; k++)
+        if (strcmp(fit->signals[k].name, name) == 0)
+            return k;
+    return -1;
+}
+
+static bool is_input(const struct refdyn_model *model, const char *name) {
+    const size_t lead = strlen(record_input_lead);
+    return refdyn_find_name(model->inputs, model->input_count, name) >= 0 ||
+           (strncmp(name, record_input_lead, lead) == 0 &&
+            refdyn_find_name(model->inputs, model->input_count, name + lead) >= 0);
+}
+
+/* Warns of a column without a use. */
+static void warn_of_column(const struct reading *reading, const char *name) {
+    const struct record_table *table = &reading->fit->table;
+    const char *near = message_nearest_name(name, table->names, table->count);
+    const char *text =
+        record_table_find(table, name, strlen(name)) >= 0
+            ? format_text("warning: data: column %s is not used; to use it, add its noise to --noise", name)
+            : format_text("warning: data: column %s is no column of the motion and is not used%s%s", name,
+                          near ? "; the nearest is " : "", near ? near : "");
+    format_complain_line(reading->csv.path, reading->csv.line, text);
+}
+
+static bool assign_columns(struct reading *reading) {
+    struct csv *csv = &reading->csv;
+    bool has_signal = false;
+    reading->role = format_allocate((size_t)csv->count, sizeof *reading->role);
+    for (int i = 0; i < csv->count; i++) {
+        const int signal = find_signal(reading->fit, csv->names[i]);
+        const bool is_time = strcmp(csv->names[i], "t") == 0;
+        has_signal |= signal >= 0;
+        reading->role[i] = is_time                                               ? COLUMN_TIME
+                           : signal >= 0                                         ? signal
+                           : is_input(reading->fit->scene->model, csv->names[i]) ? COLUMN_INPUT
+                                                                                 : COLUMN_OTHER;
+        reading->data->has_inputs |= reading->role[i] == COLUMN_INPUT;
+    }
+    if (format_csv_column(csv, "t") < 0)
+        return format_csv_complain(csv, "no column is called t; add the time of each measurement [s]");
+    if (!has_signal)
+        return format_csv_complain(csv, "no column of --noise is here; must have at least one of them");
+    for (int i = 0; i < csv->count; i++)
+        if (reading->role[i] == COLUMN_OTHER)
+            warn_of_column(reading, csv->names[i]);
+    return true;
+}
+
+/* ---- Rows ---- */
+
+static bool take_time(struct reading *reading, int column) {
+    struct fit_data *data = reading->data;
+    double *t = &data->t[data->rows];
+    const double begin = reading->fit->scene->state.t;
+    if (!format_csv_number(&reading->csv, column, t))
+        return false;
+    if (data->rows > 0 && !(*t > t[-1]))
+        return format_csv_complain(&reading->csv,
+                                   "t = %.9g does not follow %.9g, the time before it; times must ascend: give "
+                                   "each time base its own file",
+                                   *t, t[-1]);
+    if (*t < begin)
+        return format_csv_complain(&reading->csv, "t = %.9g; must not be before the motion, which starts at %.9g",
+                                   *t, begin);
+    return true;
+}
+
+static bool take_row(struct reading *reading) {
+    struct fit_data *data = reading->data;
+    const struct csv *csv = &reading->csv;
+    const int width = reading->fit->signal_count;
+    data->t = memory_room(&format_memory, data->t, data->rows, &reading->room_t, sizeof *data->t);
+    data->y = memory_room(&format_memory, data->y, data->rows, &reading->room_y,
+                          (size_t)width * sizeof *data->y);
+    data->lines = memory_room(&format_memory, data->lines, data->rows, &reading->room_lines,
+                              sizeof *data->lines);
+    double *y = data->y + (size_t)data->rows * (size_t)width;
+    for (int k = 0; k < width; k++)
+        y[k] = NAN;
+    data->lines[data->rows] = csv->line;
+    for (int i = 0; i < csv->count; i++) {
+        const int role = reading->role[i];
+        if (role == COLUMN_TIME && !take_time(reading, i))
+            return false;
+        if (role >= 0 && *csv->fields[i] && !format_csv_number(csv, i, &y[role]))
+            return false;
+    }
+    data->rows++;
+    return true;
+}
+
+static bool take_rows(struct reading *reading) {
+    int answer = 1;
+    while (answer > 0 && (answer = format_csv_next(&reading->csv)) > 0)
+        answer = take_row(reading) ? 1 : -1;
+    if (answer == 0 && reading->data->rows < 2)
+        return format_csv_complain(&reading->csv, "fewer than 2 rows; must have a header and at least two rows");
+    return answer == 0;
+}
+
+/* ---- Columns that cannot be right ---- */
+
+static bool refuse_constant(const struct reading *reading) {
+    const struct fit *fit = reading->fit;
+    const struct fit_data *data = reading->data;
+    for (int k = 0; k < fit->signal_count; k++) {
+        long count = 0;
+        double least = INFINITY, most = -INFINITY;
+        for (int i = 0; i < data->rows; i++) {
+            const double y = data->y[(size_t)i * (size_t)fit->signal_count + (size_t)k];
+            if (isnan(y))
+                continue;
+            least = fmin(least, y);
+            most = fmax(most, y);
+            count++;
+        }
+        if (count > 1 && least == most) {
+            format_complain_line(data->path, 1,
+                                 format_text("data: column %s is %.9g in all %ld rows: a sensor that does not "
+                                             "move; omit it from --noise",
+                                             fit->signals[k].name, least, count));
+            return false;
+        }
+    }
+    return true;
+}
+
+/* The mean time between rows. */
+static double spacing(const struct fit_data *data) {
+    return (data->t[data->rows - 1] - data->t[0]) / (data->rows - 1);
+}
+
+/* Files whose rows are a hundred times further apart than those of the first have times in other units. */
+static bool refuse_time_base(const struct fit *fit, const struct fit_data *data) {
+    const double ratio = spacing(data) / spacing(&fit->data[0]);
+    if (ratio < 100 && ratio > 0.01)
+        return true;
+    format_complain_line(
+        data->path, 1,
+        format_text("data: the rows are %.3g s apart, but %.3g s in %s; times must be in seconds in each file",
+                    spacing(data), spacing(&fit->data[0]), fit->data[0].path));
+    return false;
+}
+
+static bool read_file(struct fit *fit, struct fit_data *data) {
+    struct reading reading = {.fit = fit, .data = data};
+    bool is_good = format_csv_open(&reading.csv, data->path, "data") && assign_columns(&reading) &&
+                   take_rows(&reading) && refuse_constant(&reading);
+    format_csv_close(&reading.csv);
+    if (is_good && data->has_inputs)
+        is_good = scene_inputs_read(&data->inputs, data->path, fit->scene->model);
+    return is_good && refuse_time_base(fit, data);
+}
+
+enum status fit_data_read(struct fit *fit) {
+    const struct options *options = fit->options;
+    const char **held_out = options_list(options_text(options, "held-out"));
+    int held_count = 0;
+    while (held_out[held_count])
+        held_count++;
+    fit->data_count = options->operand_count - 1 + held_count;
+    fit->data = format_allocate((size_t)fit->data_count, sizeof *fit->data);
+    for (int i = 0; i < fit->data_count; i++) {
+        struct fit_data *data = &fit->data[i];
+        const int held = i - (options->operand_count - 1);
+        data->is_held_out = held >= 0;
+        data->path = held >= 0 ? held_out[held] : options->operands[1 + i];
+        if (!read_file(fit, data))
+            return STATUS_FAULT;
+    }
+    return STATUS_DONE;
+}
+
+/* ---- Comparison with the motion of the start ---- */
+
+/* Sums over the rows of a file in which both a datum and its motion are known. */
+struct sums {
+    double dd, mm, dm, apart; /* of squares, products, and squared differences */
+    long count;
+};
+
+static struct sums sum_over(const struct fit *fit, const struct fit_data *data, const double *model,
+                            int data_column, int model_column) {
+    struct sums sums = {.count = 0};
+    const size_t width = (size_t)fit->signal_count;
+    for (int i = 0; i < data->rows; i++) {
+        const double d = data->y[(size_t)i * width + (size_t)data_column],
+                     m = model[(size_t)i * width + (size_t)model_column];
+        if (isnan(d))
+            continue;
+        sums.dd += d * d;
+        sums.mm += m * m;
+        sums.dm += d * m;
+        sums.apart += (d - m) * (d - m);
+        sums.count++;
+    }
+    return sums;
+}
+
+/* Factors between units that are mistaken for each other. */
+static const struct {
+    double factor;
+    const char *text;
+} units[] = {{180 / 3.14159265358979, "degrees instead of radians"},
+             {1000, "thousandths of the model's unit, such as mm"},
+             {100, "hundredths of the model's unit, such as cm"},
+             {1 / 9.81, "multiples of g"}};
+/* Data agree with the motion up to a factor if their cosine is larger, and the factor is within this part. */
+static const double cosine_least = 0.9, factor_part = 0.2;
+/* Columns are exchanged if the exchange divides the sum of squares by more than this. */
+static const double exchange_gain = 30;
+
+static enum status refuse_unit(const struct fit *fit, const struct fit_data *data, const double *model, int k) {
+    const struct sums sums = sum_over(fit, data, model, k, k);
+    const double factor = sums.dm / sums.mm, cosine = sums.dm / sqrt(sums.dd * sums.mm);
+    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+        if (cosine > cosine_least && fabs(factor / units[i].factor - 1) < factor_part) {
+            format_complain_line(
+                data->path, 1,
+                format_text("data: column %s is %.3g times the motion: it seems to be in %s",
+                            fit->signals[k].name, factor, units[i].text));
+            return STATUS_FAULT;
+        }
+    return STATUS_DONE;
+}
+
+static enum status refuse_exchange(const struct fit *fit, const struct fit_data *data, const double *model,
+                                   int a, int b) {
+    const struct sums aa = sum_over(fit, data, model, a, a), bb = sum_over(fit, data, model, b, b),
+                      ab = sum_over(fit, data, model, a, b), ba = sum_over(fit, data, model, b, a);
+    const double scale_a = aa.dd > 0 ? aa.dd : 1, scale_b = bb.dd > 0 ? bb.dd : 1;
+    if (aa.count == 0 || bb.count == 0 ||
+        aa.apart / scale_a + bb.apart / scale_b < exchange_gain * (ab.apart / scale_a + ba.apart / scale_b))
+        return STATUS_DONE;
+    format_complain_line(
+        data->path, 1,
+        format_text("data: columns %s and %s seem exchanged: each resembles the motion of the other",
+                    fit->signals[a].name, fit->signals[b].name));
+    return STATUS_FAULT;
+}
+
+enum status fit_data_compare(const struct fit *fit, const struct fit_data *data, const double *model) {
+    enum status status = STATUS_DONE;
+    for (int a = 0; a < fit->signal_count; a++)
+        for (int b = a + 1; b < fit->signal_count && status == STATUS_DONE; b++)
+            status = refuse_exchange(fit, data, model, a, b);
+    for (int k = 0; k < fit->signal_count && status == STATUS_DONE; k++)
+        status = refuse_unit(fit, data, model, k);
+    return status;
+}

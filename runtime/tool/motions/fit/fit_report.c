@@ -1,0 +1,300 @@
+/*
+ * What the data say about the values: standard errors and correlations, values and combinations that the data
+ * do not determine, residuals by column; FIT.json and a summary on stderr.
+ *
+ * The covariance is that of the linear model at the solution, (J^T J)^-1 for residuals of unit variance. With
+ * a logarithm as unknown the standard error of a value is the value times that of its logarithm.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <lapacke.h>
+
+#include "runtime/tool/motions/fit/fit.h"
+
+/* Columns of J of length 1 depend on each other if a singular value is smaller. Derivatives have errors of
+ * about 1e-6. */
+static const double dependent_most = 1e-4;
+/* The data do not determine a direction whose standard error exceeds 1: a factor of e, or one unit. */
+static const double determined_least = 1;
+/* Entries of a direction that count, relative to its largest one. */
+static const double entry_least = 0.2;
+
+/* ---- Certainty ---- */
+
+/* The triangular factor R (count x count, columns first) of J. */
+static void factor(const struct fit_solution *solution, int count, double *R) {
+    const int rows = solution->rows;
+    const size_t size = (size_t)rows * (size_t)count;
+    double *A = format_allocate_large(size + 1, sizeof *A), *tau = format_allocate((size_t)count, sizeof *tau);
+    memcpy(A, solution->J, size * sizeof *A);
+    LAPACKE_dgeqrf(LAPACK_COL_MAJOR, rows, count, A, rows, tau);
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i <= k; i++)
+            R[k * count + i] = A[(size_t)k * (size_t)rows + (size_t)i];
+    free(A);
+}
+
+/* Singular values of R, descending, and directions (rows) of its unknowns. */
+static void decompose(const double *R, int count, double *singular, double *directions) {
+    const size_t size = (size_t)count * (size_t)count;
+    double *A = format_allocate(size, sizeof *A), *U = format_allocate(size, sizeof *U),
+           *V = format_allocate(size, sizeof *V), *rest = format_allocate((size_t)count, sizeof *rest);
+    memcpy(A, R, size * sizeof *A);
+    LAPACKE_dgesvd(LAPACK_COL_MAJOR, 'A', 'A', count, count, A, count, singular, U, count, V, count, rest);
+    for (int i = 0; i < count; i++)
+        for (int k = 0; k < count; k++)
+            directions[i * count + k] = V[k * count + i];
+}
+
+static void set_covariance(const struct fit *fit, const struct fit_solution *solution,
+                           const double *directions, struct fit_certainty *certainty) {
+    const int count = certainty->count;
+    for (int a = 0; a < count; a++)
+        for (int b = 0; b < count; b++) {
+            const struct fit_value *va = &fit->values[a], *vb = &fit->values[b];
+            const double da = va->is_log ? fit_value_of(va, solution->u[a]) : va->unit,
+                         db = vb->is_log ? fit_value_of(vb, solution->u[b]) : vb->unit;
+            double sum = 0;
+            for (int i = 0; i < count; i++)
+                sum += directions[i * count + a] * directions[i * count + b] /
+                       (certainty->singular[i] * certainty->singular[i]);
+            certainty->covariance[a * count + b] = da * db * sum;
+        }
+}
+
+/* Adds the names whose entries in a direction count, unless one of them is in a group already. */
+static void add_group(const struct fit *fit, const double *direction, struct fit_certainty *certainty,
+                      bool *is_named) {
+    const int count = certainty->count;
+    const char **names = format_allocate((size_t)count + 1, sizeof *names);
+    double largest = 0;
+    int length = 0;
+    bool is_new = true;
+    for (int k = 0; k < count; k++)
+        largest = fmax(largest, fabs(direction[k]));
+    for (int k = 0; k < count; k++)
+        if (fabs(direction[k]) >= entry_least * largest) {
+            names[length++] = fit->values[k].name;
+            is_new = is_new && !is_named[k];
+        }
+    for (int k = 0; k < count && is_new; k++)
+        is_named[k] = is_named[k] || fabs(direction[k]) >= entry_least * largest;
+    if (is_new)
+        certainty->groups[certainty->group_count++] = names;
+}
+
+static void find_groups(const struct fit *fit, const double *directions, struct fit_certainty *certainty) {
+    const int count = certainty->count;
+    bool *is_named = format_allocate((size_t)count, sizeof *is_named);
+    certainty->groups = format_allocate(2 * (size_t)count + 1, sizeof *certainty->groups);
+    for (int i = 0; i < count; i++)
+        if (certainty->relative[i] < dependent_most) {
+            certainty->is_dependent = true;
+            add_group(fit, certainty->directions + i * count, certainty, is_named);
+        }
+    for (int i = 0; i < count; i++)
+        if (certainty->singular[i] < determined_least)
+            add_group(fit, directions + i * count, certainty, is_named);
+}
+
+void fit_certainty_find(const struct fit *fit, const struct fit_solution *solution,
+                        struct fit_certainty *certainty) {
+    const int count = fit->count;
+    double *R = format_allocate_matrix(count, count), *directions = format_allocate_matrix(count, count);
+    *certainty = (struct fit_certainty){.count = count};
+    certainty->covariance = format_allocate_matrix(count, count);
+    certainty->directions = format_allocate_matrix(count, count);
+    certainty->singular = format_allocate_matrix(count, 1);
+    certainty->relative = format_allocate_matrix(count, 1);
+    factor(solution, count, R);
+    decompose(R, count, certainty->singular, directions);
+    set_covariance(fit, solution, directions, certainty);
+    for (int k = 0; k < count; k++) {
+        double norm = 0;
+        for (int i = 0; i <= k; i++)
+            norm = hypot(norm, R[k * count + i]);
+        for (int i = 0; i <= k && norm > 0; i++)
+            R[k * count + i] /= norm;
+    }
+    decompose(R, count, certainty->relative, certainty->directions);
+    find_groups(fit, directions, certainty);
+}
+
+const char *fit_group_text(const char *const *names) {
+    const char *text = names[0];
+    for (int i = 1; names[i]; i++)
+        text = format_text("%s%s%s", text, names[i + 1] ? ", " : " and ", names[i]);
+    return text;
+}
+
+/* ---- Residuals by column ---- */
+
+struct spread {
+    long count;
+    double sum, squares, largest; /* in the unit of the column */
+};
+
+static struct spread spread_of(const struct fit *fit, bool is_held_out, int signal, const double *r) {
+    struct spread spread = {.count = 0};
+    for (int i = 0; i < fit->data_count; i++)
+        for (int row = 0; row < fit->data[i].rows && fit->data[i].is_held_out == is_held_out; row++)
+            for (int k = 0; k < fit->signal_count; k++) {
+                if (isnan(fit->data[i].y[(size_t)row * (size_t)fit->signal_count + (size_t)k]))
+                    continue;
+                const double residual = *r++ * fit->signals[k].noise;
+                if (k != signal)
+                    continue;
+                spread.count++;
+                spread.sum += residual;
+                spread.squares += residual * residual;
+                spread.largest = fmax(spread.largest, fabs(residual));
+            }
+    return spread;
+}
+
+static void put_residuals(struct document *document, const struct fit *fit, bool is_held_out,
+                          const double *r) {
+    format_put_open(document, "residuals", '{');
+    for (int k = 0; k < fit->signal_count; k++) {
+        const struct spread spread = spread_of(fit, is_held_out, k, r);
+        if (spread.count == 0)
+            continue;
+        format_put_open(document, fit->signals[k].name, '{');
+        format_put_whole(document, "count", spread.count);
+        format_put_number(document, "rms", sqrt(spread.squares / (double)spread.count));
+        format_put_number(document, "mean", spread.sum / (double)spread.count);
+        format_put_number(document, "largest", spread.largest);
+        format_put_number(document, "noise", fit->signals[k].noise);
+        format_put_close(document, '}');
+    }
+    format_put_close(document, '}');
+}
+
+static double square_sum(const double *r, int count) {
+    double sum = 0;
+    for (int i = 0; i < count; i++)
+        sum += r[i] * r[i];
+    return sum;
+}
+
+/* The residuals of the files that were held out; returns their number, 0 if there are none or they failed. */
+static int validate(struct fit *fit, const struct fit_solution *solution, double **r) {
+    const int count = fit_residual_count(fit, true, INFINITY);
+    *r = format_allocate_large((size_t)count + 1, sizeof **r);
+    return count > 0 && fit_residuals(fit, true, INFINITY, solution->u, *r, NULL, 0) == FIT_DONE ? count : 0;
+}
+
+/* ---- FIT.json ---- */
+
+static void put_values(struct document *document, const struct fit *fit, const struct fit_solution *solution,
+                       const struct fit_certainty *certainty) {
+    const int count = fit->count;
+    double *correlations = format_allocate_matrix(count, count);
+    format_put_open(document, "values", '{');
+    for (int k = 0; k < count; k++)
+        format_put_number(document, fit->values[k].name, fit_value_of(&fit->values[k], solution->u[k]));
+    format_put_close(document, '}');
+    if (certainty->is_dependent)
+        return;
+    format_put_open(document, "standard_errors", '{');
+    for (int k = 0; k < count; k++)
+        format_put_number(document, fit->values[k].name, sqrt(certainty->covariance[k * count + k]));
+    format_put_close(document, '}');
+    format_put_matrix(document, "covariance", certainty->covariance, count, count);
+    for (int a = 0; a < count; a++)
+        for (int b = 0; b < count; b++)
+            correlations[a * count + b] =
+                certainty->covariance[a * count + b] / (sqrt(certainty->covariance[a * count + a]) *
+                                                        sqrt(certainty->covariance[b * count + b]));
+    format_put_matrix(document, "correlations", correlations, count, count);
+}
+
+static void put_groups(struct document *document, const struct fit_certainty *certainty) {
+    format_put_array(document, "singular_values", certainty->singular, certainty->count);
+    format_put_open(document, "not_identifiable", '[');
+    for (int i = 0; i < certainty->group_count; i++) {
+        format_put_open(document, NULL, '[');
+        for (int k = 0; certainty->groups[i][k]; k++)
+            format_put_text(document, NULL, certainty->groups[i][k]);
+        format_put_close(document, ']');
+    }
+    format_put_close(document, ']');
+}
+
+static bool is_at_bound(const struct fit_value *value, double unknown) {
+    const double number = fit_value_of(value, unknown), near = 1e-9 * fabs(number);
+    return fabs(number - value->lower) <= near || fabs(number - value->upper) <= near;
+}
+
+static void put_bounds(struct document *document, const struct fit *fit, const struct fit_solution *solution) {
+    format_put_open(document, "at_bounds", '[');
+    for (int k = 0; k < fit->count; k++)
+        if (is_at_bound(&fit->values[k], solution->u[k]))
+            format_put_text(document, NULL, fit->values[k].name);
+    format_put_close(document, ']');
+}
+
+static void put_validation(struct document *document, struct fit *fit, const struct fit_solution *solution) {
+    double *r;
+    const int count = validate(fit, solution, &r);
+    if (count > 0) {
+        format_put_open(document, "validation", '{');
+        format_put_number(document, "chi2_dof", square_sum(r, count) / count);
+        put_residuals(document, fit, true, r);
+        format_put_close(document, '}');
+    }
+    free(r);
+}
+
+enum status fit_report_write(struct fit *fit, const struct fit_solution *solution,
+                             const struct fit_certainty *certainty) {
+    struct document document;
+    const double freedom = fmax(solution->rows - fit->count, 1);
+    format_document_open(&document);
+    format_put_open(&document, NULL, '{');
+    format_put_text(&document, "name", fit->scene->model->name);
+    put_values(&document, fit, solution, certainty);
+    format_put_number(&document, "chi2_dof", solution->chi2 / freedom);
+    format_put_whole(&document, "degrees_of_freedom", (long)freedom);
+    put_residuals(&document, fit, false, solution->r);
+    put_groups(&document, certainty);
+    put_bounds(&document, fit, solution);
+    put_validation(&document, fit, solution);
+    format_put_whole(&document, "starts", solution->starts);
+    format_put_whole(&document, "evaluations", fit->motions);
+    format_put_close(&document, '}');
+    return scene_finish(fit->scene, &document);
+}
+
+/* ---- The summary ---- */
+
+/* chi^2 by degree of freedom from which on the model does not explain the data, whatever their number. */
+static const double unexplained_least = 1.5;
+
+void fit_report_print(struct fit *fit, const struct fit_solution *solution,
+                      const struct fit_certainty *certainty) {
+    const int count = fit->count;
+    const double freedom = fmax(solution->rows - count, 1);
+    for (int k = 0; k < count; k++)
+        fprintf(stderr, "%-12s %.6g +- %.2g%s\n", fit->values[k].name,
+                fit_value_of(&fit->values[k], solution->u[k]), sqrt(certainty->covariance[k * count + k]),
+                is_at_bound(&fit->values[k], solution->u[k]) ? ", at its bound" : "");
+    fprintf(stderr, "chi2         %.4g for each of %.0f degrees of freedom; %ld motions, %d start%s\n",
+            solution->chi2 / freedom, freedom, fit->motions, solution->starts,
+            solution->starts > 1 ? "s" : "");
+    if (solution->chi2 / freedom > unexplained_least)
+        fprintf(stderr,
+                "refdyn: warning: the residuals are %.3g times the noise: the model does not explain the data, "
+                "or --noise is too small\n",
+                sqrt(solution->chi2 / freedom));
+    for (int i = 0; i < certainty->group_count; i++)
+        fprintf(stderr, "refdyn: warning: the data do not determine %s\n",
+                fit_group_text(certainty->groups[i]));
+    if (fit->lost > 0)
+        fprintf(stderr,
+                "refdyn: warning: %d derivatives do not exist, since events change their order; the standard "
+                "errors omit them\n",
+                fit->lost);
+}
