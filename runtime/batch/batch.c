@@ -214,7 +214,8 @@ static int has_place(const struct refdyn_batch *batch, const struct refdyn_batch
 
 static int has_samples(const struct refdyn_batch *batch, const struct refdyn_batch_column *column) {
     for (long i = 0; i < batch->count && column->what == REFDYN_VARIED_SAMPLES; i++) {
-        const double number = column->values[batch->numbers ? batch->numbers[i] : i];
+        const long one = batch->copies ? batch->copies->number : batch->numbers ? batch->numbers[i] : i;
+        const double number = column->values[one];
         if (!(number >= 0 && number < batch->sample_count && number == floor(number)))
             return 0;
     }

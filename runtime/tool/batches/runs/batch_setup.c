@@ -286,14 +286,6 @@ static int suitable_lanes(const struct batch_setup *setup) {
     return lanes;
 }
 
-static enum status check_lanes(const struct options *options) {
-    const double asked = options_number(options, "lanes");
-    if (asked > 0 && asked != 1 && asked != 2 && asked != 4 && asked != 8)
-        return options_usage_error(options->command, "--lanes: %.0f is not a lane width; use 1, 2, 4 or 8",
-                                   asked);
-    return STATUS_DONE;
-}
-
 /* Call it after the structures are sorted. */
 static void choose_lanes(struct batch_setup *setup) {
     const double asked = options_number(&setup->options, "lanes");
@@ -415,7 +407,7 @@ enum status runs_setup_complete(struct batch_setup *setup) {
     if (status == STATUS_DONE)
         status = choose_threads(setup);
     if (status == STATUS_DONE)
-        status = check_lanes(&setup->options);
+        status = simulate_check_lanes(&setup->options);
     if (status == STATUS_DONE)
         status = choose_range(setup);
     if (status != STATUS_DONE)

@@ -36,8 +36,10 @@ static enum status prepare(struct fit *fit) {
         return scene_numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
     simulate_table_start(&fit->table, &fit->motion.integrator, scene->compiled.spatial);
     status = fit_request_read(fit);
+    if (status == STATUS_DONE && options_has(fit->options, "check"))
+        fit_check_add_columns(fit);
     if (status == STATUS_DONE)
-        status = fit_data_read(fit);
+        status = options_has(fit->options, "check") ? fit_data_imagine(fit) : fit_data_read(fit);
     if (status == STATUS_DONE)
         status =
             simulate_derivatives_batch(&fit->variables, scene, fit->options, &fit->integration, &fit->batch);
@@ -130,6 +132,8 @@ static enum status find(struct fit *fit) {
     for (int k = 0; k < fit->count; k++)
         from[k] = fit_unknown_of(&fit->values[k], fit->values[k].start);
     system_interrupt_defer(true);
+    if (options_has(fit->options, "check"))
+        return fit_check(fit, from);
     enum status status = compare(fit, from);
     if (status == STATUS_DONE)
         status = check_start(fit, from);
@@ -165,13 +169,32 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     return status;
 }
 
+/* With --check there are no data yet, and --until ends the motion; otherwise the data end it. */
+static enum status check_operands(const struct options *options) {
+    const bool is_check = options_has(options, "check"), has_until = options_has(options, "until");
+    if (!is_check && options->operand_count < 2)
+        return options_usage_error(options->command, "DATA.csv is missing");
+    if (!is_check && (has_until || options_has(options, "every")))
+        return options_usage_error(options->command, "--%s needs --check; the data have their own times",
+                                   has_until ? "until" : "every");
+    if (is_check && options->operand_count > 1)
+        return options_usage_error(options->command, "--check needs no data; omit %s", options->operands[1]);
+    if (is_check && options_has(options, "held-out"))
+        return options_usage_error(options->command, "--check needs no data; omit --held-out");
+    if (is_check && !has_until)
+        return options_usage_error(options->command, "--check needs --until, the end of the motion");
+    return STATUS_DONE;
+}
+
 static enum status run_fit(const struct options *given) {
     struct refdyn_options integration;
     struct scene scene;
     struct options own = *given, *options = &own;
     if (options_number(options, "lanes") == 0)
         options_set_number(options, "lanes", refdyn_batch_widest());
-    enum status status = simulate_options(options, &integration);
+    enum status status = check_operands(options);
+    if (status == STATUS_DONE)
+        status = simulate_options(options, &integration);
     if (status != STATUS_DONE)
         return status;
     status = simulate_check_lanes(options);
@@ -194,6 +217,10 @@ static const struct option_rule fit_rules[] = {
      "the values to be found: parameters, inputs, start values; NAME=FROM:TO gives bounds", NULL, NULL},
     {"noise", "COLUMN=SIGMA,...", OPTION_LIST,
      "the measured columns, each with the standard deviation of its noise", NULL, NULL},
+    {"check", NULL, OPTION_FLAG,
+     "before data exist: how well these columns determine the values until --until, and which further column "
+     "would help most",
+     NULL, NULL},
     {"held-out", "DATA.csv,...", OPTION_LIST, "files that only judge the result", NULL, NULL},
     {.name = NULL}};
 
@@ -201,7 +228,7 @@ const struct command fit_command = {
     .name = "fit",
     .run = run_fit,
     .operands = "MODEL.lua DATA.csv...",
-    .options = "output! vary! noise! held-out method step tol step-max from stabilise singular start hold "
+    .options = "output! vary! noise! held-out check until every method step tol step-max from stabilise singular start hold "
                "release way lanes parameters set",
     .tables = {fit_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "FIT.json",

@@ -64,6 +64,7 @@ struct fit {
     int count;
     struct fit_signal *signals;
     int signal_count;
+    int asked; /* the first signals: those of --noise; with --check all other columns follow */
     struct fit_data *data;
     int data_count;
     long motions;       /* computed in all, copies included */
@@ -88,6 +89,9 @@ enum status fit_data_read(struct fit *fit);
 /* Reports a column whose data look like another unit, or like the data of another column, compared with the
  * motion `model` (rows x signals) of the start. */
 enum status fit_data_compare(const struct fit *fit, const struct fit_data *data, const double *model);
+
+/* Rows of zeros at the times of outputs until --until, for all columns, in place of data. */
+enum status fit_data_imagine(struct fit *fit);
 
 /* ---- Residuals (fit_residuals.c) ---- */
 
@@ -158,23 +162,32 @@ struct fit_certainty {
     double *singular;     /* (count) of J by the unknowns, descending */
     double *relative;     /* (count) of J with columns of length 1, descending */
     double *directions;   /* (count x count) rows: unknowns of each of `relative` */
-    double *norms;        /* (count) of the columns of J */
-    bool *is_unread;      /* (count) the data do not depend on the value */
     const char ***groups; /* lists of names that the data do not determine, each ended by NULL; NULL at the
                              end */
     int group_count;
-    bool is_dependent; /* columns of J depend on each other, as far as rounding shows */
+    bool is_dependent;    /* columns of J depend on each other, as far as rounding shows */
 };
 
 void fit_certainty_find(const struct fit *fit, const struct fit_solution *solution,
                         struct fit_certainty *certainty);
 /* "m_base and m_col": the names of a group. */
 const char *fit_group_text(const char *const *names);
+/* Puts standard errors, covariance and correlations of the values. */
+void fit_put_errors(struct document *document, const struct fit *fit, const struct fit_certainty *certainty);
+/* Puts singular values, and what is not identifiable. */
+void fit_put_groups(struct document *document, const struct fit_certainty *certainty);
 /* Writes FIT.json. */
 enum status fit_report_write(struct fit *fit, const struct fit_solution *solution,
                              const struct fit_certainty *certainty);
 void fit_report_print(struct fit *fit, const struct fit_solution *solution,
                       const struct fit_certainty *certainty);
+
+/* ---- Before data exist (fit_check.c) ---- */
+
+/* Adds all further columns to the signals, with noise still to be set. */
+void fit_check_add_columns(struct fit *fit);
+/* `fit --check`: how well columns would determine the values, and which further column would help most. */
+enum status fit_check(struct fit *fit, const double *from);
 
 extern const struct command fit_command;
 

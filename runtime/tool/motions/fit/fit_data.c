@@ -196,6 +196,24 @@ enum status fit_data_read(struct fit *fit) {
     return STATUS_DONE;
 }
 
+enum status fit_data_imagine(struct fit *fit) {
+    const struct options *options = fit->options;
+    const double begin = fit->scene->state.t, length = options_number(options, "until") - begin;
+    const enum status status = simulate_check_times(fit->scene, options);
+    if (status != STATUS_DONE)
+        return status;
+    const double every = record_distance(length, options_number(options, "every"));
+    struct fit_data *data = format_allocate(1, sizeof *data);
+    data->rows = (int)record_count_outputs(length, every);
+    data->t = format_allocate((size_t)data->rows, sizeof *data->t);
+    data->y = format_allocate((size_t)data->rows * (size_t)fit->signal_count, sizeof *data->y);
+    for (int i = 0; i < data->rows; i++)
+        data->t[i] = i + 1 < data->rows ? begin + i * every : begin + length;
+    fit->data = data;
+    fit->data_count = 1;
+    return STATUS_DONE;
+}
+
 /* ---- Comparison with the motion of the start ---- */
 
 /* Sums over the rows of a file in which both a datum and its motion are known. */
@@ -232,7 +250,7 @@ static const struct {
              {1 / 9.81, "multiples of g"}};
 /* Data agree with the motion up to a factor if their cosine is larger, and the factor is within this part. */
 static const double cosine_least = 0.9, factor_part = 0.2;
-/* Columns are exchanged if the exchange divides the sum of squares by more than this. */
+/* Columns are exchanged if the exchange decreases both sums of squares, one of them by this factor. */
 static const double exchange_gain = 30;
 
 static enum status refuse_unit(const struct fit *fit, const struct fit_data *data, const double *model, int k) {
@@ -253,9 +271,9 @@ static enum status refuse_exchange(const struct fit *fit, const struct fit_data 
                                    int a, int b) {
     const struct sums aa = sum_over(fit, data, model, a, a), bb = sum_over(fit, data, model, b, b),
                       ab = sum_over(fit, data, model, a, b), ba = sum_over(fit, data, model, b, a);
-    const double scale_a = aa.dd > 0 ? aa.dd : 1, scale_b = bb.dd > 0 ? bb.dd : 1;
-    if (aa.count == 0 || bb.count == 0 ||
-        aa.apart / scale_a + bb.apart / scale_b < exchange_gain * (ab.apart / scale_a + ba.apart / scale_b))
+    const bool is_better = ab.apart < aa.apart && ba.apart < bb.apart,
+               is_far_better = exchange_gain * ab.apart < aa.apart || exchange_gain * ba.apart < bb.apart;
+    if (!is_better || !is_far_better)
         return STATUS_DONE;
     format_complain_line(
         data->path, 1,

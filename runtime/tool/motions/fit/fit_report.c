@@ -188,14 +188,17 @@ static int validate(struct fit *fit, const struct fit_solution *solution, double
 
 /* ---- FIT.json ---- */
 
-static void put_values(struct document *document, const struct fit *fit, const struct fit_solution *solution,
-                       const struct fit_certainty *certainty) {
-    const int count = fit->count;
-    double *correlations = format_allocate_matrix(count, count);
+static void put_values(struct document *document, const struct fit *fit,
+                       const struct fit_solution *solution) {
     format_put_open(document, "values", '{');
-    for (int k = 0; k < count; k++)
+    for (int k = 0; k < fit->count; k++)
         format_put_number(document, fit->values[k].name, fit_value_of(&fit->values[k], solution->u[k]));
     format_put_close(document, '}');
+}
+
+void fit_put_errors(struct document *document, const struct fit *fit, const struct fit_certainty *certainty) {
+    const int count = fit->count;
+    double *correlations = format_allocate_matrix(count, count);
     if (certainty->is_dependent)
         return;
     format_put_open(document, "standard_errors", '{');
@@ -206,12 +209,13 @@ static void put_values(struct document *document, const struct fit *fit, const s
     for (int a = 0; a < count; a++)
         for (int b = 0; b < count; b++)
             correlations[a * count + b] =
-                certainty->covariance[a * count + b] / (sqrt(certainty->covariance[a * count + a]) *
-                                                        sqrt(certainty->covariance[b * count + b]));
+                a == b ? 1
+                       : certainty->covariance[a * count + b] / (sqrt(certainty->covariance[a * count + a]) *
+                                                                 sqrt(certainty->covariance[b * count + b]));
     format_put_matrix(document, "correlations", correlations, count, count);
 }
 
-static void put_groups(struct document *document, const struct fit_certainty *certainty) {
+void fit_put_groups(struct document *document, const struct fit_certainty *certainty) {
     format_put_array(document, "singular_values", certainty->singular, certainty->count);
     format_put_open(document, "not_identifiable", '[');
     for (int i = 0; i < certainty->group_count; i++) {
@@ -255,11 +259,12 @@ enum status fit_report_write(struct fit *fit, const struct fit_solution *solutio
     format_document_open(&document);
     format_put_open(&document, NULL, '{');
     format_put_text(&document, "name", fit->scene->model->name);
-    put_values(&document, fit, solution, certainty);
+    put_values(&document, fit, solution);
+    fit_put_errors(&document, fit, certainty);
     format_put_number(&document, "chi2_dof", solution->chi2 / freedom);
     format_put_whole(&document, "degrees_of_freedom", (long)freedom);
     put_residuals(&document, fit, false, solution->r);
-    put_groups(&document, certainty);
+    fit_put_groups(&document, certainty);
     put_bounds(&document, fit, solution);
     put_validation(&document, fit, solution);
     format_put_whole(&document, "starts", solution->starts);
@@ -294,7 +299,7 @@ void fit_report_print(struct fit *fit, const struct fit_solution *solution,
                 fit_group_text(certainty->groups[i]));
     if (fit->lost > 0)
         fprintf(stderr,
-                "refdyn: warning: %d derivatives do not exist, since events change their order; the standard "
-                "errors omit them\n",
+                "refdyn: warning: %d derivatives do not exist, since a slight change reorders events or ends the "
+                "motion; the standard errors omit them\n",
                 fit->lost);
 }

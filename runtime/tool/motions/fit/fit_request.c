@@ -140,7 +140,7 @@ static enum status read_signals(struct fit *fit) {
                 status = options_error(fit->options, "noise", ": %s is given twice; give it once",
                                        signal->name);
     }
-    fit->signal_count = count;
+    fit->signal_count = fit->asked = count;
     return status;
 }
 
