@@ -197,17 +197,20 @@ static int run_motion(struct run *run) {
     return ended < 1 ? REFDYN_BAD_OPTION : refdyn_recorded_end(&run->recorded);
 }
 
-/* Marks outputs at events, where values may jump. */
+/* Marks outputs at events, where values may jump. Outputs and waypoints ascend. */
 static void find_near(struct run *run) {
     const struct refdyn_pattern *pattern = &run->recorded.pattern;
     const int last = run->given->outputs - 1, is_ended = run->given->motion.status == REFDYN_EVENT_ENDS;
     const double width = near_part * (run->times[last] - run->times[0]);
-    for (int i = 1; i <= last; i++)
-        for (int k = 1; k < pattern->waypoint_count && !run->is_near[i]; k++) {
+    for (int i = 1, first = 1; i <= last; i++) {
+        while (first < pattern->waypoint_count && pattern->waypoints[first].t < run->times[i] - width)
+            first++;
+        for (int k = first; k < pattern->waypoint_count && pattern->waypoints[k].t <= run->times[i] + width; k++) {
             const struct refdyn_waypoint *there = &pattern->waypoints[k];
-            run->is_near[i] = there->break_count + there->is_switch + there->due_count > 0 &&
-                              fabs(there->t - run->times[i]) <= width && !(is_ended && i == last);
+            run->is_near[i] |= there->break_count + there->is_switch + there->due_count > 0 &&
+                               !(is_ended && i == last);
         }
+    }
     for (int i = 1; i <= last; i++)
         run->needs_base |= run->is_near[i];
 }
