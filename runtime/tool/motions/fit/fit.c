@@ -148,6 +148,9 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     struct fit fit = {.options = options, .scene = scene, .integration = *integration};
     for (int i = 1; i < options->operand_count; i++)
         system_targets_spare(&scene->targets, options->operands[i]);
+    const char **held_out = options_list(options_text(options, "held-out"));
+    for (int i = 0; held_out[i]; i++)
+        system_targets_spare(&scene->targets, held_out[i]);
     enum status status = prepare(&fit);
     if (status == STATUS_DONE)
         status = find(&fit);
@@ -216,8 +219,7 @@ const struct command fit_command = {
     .run = run_fit,
     .operands = "MODEL.lua DATA.csv...",
     .options = "output! vary! noise! held-out check until every method step tol step-max from stabilise "
-               "singular start hold "
-               "release way lanes parameters set",
+               "singular start hold release way lanes parameters set",
     .tables = {fit_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "FIT.json",
     .purpose = "values of a model from measured data",

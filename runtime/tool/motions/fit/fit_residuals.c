@@ -1,8 +1,8 @@
 /*
  * Residuals of the motions, (y_model - y_data)/sigma at each datum, and their derivatives by the unknowns.
  *
- * In: the unknowns. The motion of each file starts anew, with the inputs of that file, and gives its columns
- * at the times of the data. Out: residuals file by file, row by row, column by column; gaps have none.
+ * In: the unknowns. The motion of each file starts at the start of the model, with the inputs of that file;
+ * its columns are taken at the times of the data. Out: residuals file by file, row by row, column by column; gaps have none.
  */
 #include <math.h>
 #include <stdlib.h>
