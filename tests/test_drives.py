@@ -35,6 +35,27 @@ def test_hub_driven_link(elements, eta, tmp_path):
     assert 3.6 < report["peak"]["hub_psi"] < 3.66
 
 
+def test_drives_in_hdf5(tmp_path):
+    """Forces of drives have a group for themselves, with units; other inputs stay in theirs, and the numbers are those of the CSV."""
+    h5py = pytest.importorskip("h5py")
+    model = tmp_path / "hub_link.lua"
+    text = HUB.read_text().replace("return rd.model {", 'local load = rd.input("drive_load", 0, "N m")\nreturn rd.model {').replace(
+        "  drives =", "  forces = function() return { hub_psi = load } end,\n  drives =")
+    assert "hub_psi = load" in text
+    model.write_text(text)
+    arguments = ("--until", 1, "--every", 1e-2, "--before", 0.3, "--after", 0.3)
+    columns = realise(model, tmp_path, *arguments)[0]
+    run, _, _ = realise(model, tmp_path, *arguments, ending="h5")
+    refdyn("sim", model, "--play", run, "--from", tmp_path / "run.start.json", "--until", 0.2, "-o", tmp_path / "played.h5")
+    for path in (run, tmp_path / "played.h5"):
+        with h5py.File(path) as file:
+            force = file["drives/hub_psi"]
+            assert list(file["drives"]) == ["hub_psi"] and list(file["inputs"]) == ["drive_load"]
+            assert force.attrs["units"] == "N m" and list(force.attrs["columns"]) == ["drive_hub_psi"] and force.shape == file["t"].shape
+            if path == run:
+                assert numpy.array_equal(force[()], columns["drive_hub_psi"])
+
+
 def test_shorter_cells_follow_with_their_square(tmp_path):
     errors = [realise(HUB, tmp_path, "--until", 1, "--every", every, "--before", 0.3, "--after", 0.3)[1]["playback_error"] for every in (1e-3, 0.25e-3)]
     assert errors[1] < 2e-7 and 12 < errors[0] / errors[1] < 20
