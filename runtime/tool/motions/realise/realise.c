@@ -51,7 +51,8 @@ struct work {
     double *peak;       /* (drives) */
     double *means;      /* (cells x drives) over the outputs' cells */
     int cells;
-    double playback; /* largest error of the motion played back from rest [m, rad] */
+    double playback;           /* largest error of the motion played back from rest [m, rad] */
+    struct record_table table; /* the columns of the output */
     double cpu_s;
 };
 
@@ -396,15 +397,16 @@ static int show(struct work *work, struct refdyn_integrator *integrator, double 
 }
 
 /* The columns of the drive forces. */
-static int column_of(const struct work *work, const struct record_table *table, int drive) {
+static int column_of(const struct work *work, int drive) {
+    const struct record_table *table = &work->table;
     const char *name = model_of(work)->inputs[model_of(work)->drives[drive].input].name;
     const char *lead = format_text("%s%s", record_input_lead, name);
     const int column = record_table_find(table, lead, strlen(lead));
     return column >= 0 ? column : record_table_find(table, name, strlen(name));
 }
 
-static int write_rows(struct work *work, struct refdyn_integrator *integrator, struct record_table *table,
-                      struct row_sink *rows) {
+static int write_rows(struct work *work, struct refdyn_integrator *integrator, struct row_sink *rows) {
+    struct record_table *table = &work->table;
     const struct realise_motion *motion = &work->solution.motion;
     const double begin = motion->t[0];
     for (int i = 0; i <= work->cells; i++) {
@@ -414,7 +416,7 @@ static int write_rows(struct work *work, struct refdyn_integrator *integrator, s
             return status;
         record_table_fill(table);
         for (int d = 0; d < work->problem.drives; d++)
-            table->values[column_of(work, table, d)] =
+            table->values[column_of(work, d)] =
                 work->means[(i < work->cells ? i : work->cells - 1) * work->problem.drives + d];
         if (!simulate_row_sink_put(rows, table))
             return RECORD_NOT_WRITTEN;
@@ -426,7 +428,6 @@ static enum status write_motion(struct work *work, const struct refdyn_options *
                                 struct row_sink *rows) {
     struct scene *scene = work->scene;
     struct refdyn_integrator integrator;
-    struct record_table table;
     struct refdyn_options own = *integration;
     own.method = REFDYN_RK8;
     own.stabilise = REFDYN_NONE;
@@ -436,9 +437,9 @@ static enum status write_motion(struct work *work, const struct refdyn_options *
     if (status == REFDYN_OK)
         status = show(work, &integrator, work->solution.motion.t[0]);
     if (status == REFDYN_OK) {
-        simulate_table_start(&table, &integrator, scene->compiled.spatial);
-        if (simulate_row_sink_begin(rows, &table))
-            status = write_rows(work, &integrator, &table, rows);
+        simulate_table_start(&work->table, &integrator, scene->compiled.spatial);
+        if (simulate_row_sink_begin(rows, &work->table))
+            status = write_rows(work, &integrator, rows);
         else
             status = RECORD_NOT_WRITTEN;
         if (!simulate_row_sink_end(rows))
@@ -510,9 +511,11 @@ static void put_summary(const struct work *work, struct document *document) {
 
 static enum status write_summary(const struct work *work, struct target *target) {
     struct document document;
+    const struct record_writer writer = scene_writer(&document);
     format_document_open(&document);
     format_put_open(&document, NULL, '{');
     put_summary(work, &document);
+    record_table_put_units(&work->table, &writer);
     format_put_close(&document, '}');
     if (!format_document_close(&document, target->file))
         return STATUS_NUMBERS;
