@@ -17,6 +17,7 @@ static const double guess_growth = 4;
 static const double mesh_part = 0.05, mesh_most = 0.05;
 /* The largest change of a drive force, relative to its peak, from a mesh to the next one. */
 static const double mesh_tol = 0.02;
+enum { MESHES_MOST = 4 };
 /* A start is at rest if no coordinate accelerates by more [m/s^2, rad/s^2]. */
 static const double rest_tol = 1e-6;
 
@@ -47,7 +48,7 @@ struct work {
     double *hold;       /* (drives + loops) forces that hold the start */
     double *last;       /* (2 n) the state that the end comes close to */
     int iterations;     /* on the first mesh */
-    double mesh_change; /* of the drive forces, relative, between the last two meshes */
+    double mesh_change; /* of the drive forces, relative, to the mesh that comes closest */
     double *peak;       /* (drives) */
     double *means;      /* (cells x drives) over the outputs' cells */
     int cells;
@@ -216,19 +217,26 @@ static void take_means(struct work *work, double *means) {
         realise_means(motion, motion->t[0] + i * work->every, work->every, means + i * work->problem.drives);
 }
 
-/* The largest change of a mean force, relative to the peak of its drive; the cell where it is. */
+/* Whether the cell is in the programme, where its kinks are. */
+static bool is_in_programme(const struct work *work, int cell) {
+    const double t = work->solution.motion.t[0] + cell * work->every;
+    return t > work->scene->state.t - 1.5 * work->every && t < work->until + 0.5 * work->every;
+}
+
+/* The largest change of a mean force from other means, relative to the peak of its drive; the cell of the
+ * programme where the change is largest. */
 static double change_of_means(const struct work *work, const double *means, int *cell) {
     const int drives = work->problem.drives;
-    double largest = 0;
-    *cell = 0;
+    double largest = 0, largest_in_programme = -1;
     for (int d = 0; d < drives; d++) {
         double peak = 0;
         for (int i = 0; i < work->cells; i++)
             peak = fmax(peak, fabs(means[i * drives + d]));
         for (int i = 0; i < work->cells && peak > 0; i++) {
             const double change = fabs(means[i * drives + d] - work->means[i * drives + d]) / peak;
-            if (change > largest) {
-                largest = change;
+            largest = fmax(largest, change);
+            if (change > largest_in_programme && is_in_programme(work, i)) {
+                largest_in_programme = change;
                 *cell = i;
             }
         }
@@ -244,49 +252,75 @@ static enum status refuse_rough(const struct work *work, int cell) {
     return complain(
         work, model->rows[row].place,
         format_text(
-            "%s: too rough for the drives: their forces change by %.2g of their peak with each finer mesh, "
+            "%s: too rough for the drives: their forces change by %.2g of their peak from mesh to mesh, "
             "most about t = %.3g s; use a smoother course, such as rd.smoothstep of degree 7 or 9",
             model->rows[row].name, work->mesh_change,
             work->solution.motion.t[0] + (cell + 0.5) * work->every));
 }
 
-/* Solves on the mesh, and on finer ones until the drive forces no longer change. */
-static enum status solve(struct work *work) {
-    enum { MESHES_MOST = 3 };
-    struct realise_solution *solution = &work->solution;
-    const size_t cells = (size_t)work->cells * (size_t)work->problem.drives;
-    enum realise_outcome outcome;
-    int cell = 0;
-    realise_mesh(&solution->motion, &work->problem, work->before, work->until, work->after, work->mesh);
-    realise_guess(&solution->motion, work->modes.growing ? guess_growth / work->modes.slowest : 0);
-    const double *end = solution->motion.nodes + (size_t)solution->motion.count * 2 * (size_t)work->problem.n;
-    memcpy(work->last, end, 2 * (size_t)work->problem.n * sizeof *end);
+/* The first guess of a motion on a mesh with steps of at most `mesh`, and the state that its end comes close
+ * to. */
+static void guess(struct work *work, double mesh) {
+    struct realise_motion *motion = &work->solution.motion;
+    const size_t size = 2 * (size_t)work->problem.n * sizeof *work->last;
+    realise_mesh(motion, &work->problem, work->before, work->until, work->after, mesh);
+    realise_guess(motion, work->modes.growing ? guess_growth / work->modes.slowest : 0);
+    const double *end = motion->nodes + (size_t)motion->count * 2 * (size_t)work->problem.n;
     double *rest = format_allocate_matrix(2, work->problem.n);
-    memcpy(rest, end, 2 * (size_t)work->problem.n * sizeof *end);
-    if (realise_rest(&work->problem, work->until + work->after, work->after, rest))
-        memcpy(work->last, rest, 2 * (size_t)work->problem.n * sizeof *rest);
-    work->means = format_allocate(cells, sizeof *work->means);
+    memcpy(rest, end, size);
+    memcpy(work->last,
+           realise_rest(&work->problem, work->until + work->after, work->after, rest) ? rest : end, size);
+}
+
+/* Means of the drive forces of some meshes. */
+struct meshes {
+    double *means[MESHES_MOST]; /* (cells x drives) of those that were solved */
+    int solved;
+    enum realise_outcome outcome; /* of the last one */
+};
+
+/* Solves from the guess in the motion. Returns whether the forces equal those of an earlier mesh; otherwise
+ * `cell` is where they differ most from those of the mesh that comes closest. */
+static bool solve_mesh(struct work *work, struct meshes *meshes, int *cell) {
+    meshes->outcome = realise_solve(&work->solution, work->last);
+    if (meshes->outcome != REALISE_SOLVED)
+        return false;
+    if (meshes->solved == 0)
+        work->iterations = work->solution.iterations;
+    work->means = format_allocate((size_t)work->cells * (size_t)work->problem.drives, sizeof *work->means);
+    take_means(work, work->means);
     work->mesh_change = INFINITY;
-    for (int mesh = 0; mesh < MESHES_MOST; mesh++) {
-        outcome = realise_solve(solution, work->last);
-        if (outcome != REALISE_SOLVED)
-            return report_failure(work, outcome);
-        double *means = format_allocate(cells, sizeof *means);
-        take_means(work, means);
-        if (mesh == 0)
-            work->iterations = solution->iterations;
-        else
-            work->mesh_change = change_of_means(work, means, &cell);
-        work->means = means;
-        if (work->mesh_change <= mesh_tol)
-            return STATUS_DONE;
-        if (mesh + 1 < MESHES_MOST) {
-            struct realise_motion fine;
-            realise_refine(&fine, &solution->motion);
-            solution->motion = fine;
+    for (int i = 0; i < meshes->solved; i++) {
+        int at = 0;
+        const double change = change_of_means(work, meshes->means[i], &at);
+        if (change < work->mesh_change) {
+            work->mesh_change = change;
+            *cell = at;
         }
     }
-    return refuse_rough(work, cell);
+    meshes->means[meshes->solved++] = work->means;
+    return work->mesh_change <= mesh_tol;
+}
+
+/* Solves on meshes until two of them have the same drive forces. A single mesh can be wrong although the
+ * course is smooth: the equations of an interval are nearly singular if its length and a mode of the motion
+ * fit each other, as for a six-axis robot with a flexible forearm at 25 ms. */
+static enum status solve(struct work *work) {
+    static const double parts[MESHES_MOST] = {1, 0.5, 0.425, 0.25};
+    struct meshes meshes = {.solved = 0, .outcome = REALISE_SOLVED};
+    int cell = 0;
+    for (int i = 0; i < MESHES_MOST && meshes.outcome != REALISE_STOPPED; i++) {
+        if (i == 1 && meshes.outcome == REALISE_SOLVED) {
+            struct realise_motion fine;
+            realise_refine(&fine, &work->solution.motion);
+            work->solution.motion = fine;
+        } else
+            guess(work, work->mesh * parts[i]);
+        if (solve_mesh(work, &meshes, &cell))
+            return STATUS_DONE;
+    }
+    return meshes.outcome == REALISE_STOPPED || meshes.solved < 2 ? report_failure(work, meshes.outcome)
+                                                                  : refuse_rough(work, cell);
 }
 
 /* ---- Playback ---- */
@@ -482,7 +516,7 @@ static void print_summary(const struct work *work) {
     for (int d = 0; d < work->problem.drives; d++)
         fprintf(stderr, "drive        %s: largest %.6g %s\n", model_of(work)->drives[d].name, work->peak[d],
                 model_of(work)->inputs[model_of(work)->drives[d].input].unit);
-    fprintf(stderr, "mesh         forces change by %.2g of their peak to the finer mesh\n",
+    fprintf(stderr, "mesh         forces change by %.2g of their peak from another mesh\n",
             work->mesh_change);
     fprintf(stderr, "playback     from rest, error at most %.3g\n", work->playback);
     fprintf(stderr, "time         %.3g s CPU\n", work->cpu_s);
