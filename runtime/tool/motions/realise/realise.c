@@ -101,12 +101,13 @@ static enum status check_counts(const struct work *work) {
         return complain(work, model->drives[0].place,
                         format_text("drives: %d for %d rows of the programme; no drive is left for %s",
                                     model->drive_count, rows, names_of_rows(model, model->drive_count)));
-    if (model->drive_count > rows)
+    const int freedom = work->scene->model->n - (model->row_count - rows);
+    if (model->drive_count > rows && model->drive_count < freedom)
         return complain(
             work, model->drives[rows].place,
-            format_text("drives: %d for %d rows of the programme; their forces would not be unique: "
-                        "remove drives or add rows",
-                        model->drive_count, rows));
+            format_text("drives: %d for %d rows of the programme; more drives than rows must act on all %d "
+                        "degrees of freedom: remove drives or add rows",
+                        model->drive_count, rows, freedom));
     return STATUS_DONE;
 }
 
@@ -536,6 +537,7 @@ static void put_summary(const struct work *work, struct document *document) {
     for (int d = 0; d < work->problem.drives; d++)
         format_put_number(document, model_of(work)->drives[d].name, work->peak[d]);
     format_put_close(document, '}');
+    format_put_number(document, "effort", realise_effort(&work->solution.motion));
     format_put_number(document, "mesh_change", work->mesh_change);
     format_put_whole(document, "newton_iterations", work->iterations);
     format_put_number(document, "playback_error", work->playback);
