@@ -118,6 +118,33 @@ def test_arm_with_a_passive_joint(share, tmp_path):
         assert abs(report["growth_slowest"] / 26.04 - 1) < 1e-3
 
 
+@pytest.mark.parametrize("damping", [0, 0.25])
+def test_arm_without_coupling_of_row_and_drive(damping, tmp_path):
+    """The same arm with its second link turning about its centre, and the direction of this link as output. J ydd = -c q2 - d q2d: flat without
+    the damper, in closed form; with it of relative degree 3, with one decaying mode. The cosine is 0."""
+    run, report, _ = realise(DRIVES / "passive_joint.lua", tmp_path, "--until", 1.5, "--every", 1e-3, "--set", "share=1", "--set", "center=0", "--set", f"d={damping}")
+    assert report["cosines"][0] < 1e-12 and report["playback_error"] < 2e-6 and report["newton_iterations"] <= 3
+    assert (report["growing"], report["centre"], report["decaying"]) == (0, 0, 1 if damping else 0)
+    law = numpy.polynomial.Polynomial([0, 0, 0, 0, 0, 126, -420, 540, -315, 70])
+    x, inertia, stiffness = numpy.clip(run["t"] / 1.5, 0, 1), 1 / 12, 50
+    y = [math.pi / 2 * law.deriv(k)(x) / 1.5**k for k in (2, 3, 4)]
+    if not damping:
+        second, first_dd = -inertia * y[0] / stiffness, y[0] + inertia * y[2] / stiffness
+        tau = (inertia + 0.25 + 1) * first_dd + inertia * y[0]
+        check([close("spring", run["b_psi"], second, 1e-7), close("torque", run["drive_a_psi"][:-1], (tau[:-1] + tau[1:]) / 2, 1e-5)])
+    else:
+        check([close("spring and damper", stiffness * run["b_psi"] + damping * run["b_psi_d"], -inertia * y[0], 1e-6)])
+
+
+@pytest.mark.parametrize(("elements", "eta", "growing"), [(2, 0, 3), (2, 1e-3, 3), (3, 0, 6), (3, 1e-3, 4), (5, 0, 10), (5, 1e-3, 8)])
+def test_two_flexible_links_in_space(elements, eta, growing, tmp_path):
+    """The tip turns about the vertical and rises; both hubs act through links that bend in two directions. Cosines of 1e-8 do no harm."""
+    run, report, _ = realise(DRIVES / "two_flexible.lua", tmp_path, "--from", "held", "--until", 1, "--every", 1e-3, "--set", f"n_rfe={elements}", "--set", f"eta={eta}")
+    assert report["playback_error"] < 1e-5 and report["newton_iterations"] <= 6 and report["growing"] == growing
+    assert 3.8 < report["peak"]["hub_psi"] < 3.86 and 1.33 < report["peak"]["elbow_theta"] < 1.335
+    check([close(row, abs(run[row]).max(), 0, 1e-8, scale=1) for row in ("phi_1", "phi_2")])
+
+
 def test_rigid_arm_against_inverse_dynamics(tmp_path):
     """Collocated drives: tau = M qdd - h - Q, here of the two-link arm in closed form, as means over 0.1 ms."""
     run, report, _ = realise(DRIVES / "two_links.lua", tmp_path, "--until", 1, "--every", 1e-4)
