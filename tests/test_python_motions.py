@@ -630,3 +630,27 @@ def test_statistics_and_repr(swing):
     found = advanced(swing, 0.3)
     assert repr(found) == "<refdyn.Motion of swing at t = 0.3 s>" and {"steps", "evaluations", "method"} <= set(found.statistics) and "cpu_s" not in found.statistics
     assert json.dumps(found.statistics) and found.state.shape == (2, 2) and found.q.shape == found.qdd.shape == found.force.shape == (2,)
+
+
+HUB = TESTS / "models" / "drives" / "hub_link.lua"
+
+
+def test_drives(package):
+    """`realise` returns the numbers, the report and the messages of `refdyn sim --realise`."""
+    import xarray
+    link = package.Model(HUB, n_rfe=5)
+    arguments = ("--every", 1e-2, "--realise", "--before", 0.3, "--after", 0.2, "--mesh", 0.04)
+    expected, _, summary = motion(HUB, "--set", "n_rfe=5", "--until", 1, *arguments)
+    options = {"every": 1e-2, "realise": True, "before": 0.3, "after": 0.2, "mesh": 0.04}
+    columns = link.simulate(1, dataset=False, **options)
+    assert set(columns) == set(expected) and all(same(columns[name], expected[name]) for name in columns)
+    run = link.simulate(1, **options)
+    assert isinstance(run, xarray.Dataset) and run.drive_hub_psi.attrs["units"] == "N m" and run.tip_x.attrs["units"] == "m" and same(run.drive_hub_psi, expected["drive_hub_psi"])
+    assert json.loads(run.realise) == summary["realise"]
+    with pytest.raises(package.ModelError, match="too rough for the drives") as refused:
+        package.Model(HUB, degree=3).simulate(1, every=1e-2, realise=True)
+    assert refused.value.line == 15
+    with pytest.raises(ValueError, match="^before needs realise$"):
+        link.simulate(1, before=0.1)
+    with pytest.raises(ValueError, match="^realise excludes accuracy$"):
+        link.simulate(1, realise=True, accuracy=1e-3)

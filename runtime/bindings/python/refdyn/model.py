@@ -336,7 +336,8 @@ class Model:
         derivatives  parameters, inputs and start values (NAME or NAME_d of a coordinate): for each column a variable d_COLUMN with its
                    derivatives by them, (t, parameter)
         dataset    False returns the columns as arrays by name, with their summary in `attrs`, which is faster for short motions
-        options    further options of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way
+        options    further options of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way;
+                   realise=True with before, after, mesh: the model's drives perform the programme, with their mean forces as drive_NAME
         """
         check_place("from_", from_, [name for name, value in (("q", q), ("qd", qd), ("t", t)) if value is not None])
         if isinstance(options.get("accuracy"), (bool, np.bool_)):

@@ -10,6 +10,8 @@
  * of the product of orthonormal bases of M^-1 u^T and M^-1 B in the metric M, after loops (A. Bjorck and
  * G. H. Golub, Math. Comput. 27:579-594, 1973). They are reported, and no method depends on them: of a
  * flexible link they tend to 0 with the number of elements, while the motion hardly changes.
+ *
+ * More drives than rows leave no internal motion to itself: the modes are then not counted.
  */
 #include <lapacke.h>
 #include <math.h>
@@ -150,7 +152,8 @@ bool realise_modes_find(struct realise_problem *problem, double t, const double 
     *modes = (struct realise_modes){.growing = 0};
     memcpy(all + n, unknowns, (size_t)(problem->width - n) * sizeof *all);
     const bool is_found = realise_place_find(problem, t, q, rates, all, &place) == REFDYN_OK &&
-                          find_modes(problem, &place, modes) && find_cosines(problem, &place, modes);
+                          (problem->spare > 0 || find_modes(problem, &place, modes)) &&
+                          find_cosines(problem, &place, modes);
     memory_back(&format_memory, mark);
     return is_found;
 }

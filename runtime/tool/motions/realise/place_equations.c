@@ -25,12 +25,27 @@ static void find_inputs(struct realise_problem *problem) {
     problem->input = input;
 }
 
+/* The force of a drive with a limit counts as a share of the limit. */
+static void find_weights(struct realise_problem *problem) {
+    const struct model *model = &problem->scene->generation.model;
+    double *weights = format_allocate((size_t)problem->drives, sizeof *weights);
+    for (int i = 0; i < problem->drives; i++) {
+        weights[i] = 1;
+        for (int j = 0; j < model->bound_count; j++)
+            if (strcmp(model->bounds[j].column, model->inputs[model->drives[i].input].name) == 0)
+                weights[i] = 1 / model->bounds[j].to;
+    }
+    problem->weights = weights;
+}
+
 void realise_problem_start(struct realise_problem *problem, struct scene *scene) {
     const int n = scene->model->n, m = scene->model->m, inputs = scene->model->input_count;
     *problem = (struct realise_problem){.scene = scene, .n = n, .m = m};
     realise_gauss_start(&problem->gauss);
     find_rows(problem);
     find_inputs(problem);
+    problem->spare = problem->drives - (m - problem->loops);
+    find_weights(problem);
     problem->width = n + problem->drives + problem->loops;
     problem->gains = format_allocate_matrix(2, m);
     problem->given = format_allocate_matrix(1, 2 * n + 1 + m);

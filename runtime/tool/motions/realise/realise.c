@@ -17,6 +17,7 @@ static const double guess_growth = 4;
 static const double mesh_part = 0.05, mesh_most = 0.05;
 /* The largest change of a drive force, relative to its peak, from a mesh to the next one. */
 static const double mesh_tol = 0.02;
+enum { MESHES_MOST = 4 };
 /* A start is at rest if no coordinate accelerates by more [m/s^2, rad/s^2]. */
 static const double rest_tol = 1e-6;
 
@@ -47,11 +48,12 @@ struct work {
     double *hold;       /* (drives + loops) forces that hold the start */
     double *last;       /* (2 n) the state that the end comes close to */
     int iterations;     /* on the first mesh */
-    double mesh_change; /* of the drive forces, relative, between the last two meshes */
+    double mesh_change; /* of the drive forces, relative, to the mesh that comes closest */
     double *peak;       /* (drives) */
     double *means;      /* (cells x drives) over the outputs' cells */
     int cells;
-    double playback; /* largest error of the motion played back from rest [m, rad] */
+    double playback;           /* largest error of the motion played back from rest [m, rad] */
+    struct record_table table; /* the columns of the output */
     double cpu_s;
 };
 
@@ -99,12 +101,13 @@ static enum status check_counts(const struct work *work) {
         return complain(work, model->drives[0].place,
                         format_text("drives: %d for %d rows of the programme; no drive is left for %s",
                                     model->drive_count, rows, names_of_rows(model, model->drive_count)));
-    if (model->drive_count > rows)
+    const int freedom = work->scene->model->n - (model->row_count - rows);
+    if (model->drive_count > rows && model->drive_count < freedom)
         return complain(
             work, model->drives[rows].place,
-            format_text("drives: %d for %d rows of the programme; their forces would not be unique: "
-                        "remove drives or add rows",
-                        model->drive_count, rows));
+            format_text("drives: %d for %d rows of the programme; more drives than rows must act on all %d "
+                        "degrees of freedom: remove drives or add rows",
+                        model->drive_count, rows, freedom));
     return STATUS_DONE;
 }
 
@@ -215,19 +218,26 @@ static void take_means(struct work *work, double *means) {
         realise_means(motion, motion->t[0] + i * work->every, work->every, means + i * work->problem.drives);
 }
 
-/* The largest change of a mean force, relative to the peak of its drive; the cell where it is. */
+/* Whether the cell is in the programme, where its kinks are. */
+static bool is_in_programme(const struct work *work, int cell) {
+    const double t = work->solution.motion.t[0] + cell * work->every;
+    return t > work->scene->state.t - 1.5 * work->every && t < work->until + 0.5 * work->every;
+}
+
+/* The largest change of a mean force from other means, relative to the peak of its drive; the cell of the
+ * programme where the change is largest. */
 static double change_of_means(const struct work *work, const double *means, int *cell) {
     const int drives = work->problem.drives;
-    double largest = 0;
-    *cell = 0;
+    double largest = 0, largest_in_programme = -1;
     for (int d = 0; d < drives; d++) {
         double peak = 0;
         for (int i = 0; i < work->cells; i++)
             peak = fmax(peak, fabs(means[i * drives + d]));
         for (int i = 0; i < work->cells && peak > 0; i++) {
             const double change = fabs(means[i * drives + d] - work->means[i * drives + d]) / peak;
-            if (change > largest) {
-                largest = change;
+            largest = fmax(largest, change);
+            if (change > largest_in_programme && is_in_programme(work, i)) {
+                largest_in_programme = change;
                 *cell = i;
             }
         }
@@ -243,49 +253,75 @@ static enum status refuse_rough(const struct work *work, int cell) {
     return complain(
         work, model->rows[row].place,
         format_text(
-            "%s: too rough for the drives: their forces change by %.2g of their peak with each finer mesh, "
+            "%s: too rough for the drives: their forces change by %.2g of their peak from mesh to mesh, "
             "most about t = %.3g s; use a smoother course, such as rd.smoothstep of degree 7 or 9",
             model->rows[row].name, work->mesh_change,
             work->solution.motion.t[0] + (cell + 0.5) * work->every));
 }
 
-/* Solves on the mesh, and on finer ones until the drive forces no longer change. */
-static enum status solve(struct work *work) {
-    enum { MESHES_MOST = 3 };
-    struct realise_solution *solution = &work->solution;
-    const size_t cells = (size_t)work->cells * (size_t)work->problem.drives;
-    enum realise_outcome outcome;
-    int cell = 0;
-    realise_mesh(&solution->motion, &work->problem, work->before, work->until, work->after, work->mesh);
-    realise_guess(&solution->motion, work->modes.growing ? guess_growth / work->modes.slowest : 0);
-    const double *end = solution->motion.nodes + (size_t)solution->motion.count * 2 * (size_t)work->problem.n;
-    memcpy(work->last, end, 2 * (size_t)work->problem.n * sizeof *end);
+/* The first guess of a motion on a mesh with steps of at most `mesh`, and the state that its end comes close
+ * to. */
+static void guess(struct work *work, double mesh) {
+    struct realise_motion *motion = &work->solution.motion;
+    const size_t size = 2 * (size_t)work->problem.n * sizeof *work->last;
+    realise_mesh(motion, &work->problem, work->before, work->until, work->after, mesh);
+    realise_guess(motion, work->modes.growing ? guess_growth / work->modes.slowest : 0);
+    const double *end = motion->nodes + (size_t)motion->count * 2 * (size_t)work->problem.n;
     double *rest = format_allocate_matrix(2, work->problem.n);
-    memcpy(rest, end, 2 * (size_t)work->problem.n * sizeof *end);
-    if (realise_rest(&work->problem, work->until + work->after, work->after, rest))
-        memcpy(work->last, rest, 2 * (size_t)work->problem.n * sizeof *rest);
-    work->means = format_allocate(cells, sizeof *work->means);
+    memcpy(rest, end, size);
+    memcpy(work->last,
+           realise_rest(&work->problem, work->until + work->after, work->after, rest) ? rest : end, size);
+}
+
+/* Means of the drive forces of some meshes. */
+struct meshes {
+    double *means[MESHES_MOST]; /* (cells x drives) of those that were solved */
+    int solved;
+    enum realise_outcome outcome; /* of the last one */
+};
+
+/* Solves from the guess in the motion. Returns whether the forces equal those of an earlier mesh; otherwise
+ * `cell` is where they differ most from those of the mesh that comes closest. */
+static bool solve_mesh(struct work *work, struct meshes *meshes, int *cell) {
+    meshes->outcome = realise_solve(&work->solution, work->last);
+    if (meshes->outcome != REALISE_SOLVED)
+        return false;
+    if (meshes->solved == 0)
+        work->iterations = work->solution.iterations;
+    work->means = format_allocate((size_t)work->cells * (size_t)work->problem.drives, sizeof *work->means);
+    take_means(work, work->means);
     work->mesh_change = INFINITY;
-    for (int mesh = 0; mesh < MESHES_MOST; mesh++) {
-        outcome = realise_solve(solution, work->last);
-        if (outcome != REALISE_SOLVED)
-            return report_failure(work, outcome);
-        double *means = format_allocate(cells, sizeof *means);
-        take_means(work, means);
-        if (mesh == 0)
-            work->iterations = solution->iterations;
-        else
-            work->mesh_change = change_of_means(work, means, &cell);
-        work->means = means;
-        if (work->mesh_change <= mesh_tol)
-            return STATUS_DONE;
-        if (mesh + 1 < MESHES_MOST) {
-            struct realise_motion fine;
-            realise_refine(&fine, &solution->motion);
-            solution->motion = fine;
+    for (int i = 0; i < meshes->solved; i++) {
+        int at = 0;
+        const double change = change_of_means(work, meshes->means[i], &at);
+        if (change < work->mesh_change) {
+            work->mesh_change = change;
+            *cell = at;
         }
     }
-    return refuse_rough(work, cell);
+    meshes->means[meshes->solved++] = work->means;
+    return work->mesh_change <= mesh_tol;
+}
+
+/* Solves on meshes until two of them have the same drive forces. A single mesh can be wrong although the
+ * course is smooth: the equations of an interval are nearly singular if its length and a mode of the motion
+ * fit each other, as for a six-axis robot with a flexible forearm at 25 ms. */
+static enum status solve(struct work *work) {
+    static const double parts[MESHES_MOST] = {1, 0.5, 0.425, 0.25};
+    struct meshes meshes = {.solved = 0, .outcome = REALISE_SOLVED};
+    int cell = 0;
+    for (int i = 0; i < MESHES_MOST && meshes.outcome != REALISE_STOPPED; i++) {
+        if (i == 1 && meshes.outcome == REALISE_SOLVED) {
+            struct realise_motion fine;
+            realise_refine(&fine, &work->solution.motion);
+            work->solution.motion = fine;
+        } else
+            guess(work, work->mesh * parts[i]);
+        if (solve_mesh(work, &meshes, &cell))
+            return STATUS_DONE;
+    }
+    return meshes.outcome == REALISE_STOPPED || meshes.solved < 2 ? report_failure(work, meshes.outcome)
+                                                                  : refuse_rough(work, cell);
 }
 
 /* ---- Playback ---- */
@@ -396,15 +432,16 @@ static int show(struct work *work, struct refdyn_integrator *integrator, double 
 }
 
 /* The columns of the drive forces. */
-static int column_of(const struct work *work, const struct record_table *table, int drive) {
+static int column_of(const struct work *work, int drive) {
+    const struct record_table *table = &work->table;
     const char *name = model_of(work)->inputs[model_of(work)->drives[drive].input].name;
     const char *lead = format_text("%s%s", record_input_lead, name);
     const int column = record_table_find(table, lead, strlen(lead));
     return column >= 0 ? column : record_table_find(table, name, strlen(name));
 }
 
-static int write_rows(struct work *work, struct refdyn_integrator *integrator, struct record_table *table,
-                      struct row_sink *rows) {
+static int write_rows(struct work *work, struct refdyn_integrator *integrator, struct row_sink *rows) {
+    struct record_table *table = &work->table;
     const struct realise_motion *motion = &work->solution.motion;
     const double begin = motion->t[0];
     for (int i = 0; i <= work->cells; i++) {
@@ -414,7 +451,7 @@ static int write_rows(struct work *work, struct refdyn_integrator *integrator, s
             return status;
         record_table_fill(table);
         for (int d = 0; d < work->problem.drives; d++)
-            table->values[column_of(work, table, d)] =
+            table->values[column_of(work, d)] =
                 work->means[(i < work->cells ? i : work->cells - 1) * work->problem.drives + d];
         if (!simulate_row_sink_put(rows, table))
             return RECORD_NOT_WRITTEN;
@@ -426,7 +463,6 @@ static enum status write_motion(struct work *work, const struct refdyn_options *
                                 struct row_sink *rows) {
     struct scene *scene = work->scene;
     struct refdyn_integrator integrator;
-    struct record_table table;
     struct refdyn_options own = *integration;
     own.method = REFDYN_RK8;
     own.stabilise = REFDYN_NONE;
@@ -436,9 +472,9 @@ static enum status write_motion(struct work *work, const struct refdyn_options *
     if (status == REFDYN_OK)
         status = show(work, &integrator, work->solution.motion.t[0]);
     if (status == REFDYN_OK) {
-        simulate_table_start(&table, &integrator, scene->compiled.spatial);
-        if (simulate_row_sink_begin(rows, &table))
-            status = write_rows(work, &integrator, &table, rows);
+        simulate_table_start(&work->table, &integrator, scene->compiled.spatial);
+        if (simulate_row_sink_begin(rows, &work->table))
+            status = write_rows(work, &integrator, rows);
         else
             status = RECORD_NOT_WRITTEN;
         if (!simulate_row_sink_end(rows))
@@ -481,7 +517,7 @@ static void print_summary(const struct work *work) {
     for (int d = 0; d < work->problem.drives; d++)
         fprintf(stderr, "drive        %s: largest %.6g %s\n", model_of(work)->drives[d].name, work->peak[d],
                 model_of(work)->inputs[model_of(work)->drives[d].input].unit);
-    fprintf(stderr, "mesh         forces change by %.2g of their peak to the finer mesh\n",
+    fprintf(stderr, "mesh         forces change by %.2g of their peak from another mesh\n",
             work->mesh_change);
     fprintf(stderr, "playback     from rest, error at most %.3g\n", work->playback);
     fprintf(stderr, "time         %.3g s CPU\n", work->cpu_s);
@@ -501,6 +537,7 @@ static void put_summary(const struct work *work, struct document *document) {
     for (int d = 0; d < work->problem.drives; d++)
         format_put_number(document, model_of(work)->drives[d].name, work->peak[d]);
     format_put_close(document, '}');
+    format_put_number(document, "effort", realise_effort(&work->solution.motion));
     format_put_number(document, "mesh_change", work->mesh_change);
     format_put_whole(document, "newton_iterations", work->iterations);
     format_put_number(document, "playback_error", work->playback);
@@ -510,9 +547,11 @@ static void put_summary(const struct work *work, struct document *document) {
 
 static enum status write_summary(const struct work *work, struct target *target) {
     struct document document;
+    const struct record_writer writer = scene_writer(&document);
     format_document_open(&document);
     format_put_open(&document, NULL, '{');
     put_summary(work, &document);
+    record_table_put_units(&work->table, &writer);
     format_put_close(&document, '}');
     if (!format_document_close(&document, target->file))
         return STATUS_NUMBERS;

@@ -10,8 +10,11 @@
  * constraints); Devasia, Chen and Paden, IEEE Trans. Automat. Contr. 41:930-942, 1996 (stable inversion);
  * Seifried, Dynamics of Underactuated Multibody Systems, Springer 2014.
  *
- * Parts in reading order: six Gauss points; equations at a place; intervals; the chain of intervals; the
- * first guess; the solution; modes and cosines; the command.
+ * More drives than rows leave a choice if they act on all degrees of freedom: the forces with the least
+ * integral of the squares of w tau over the whole motion.
+ *
+ * Parts in reading order: six Gauss points; equations at a place; intervals; the chain of intervals; least
+ * effort; the first guess; the solution; modes and cosines; the command.
  */
 #ifndef REFDYN_TOOL_REALISE_H
 #define REFDYN_TOOL_REALISE_H
@@ -52,12 +55,14 @@ struct realise_problem {
     struct scene *scene;
     struct realise_gauss gauss;
     int n, m, drives, loops, width;
-    const int *input;  /* (drives) places of tau in the inputs */
-    const int *loop;   /* (loops) the rows that close loops */
-    double *gains;     /* (2 m) of the rows, 0 while the problem is solved */
-    double *given;     /* (2 n + 1 + m) scratch: rates, accelerations, power and multipliers */
-    double *tangent;   /* scratch: the result of `tangent` */
-    double *by_inputs; /* scratch: the result of `tangent_x` */
+    int spare;             /* drives beyond the rows of the programme */
+    const double *weights; /* (drives) w of the effort [1/N, 1/(N m)] */
+    const int *input;      /* (drives) places of tau in the inputs */
+    const int *loop;       /* (loops) the rows that close loops */
+    double *gains;         /* (2 m) of the rows, 0 while the problem is solved */
+    double *given;         /* (2 n + 1 + m) scratch: rates, accelerations, power and multipliers */
+    double *tangent;       /* scratch: the result of `tangent` */
+    double *by_inputs;     /* scratch: the result of `tangent_x` */
 };
 
 /* The equations at a place and their derivatives; all but `residual` lie in the problem's scratch. */
@@ -87,12 +92,14 @@ struct realise_motion {
     double *stages; /* (count x 6 x width) unknowns at the Gauss points */
 };
 
-/* A linearised interval: the change of the next node is Phi times that of the node, plus gap. Columns one
- * after the other. */
+/* A linearised interval: the change of the next node is Phi times that of the node, plus gap, plus Gamma
+ * times free values (6 spare) where drives leave a choice. Columns one after the other. */
 struct realise_interval {
     double *Phi;      /* (2 n x 2 n) */
     double *gap;      /* (2 n) */
-    double *by_state; /* (6 width x (2 n + 1)) changes of the unknowns by the node, and in addition */
+    double *Gamma;    /* (2 n x 6 spare) */
+    double *by_state; /* (6 width x (2 n + 1 + 6 spare)) changes of the unknowns by the node, in addition, and
+                         by the free values */
 };
 
 /* The state (2 n) within interval k at its part x, from 0 to 1. once, twice (6): the weights there. */
@@ -100,9 +107,9 @@ void realise_interval_state(const struct realise_motion *motion, int k, double x
                             const double *twice, double *state);
 /* Linearises interval k about the motion. Returns a status of the runtime. */
 int realise_interval_find(struct realise_motion *motion, int k, struct realise_interval *interval);
-/* Changes the unknowns of interval k by the change (2 n) of its node. */
+/* Changes the unknowns of interval k by the change (2 n) of its node and by its free values (6 spare). */
 void realise_interval_change(struct realise_motion *motion, int k, const struct realise_interval *interval,
-                             const double *change);
+                             const double *change, const double *values);
 
 /* ---- The chain of intervals (interval_chain.c) ---- */
 
@@ -119,6 +126,23 @@ struct realise_ends {
 /* Computes the changes (count + 1) x 2 n of the nodes. False if the equations are singular. */
 bool realise_chain_solve(const struct realise_interval *intervals, int count, int n,
                          const struct realise_ends *ends, double *changes);
+
+/* ---- Least effort (least_effort.c) ---- */
+
+struct realise_step {
+    double damping;     /* of the squares of the scaled changes [1/s] */
+    bool is_projection; /* to a motion that satisfies the equations, with the least change of forces */
+};
+
+/* Computes the changes (count + 1) x 2 n of the nodes, and the free values (count x 6 spare) of the
+ * intervals, for the least effort of the linearised motion. The first node stays. `last` (2 n) has the rates
+ * at the end of a programme that goes on there; scale (2 n) divides states. False if the equations are
+ * singular. */
+bool realise_effort_solve(const struct realise_motion *motion, const struct realise_interval *intervals,
+                          const struct realise_step *step, const double *last, const double *scale,
+                          double *changes, double *values);
+/* The integral of the sum of (w tau)^2. */
+double realise_effort(const struct realise_motion *motion);
 
 /* ---- The first guess (damped_motion.c) ---- */
 

@@ -11,6 +11,12 @@ enum { ITERATIONS_MOST = 30 };
  * iteration also ends when small corrections no longer become smaller. */
 static const double correction_tol = 1e-11, stagnation_tol = 1e-6, stagnation = 0.3;
 
+/* Least effort: steps at most; damping relative to the effort at first, and its changes; steps and gains of
+ * effort that end the iteration [m, rad; relative]. */
+enum { STEPS_MOST = 200 };
+static const double damping_start = 1e-3, damping_after_success = 0.25, damping_after_failure = 8,
+                    step_tol = 1e-5, step_with_effort_tol = 1e-3, effort_tol = 1e-10;
+
 /* ---- The mesh ---- */
 
 struct places {
@@ -109,68 +115,149 @@ static struct realise_ends start_ends(const struct realise_motion *motion) {
 }
 
 static struct realise_interval *start_intervals(const struct realise_motion *motion) {
-    const int n = motion->problem->n, width = motion->problem->width;
+    const int n = motion->problem->n, width = motion->problem->width, spare = motion->problem->spare;
     struct realise_interval *intervals =
         memory_scratch(&format_memory, (size_t)motion->count * sizeof *intervals);
     for (int k = 0; k < motion->count; k++)
-        intervals[k] = (struct realise_interval){realise_scratch(2 * n, 2 * n), realise_scratch(2, n),
-                                                 realise_scratch(REALISE_STAGES * width, 2 * n + 1)};
+        intervals[k] = (struct realise_interval){
+            realise_scratch(2 * n, 2 * n), realise_scratch(2, n),
+            realise_scratch(2 * n, REALISE_STAGES * spare),
+            realise_scratch(REALISE_STAGES * width, 2 * n + 1 + REALISE_STAGES * spare)};
     return intervals;
 }
 
-/* One correction of the motion; its largest change of a coordinate, NaN if it failed. */
-static double correct(struct realise_solution *solution, struct realise_interval *intervals,
-                      struct realise_ends *ends, const double *first, const double *last, double *changes) {
-    struct realise_motion *motion = &solution->motion;
-    const int n = motion->problem->n, size = 2 * n;
+/* What an iteration needs. */
+struct iteration {
+    struct realise_solution *solution;
+    struct realise_interval *intervals;
+    struct realise_ends ends;
+    const double *first, *last;
+    double *changes, *values; /* (count + 1) x 2 n, (count x 6 spare) */
+};
+
+static struct iteration start_iteration(struct realise_solution *solution, const double *last) {
+    const struct realise_motion *motion = &solution->motion;
+    const int size = 2 * motion->problem->n;
+    double *first = realise_scratch(size, 1);
+    memcpy(first, motion->problem->scene->q, (size_t)motion->problem->n * sizeof *first);
+    solution->correction = INFINITY;
+    solution->iterations = 0;
+    return (struct iteration){.solution = solution,
+                              .intervals = start_intervals(motion),
+                              .ends = start_ends(motion),
+                              .first = first,
+                              .last = last,
+                              .changes = realise_scratch(motion->count + 1, size),
+                              .values =
+                                  realise_scratch(motion->count, REALISE_STAGES * motion->problem->spare)};
+}
+
+/* Rows of the first node, and the wanted changes of both ends. */
+static bool find_ends(struct iteration *iteration) {
+    struct realise_ends *ends = &iteration->ends;
+    const struct realise_motion *motion = &iteration->solution->motion;
+    const int size = 2 * motion->problem->n;
     const double *end = motion->nodes + (size_t)motion->count * (size_t)size;
-    double largest = 0;
-    for (int k = 0; k < motion->count; k++)
-        if (realise_interval_find(motion, k, &intervals[k]) != REFDYN_OK)
-            return NAN;
-    if (find_rows(solution, ends) != REFDYN_OK)
-        return NAN;
     for (int i = 0; i < size; i++) {
-        ends->first[i] = first[i] - motion->nodes[i];
-        ends->last[i] = last[i] - end[i];
+        ends->first[i] = iteration->first[i] - motion->nodes[i];
+        ends->last[i] = iteration->last[i] - end[i];
     }
-    if (!realise_chain_solve(intervals, motion->count, n, ends, changes))
+    return find_rows(iteration->solution, ends) == REFDYN_OK;
+}
+
+/* One correction of the motion; its largest change of a coordinate, NaN if it failed. */
+static double correct(struct iteration *iteration, const struct realise_step *step) {
+    struct realise_motion *motion = &iteration->solution->motion;
+    const int n = motion->problem->n, size = 2 * n, free = REALISE_STAGES * motion->problem->spare;
+    const double *scale = iteration->ends.scale;
+    double *changes = iteration->changes, largest = 0;
+    for (int k = 0; k < motion->count; k++)
+        if (realise_interval_find(motion, k, &iteration->intervals[k]) != REFDYN_OK)
+            return NAN;
+    if (!find_ends(iteration))
+        return NAN;
+    if (!(step ? realise_effort_solve(motion, iteration->intervals, step, iteration->last, scale, changes,
+                                      iteration->values)
+               : realise_chain_solve(iteration->intervals, motion->count, n, &iteration->ends, changes)))
         return NAN;
     for (int k = 0; k < motion->count; k++)
-        realise_interval_change(motion, k, &intervals[k], changes + (size_t)k * (size_t)size);
+        realise_interval_change(motion, k, &iteration->intervals[k], changes + (size_t)k * (size_t)size,
+                                iteration->values + (size_t)k * (size_t)free);
     for (int k = 0; k <= motion->count; k++)
         for (int i = 0; i < size; i++) {
             const double change = changes[(size_t)k * (size_t)size + (size_t)i];
             motion->nodes[(size_t)k * (size_t)size + (size_t)i] += change;
-            largest = isfinite(change) ? i < n ? fmax(largest, fabs(change) / ends->scale[i]) : largest : NAN;
+            largest = isfinite(change) ? i < n ? fmax(largest, fabs(change) / scale[i]) : largest : NAN;
         }
     return largest;
 }
 
-enum realise_outcome realise_solve(struct realise_solution *solution, const double *last) {
-    const struct realise_motion *motion = &solution->motion;
-    const int size = 2 * motion->problem->n;
-    const struct memory_mark mark = memory_mark(&format_memory);
-    struct realise_ends ends = start_ends(motion);
-    struct realise_interval *intervals = start_intervals(motion);
-    double *first = realise_scratch(size, 1), *changes = realise_scratch(motion->count + 1, size),
-           before = INFINITY;
-    enum realise_outcome outcome = REALISE_STUCK;
-    memcpy(first, motion->problem->scene->q, (size_t)motion->problem->n * sizeof *first);
+/* Newton's method. `step`: for more drives than rows; otherwise NULL. */
+static enum realise_outcome correct_all(struct iteration *iteration, const struct realise_step *step) {
+    struct realise_solution *solution = iteration->solution;
     solution->correction = INFINITY;
-    solution->iterations = 0;
-    while (solution->iterations < ITERATIONS_MOST && outcome == REALISE_STUCK) {
-        before = solution->correction;
-        solution->correction = correct(solution, intervals, &ends, first, last, changes);
+    for (int i = 0; i < ITERATIONS_MOST; i++) {
+        const double before = solution->correction;
+        solution->correction = correct(iteration, step);
         solution->iterations++;
         if (!isfinite(solution->correction))
-            outcome = REALISE_NOT_FINITE;
-        else if (solution->correction <= correction_tol ||
-                 (solution->correction <= stagnation_tol && solution->correction > stagnation * before))
-            outcome = REALISE_SOLVED;
-        else if (system_interrupted)
-            outcome = REALISE_STOPPED;
+            return REALISE_NOT_FINITE;
+        if (solution->correction <= correction_tol ||
+            (solution->correction <= stagnation_tol && solution->correction > stagnation * before))
+            return REALISE_SOLVED;
+        if (system_interrupted)
+            return REALISE_STOPPED;
     }
+    return REALISE_STUCK;
+}
+
+/* Copies of nodes and stages. */
+static void copy_motion(struct realise_motion *to, const struct realise_motion *from) {
+    const size_t n = (size_t)from->problem->n, width = (size_t)from->problem->width,
+                 count = (size_t)from->count;
+    memcpy(to->nodes, from->nodes, (count + 1) * 2 * n * sizeof *to->nodes);
+    memcpy(to->stages, from->stages, count * REALISE_STAGES * width * sizeof *to->stages);
+}
+
+/* The motion of least effort by the method of Levenberg and Marquardt. A projection follows each damped step,
+ * so that efforts of motions that satisfy the equations are compared. */
+static enum realise_outcome minimise(struct iteration *iteration) {
+    struct realise_motion *motion = &iteration->solution->motion, best = *motion;
+    const struct realise_step projection = {.is_projection = true};
+    enum realise_outcome outcome = correct_all(iteration, &projection);
+    double effort = realise_effort(motion), size = INFINITY, gain = INFINITY;
+    struct realise_step step = {.damping = damping_start * effort};
+    best.nodes = realise_scratch(motion->count + 1, 2 * motion->problem->n);
+    best.stages = realise_scratch(motion->count, REALISE_STAGES * motion->problem->width);
+    bool is_least = false;
+    for (int i = 0; i < STEPS_MOST && outcome == REALISE_SOLVED && !is_least; i++) {
+        copy_motion(&best, motion);
+        size = correct(iteration, &step);
+        outcome = isfinite(size) ? correct_all(iteration, &projection) : REALISE_NOT_FINITE;
+        const double next = outcome == REALISE_SOLVED ? realise_effort(motion) : INFINITY;
+        gain = INFINITY;
+        if (outcome == REALISE_STOPPED)
+            break;
+        if (next <= effort) {
+            gain = effort - next;
+            effort = next;
+            step.damping *= damping_after_success;
+        } else {
+            copy_motion(motion, &best);
+            step.damping *= damping_after_failure;
+            size = isfinite(size) ? size : INFINITY;
+            outcome = REALISE_SOLVED;
+        }
+        is_least = size <= step_tol || (gain <= effort_tol * effort && size <= step_with_effort_tol);
+    }
+    return outcome == REALISE_SOLVED && !is_least ? REALISE_STUCK : outcome;
+}
+
+enum realise_outcome realise_solve(struct realise_solution *solution, const double *last) {
+    const struct memory_mark mark = memory_mark(&format_memory);
+    struct iteration iteration = start_iteration(solution, last);
+    const enum realise_outcome outcome =
+        solution->motion.problem->spare > 0 ? minimise(&iteration) : correct_all(&iteration, NULL);
     memory_back(&format_memory, mark);
     return outcome;
 }

@@ -114,12 +114,25 @@ static void add_method(struct facts *facts, const struct task *task,
     add_number(facts, "/", "until", task->until);
 }
 
+/* The forces of drives are inputs of the emitted C. In the file they have a group for themselves. */
+static const struct record_part *place_drives(const struct record_table *table, const struct model *model) {
+    struct record_part *parts = format_allocate((size_t)table->part_count + 1, sizeof *parts);
+    for (int i = 0; i < table->part_count; i++) {
+        parts[i] = table->parts[i];
+        for (int d = 0; d < model->drive_count; d++)
+            if (strcmp(parts[i].path,
+                       format_text("/inputs/%s", model->inputs[model->drives[d].input].name)) == 0)
+                parts[i].path = format_text("/drives/%s", model->drives[d].name);
+    }
+    return parts;
+}
+
 static bool begin_hdf5(struct row_sink *sink, const struct record_table *table) {
     struct memory memory = format_arena_start();
     struct facts facts = {.memory = &memory};
     add_model(&facts, sink->task->scene);
     add_method(&facts, sink->task, table->integrator);
-    const struct motion_layout layout = {.parts = table->parts,
+    const struct motion_layout layout = {.parts = place_drives(table, &sink->task->scene->generation.model),
                                          .facts = facts.list,
                                          .names = table->names,
                                          .units = table->units,
