@@ -129,7 +129,7 @@ static void put_read_run(FILE *out, const struct viewing *viewing, const struct 
     fputs(",\"model\":", out);
     format_json_text(out, generation->model.name);
     fprintf(out, ",\"up\":%d,\n", upward(generation));
-    view_drawn_model_put(out, generation);
+    view_drawn_model_put(out, generation, NULL);
     fputs(",\n", out);
     view_drawn_run_put(out, run, &generation->tree, &rows);
     fputs(",\n", out);

@@ -9,6 +9,7 @@
 #include "gen/gen.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
+#include "runtime/tool/results/view/drawn_shapes.h"
 
 /* Rows at equal distances, and the last row. */
 struct drawn_rows {
@@ -26,8 +27,18 @@ void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tre
 void view_applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
                              const struct drawn_rows *rows);
 
-/* Writes frames, shapes, points and closures. Parameters must be numbers in the model's graph. */
-void view_drawn_model_put(FILE *out, struct generation *generation);
+/* The expressions of the numbers of a drawn model, in the order in which they are printed. Those of shapes
+ * are the numbers from which drawn_shapes.h computes them. */
+struct drawn_tape {
+    expression *list; /* (count) */
+    int count, room;
+    int *places; /* (shape_count) places of a solid; -1: an element of a beam */
+    int shape_count, shape_room;
+};
+
+/* Writes frames, shapes, points and closures, and records their expressions if tape is not NULL; then solids
+ * without mass are written, too. */
+void view_drawn_model_put(FILE *out, struct generation *generation, struct drawn_tape *tape);
 
 /* Picture of a model as SVG: the tree of its links on the left; its rows and drives on the right, each with
  * lines to the links on which it acts. */
