@@ -39,15 +39,18 @@ static void close_list(const struct list *list) {
     fputs("]", list->out);
 }
 
-/* Returns the value, and records the expression on the tape. */
-static double value_of(const struct list *list, expression e) {
-    const struct model *model = &list->generation->model;
-    if (list->tape) {
-        list->tape->list = memory_room(&format_memory, list->tape->list, list->tape->count + 1,
-                                       &list->tape->room, sizeof *list->tape->list);
-        list->tape->list[list->tape->count++] = e;
+double view_tape_value(struct drawn_tape *tape, const struct generation *generation, expression e) {
+    const struct model *model = &generation->model;
+    if (tape) {
+        tape->list =
+            memory_room(&format_memory, tape->list, tape->count + 1, &tape->room, sizeof *tape->list);
+        tape->list[tape->count++] = e;
     }
     return parameters_evaluate(model->graph, model->parameters, e);
+}
+
+static double value_of(const struct list *list, expression e) {
+    return view_tape_value(list->tape, list->generation, e);
 }
 
 static void put_position(const struct list *list, const expression position[3]) {
@@ -133,6 +136,8 @@ static void mark_shape(const struct list *list, int places) {
     struct drawn_tape *tape = list->tape;
     if (!tape)
         return;
+    if (tape->shape_count == 0)
+        tape->shape_start = tape->count;
     tape->places = memory_room(&format_memory, tape->places, tape->shape_count + 1, &tape->shape_room,
                                sizeof *tape->places);
     tape->places[tape->shape_count++] = places;
