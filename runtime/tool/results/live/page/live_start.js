@@ -9,7 +9,7 @@ const values = listValues(live), options = {until: live.until, step: live.step, 
 const runs = [];
 let page = null, clock = null;
 
-const state = {worker: null, asked: 0, answered: 0, motion: null, baseline: null, changedAt: 0, askedAt: 0, delays: [], hidden: new Set()};
+const state = {worker: null, asked: 0, answered: 0, motion: null, baseline: null, changedAt: 0, askedAt: 0, delay: 0, hidden: new Set()};
 const GESTURE = 700; /* changes that follow each other faster are one change: the pale curves stay [ms] */
 
 /* ---- From a motion to a run ---- */
@@ -181,7 +181,7 @@ function takeAnswer(answer) {
     if (answer.isDone)
         showMotion(answer);
     showMessage(answer.message, !answer.isDone);
-    state.delays.push(performance.now() - state.askedAt);
+    state.delay = performance.now() - state.askedAt;
     document.documentElement.dataset.state = answer.id < state.asked ? "computing" : answer.isDone ? "shown" : "failed";
 }
 

@@ -154,7 +154,7 @@ function layOut(chart) {
     const width = chart.canvas.parentElement.clientWidth, ratio = window.devicePixelRatio || 1;
     chart.canvas.width = Math.round(width * ratio);
     chart.canvas.height = Math.round(CHART_HEIGHT * ratio);
-    chart.pen = chart.canvas.getContext("2d");
+    chart.pen = chart.canvas.getContext("2d", {willReadFrequently: true}); /* without the graphics card, which may be software */
     chart.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     chart.pen.clearRect(0, 0, width, CHART_HEIGHT);
     chart.box = {left: MARGIN.left, top: MARGIN.top, width: Math.max(1, width - MARGIN.left - MARGIN.right),
