@@ -102,6 +102,25 @@ def test_numbers_after_changes(manipulator, tmp_path):
     assert text[0].split(",") == names and [float(x) for x in text[-1].split(",")] == list(rows[-1])
 
 
+def test_a_motion_from_an_equilibrium(manipulator, pages, tmp_path):
+    """With the parameter that the ellipse reads from the start, free and given; start values then have no effect."""
+    manipulator.ask("options.until = 1; const field = byId('option-from'); field.value = 'statics'; field.dispatchEvent(new Event('change'));")
+    manipulator.wait("state.answered === state.asked")
+    assert "--from statics" in manipulator.ask("return byId('command').value")
+    assert farthest(manipulator, tmp_path) < 1e-9
+    assert manipulator.ask("return values.q[0].slider.disabled && state.motion.rows[1] !== 0")
+    set_value(manipulator, "xc", 0.55)
+    assert farthest(manipulator, tmp_path) < 1e-9
+    set_value(manipulator, "s_sup", 0)
+    message = manipulator.ask("return byId('failure').textContent")
+    failed = refdyn("sim", MODELS / "manipulator.lua", "--set", "s_sup=0", "--set", "xc=0.55", "--from", "statics", "--until", "1", "-o", tmp_path / "run.csv",
+                    status=None)
+    assert message and message.splitlines()[0] in failed.stderr
+    with browser.Session(pages / "crane.html", "#from=statics") as page:
+        page.wait(SHOWN)
+        assert farthest(page, tmp_path) < 1e-12
+
+
 def test_the_drawing_follows_the_parameters(pages, tmp_path):
     """Frames and shapes after a change equal those of a page whose file has the value from the start."""
     given = "return {frames: runs[0].frames.map((frame) => Array.from(frame.constant)), shapes: runs[0].shapes, sticks: runs[0].sticks, points: runs[0].points}"

@@ -140,8 +140,8 @@ static enum status write_live(const struct options *options) {
         return status;
     char *three = view_three_read();
     status = three ? scene_open(&live.scene, options,
-                                NEEDS_RESULT | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES |
-                                    NEEDS_TANGENT | NEEDS_ONCE,
+                                NEEDS_RESULT | NEEDS_STATICS | NEEDS_MOTION | NEEDS_POINTS |
+                                    NEEDS_POINT_RATES | NEEDS_TANGENT | NEEDS_ONCE,
                                 NULL)
                    : STATUS_FAULT;
     if (status == STATUS_DONE)

@@ -169,6 +169,22 @@ static void put_places(FILE *out, const struct live *live) {
     fputs("    0};\n\n", out);
 }
 
+/* Which anchored parameters the rows read. */
+static void put_row_waits(FILE *out, const struct live *live) {
+    const struct refdyn_model *emitted = live->scene.model;
+    const struct model *model = &live->scene.generation.model;
+    fputs("static const int row_waits[] = {", out);
+    for (int i = 0; i < emitted->m; i++)
+        for (int k = 0; k < emitted->anchored_count; k++) {
+            const char *name = emitted->parameters[emitted->anchored[k]].name;
+            bool waits = false;
+            for (int j = 0; j < model->rows[i].start_count; j++)
+                waits = waits || strcmp(model->rows[i].starts[j], name) == 0;
+            fputs(waits ? "1, " : "0, ", out);
+        }
+    fputs("0};\n\n", out);
+}
+
 static int put_applied(FILE *out, const struct live *live) {
     int count = 0;
     for (int i = 0; i < live->force_count; i++)
@@ -194,6 +210,7 @@ void live_model_put(FILE *out, const struct live *live) {
             name);
     put_parameters(out, live);
     put_places(out, live);
+    put_row_waits(out, live);
     fputs("static void numbers(const double *parameters, double *out) {\n    (void)parameters, (void)out;\n",
           out);
     put_statements(out, live, live->tape.list, live->tape.count);
@@ -206,7 +223,7 @@ void live_model_put(FILE *out, const struct live *live) {
             "    .parameters = parameters,\n    .parameter_count = %d,\n    .number_count = %d,\n"
             "    .shape_start = %d,\n    .shape_count = %d,\n    .shape_places = shape_places,\n"
             "    .numbers = numbers,\n    .applied_count = %d,\n    .applied = applied,\n"
-            "    .requirement_places = requirement_places};\n",
+            "    .requirement_places = requirement_places,\n    .row_waits = row_waits};\n",
             model_of(live)->parameter_count, live->tape.count, live->tape.shape_start, live->tape.shape_count,
             applied_count);
 }

@@ -27,7 +27,8 @@ enum { LIVE_GOES_ON = 1, LIVE_DONE = 0, LIVE_FAILED = -1 };
 enum {
     SHAPE_NUMBERS = 14,   /* kind (-1: none), bore, axes, origin */
     RECORD_PAUSED = 2000, /* status of the watch, beyond those of record.h */
-    FACTS = 5
+    FACTS = 5,
+    REFUSED_LENGTH = 400
 };
 
 /* Memory of one motion. */
@@ -40,6 +41,11 @@ struct live {
     struct refdyn_workspace work;
     struct refdyn_integrator integrator;
     struct record_motion record;
+    struct refdyn_statics_options statics;
+    struct refdyn_statics_result equilibrium; /* its start, if has_equilibrium */
+    bool has_equilibrium;
+    int *held;
+    double *hold_force;
     struct record_table table;
     struct block *blocks;
     double *defaults;          /* (parameters) as the model has them, then the inputs */
@@ -258,30 +264,6 @@ static void refused_text(const struct live *live, char *text, size_t size) {
         snprintf(text + length, size - (size_t)length, requirement->fact, x[0], x[1], x[2], x[3], x[4], x[5]);
 }
 
-/* Writes why the motion has failed, or its warnings, into live->message. */
-static void explain(struct live *live, int status, bool is_started) {
-    enum { REFUSED_LENGTH = 400 };
-    char refused[REFUSED_LENGTH] = "";
-    size_t size;
-    free(live->message);
-    live->message = NULL;
-    FILE *out = open_memstream(&live->message, &size);
-    if (!out)
-        abort();
-    if (status == REFDYN_REFUSED)
-        refused_text(live, refused, sizeof refused);
-    if (status == REFDYN_REFUSED && !is_started)
-        fprintf(out, "%s\n", refused);
-    else if (status != REFDYN_OK)
-        record_print_failure(&live->record, status, is_started, live->unfit, refused, out);
-    else {
-        record_print_start(&live->record, false, out);
-        record_print_rows_warning(&live->integrator, out);
-        record_print_balance_warning(&live->record, out);
-    }
-    fclose(out);
-}
-
 EXPORT(live_message) const char *live_message(struct live *live) {
     return live->message ? live->message : "";
 }
@@ -307,20 +289,77 @@ static struct refdyn_options options_of(double step, double tol) {
     return options;
 }
 
-static void set_start(struct live *live) {
+/* ---- Its start ---- */
+
+/* Position rows hold, but a row that reads a value from the start does so only if the page has given it. */
+static int *list_rows(struct live *live, int *count) {
+    const struct refdyn_model *model = live->work.model;
+    int *rows = get_block(live, (size_t)model->m * sizeof *rows);
+    *count = 0;
+    for (int i = 0; i < model->m; i++) {
+        bool waits = model->rows[i].level != REFDYN_POSITION;
+        for (int k = 0; k < model->anchored_count; k++)
+            waits = waits || (live_model.row_waits[i * model->anchored_count + k] && !live->given[k]);
+        if (!waits)
+            rows[(*count)++] = i;
+    }
+    return rows;
+}
+
+static struct record_equilibrium equilibrium_of(struct live *live) {
+    const struct refdyn_model *model = live->work.model;
+    const char **starts = get_block(live, (size_t)model->m * sizeof *starts);
+    for (int i = 0; i < model->m; i++)
+        for (int k = model->anchored_count - 1; k >= 0; k--)
+            if (live_model.row_waits[i * model->anchored_count + k])
+                starts[i] = model->parameters[model->anchored[k]].name;
+    return (struct record_equilibrium){.work = &live->work,
+                                       .options = &live->statics,
+                                       .result = &live->equilibrium,
+                                       .held = live->held,
+                                       .hold_force = live->hold_force,
+                                       .q = live->q,
+                                       .qd = live->qd,
+                                       .starts = starts};
+}
+
+/* Moves the start to the equilibrium, as --from statics. Returns a status of the runtime. */
+static int find_equilibrium(struct live *live) {
+    const struct refdyn_model *model = live->work.model;
+    const size_t n = (size_t)model->n, size = refdyn_statics_size(model);
+    live->statics = refdyn_statics_default();
+    live->statics.rows = list_rows(live, &live->statics.row_count);
+    live->held = get_block(live, n * sizeof *live->held);
+    live->hold_force = get_block(live, n * sizeof *live->hold_force);
+    for (int i = 0; i < model->held_count; i++)
+        live->held[model->held[i]] = 1;
+    memset(live->qd, 0, n * sizeof *live->qd);
+    return refdyn_statics(&live->work, &live->statics, model->held, model->held_count, live->q,
+                          live->hold_force, &live->equilibrium, get_block(live, size), size);
+}
+
+static int set_start(struct live *live, bool from_statics) {
     refdyn_prepare(&live->work);
+    const int checked = refdyn_check_parameters(&live->work);
+    if (checked != REFDYN_OK)
+        return checked;
     refdyn_initial_state(&live->work, live->q, live->qd);
+    if (from_statics) {
+        refdyn_anchor(&live->work, 0, live->q, live->qd, live->given);
+        live->has_equilibrium = true;
+        const int status = find_equilibrium(live);
+        refdyn_anchor(&live->work, 0, live->q, live->qd, live->given);
+        return status;
+    }
     for (int i = 0; i < 2 * live->work.n; i++)
         if (live->start_given[i])
             live->q[i] = live->start[i];
     refdyn_anchor(&live->work, 0, live->q, live->qd, live->given);
+    return REFDYN_OK;
 }
 
 static int start(struct live *live, const struct refdyn_options *options, double until, double every) {
-    const int checked = refdyn_check_parameters(&live->work);
     const size_t size = refdyn_integrator_size(live->work.model, options);
-    if (checked != REFDYN_OK)
-        return checked;
     void *memory = get_block(live, size);
     live->record = (struct record_motion){.work = &live->work,
                                           .integrator = &live->integrator,
@@ -332,9 +371,54 @@ static int start(struct live *live, const struct refdyn_options *options, double
     return status == REFDYN_OK ? record_start(&live->record, memory_of(live)) : status;
 }
 
-/* Begins a motion from t = 0 with the values in the arrays. Returns LIVE_GOES_ON or LIVE_FAILED. */
+/* Writes why the motion has failed, or its warnings, into live->message. */
+static void explain(struct live *live, int status, bool is_started) {
+    char refused[REFUSED_LENGTH] = "";
+    size_t size;
+    free(live->message);
+    live->message = NULL;
+    FILE *out = open_memstream(&live->message, &size);
+    if (!out)
+        abort();
+    if (status == REFDYN_REFUSED)
+        refused_text(live, refused, sizeof refused);
+    if (live->has_equilibrium) {
+        const struct record_equilibrium equilibrium = equilibrium_of(live);
+        record_print_equilibrium(&equilibrium, out);
+    }
+    if (status != REFDYN_OK)
+        record_print_failure(&live->record, status, is_started, live->unfit, refused, out);
+    else {
+        record_print_start(&live->record, false, out);
+        record_print_rows_warning(&live->integrator, out);
+        record_print_balance_warning(&live->record, out);
+    }
+    fclose(out);
+}
+
+/* Writes why there is no start. */
+static void explain_start(struct live *live, int status) {
+    char refused[REFUSED_LENGTH];
+    size_t size;
+    free(live->message);
+    live->message = NULL;
+    FILE *out = open_memstream(&live->message, &size);
+    if (!out)
+        abort();
+    if (status == REFDYN_REFUSED) {
+        refused_text(live, refused, sizeof refused);
+        fprintf(out, "%s\n", refused);
+    } else {
+        const struct record_equilibrium equilibrium = equilibrium_of(live);
+        record_print_no_equilibrium(&equilibrium, status, out);
+    }
+    fclose(out);
+}
+
+/* Begins a motion from t = 0 with the values in the arrays, from the initial state with the given start
+ * values or from the equilibrium. Returns LIVE_GOES_ON or LIVE_FAILED. */
 EXPORT(live_begin)
-int live_begin(struct live *live, double until, double every, double step, double tol) {
+int live_begin(struct live *live, double until, double every, double step, double tol, int from_statics) {
     const struct refdyn_options options = options_of(step, tol);
     end_motion(live);
     live->row_count = 0;
@@ -342,8 +426,13 @@ int live_begin(struct live *live, double until, double every, double step, doubl
     live->unfit = NULL;
     live->record = (struct record_motion){.work = &live->work, .integrator = &live->integrator};
     refdyn_partition_reset(&live->work);
-    set_start(live);
-    int status = start(live, &options, until, every);
+    live->has_equilibrium = false;
+    int status = set_start(live, from_statics);
+    if (status != REFDYN_OK) {
+        explain_start(live, status);
+        return LIVE_FAILED;
+    }
+    status = start(live, &options, until, every);
     if (status == REFDYN_OK) {
         record_table_start(&live->table, memory_of(live), &live->integrator, live_model.spatial);
         draw(live);

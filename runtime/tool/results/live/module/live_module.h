@@ -26,6 +26,9 @@ struct live_model {
     void (*applied)(const double *parameters, const double *x, double t, const double *q, const double *qd,
                     const double *r, const double *rd, double *out);
     const char *const *requirement_places; /* (requirement_count) "FILE:LINE" */
+    /* (m x anchored_count) non-zero: the row reads this anchored parameter from the start of the motion, so
+     * that it holds in statics only if the parameter is given. */
+    const int *row_waits;
 };
 
 extern const struct live_model live_model;

@@ -5,7 +5,7 @@
 "use strict";
 
 const data = JSON.parse(byId("data").textContent), live = data.live;
-const values = listValues(live), options = {until: live.until, step: live.step, tol: live.tol};
+const values = listValues(live), options = {until: live.until, step: live.step, tol: live.tol, from: "initial"};
 const runs = [];
 let page = null, clock = null;
 
@@ -180,6 +180,8 @@ function takeAnswer(answer) {
     state.answered = answer.id;
     if (answer.isDone)
         showMotion(answer);
+    else if (state.motion)
+        byId("facts").textContent = "Shown is the last motion that succeeded.";
     showMessage(answer.message, !answer.isDone);
     state.delay = performance.now() - state.askedAt;
     document.documentElement.dataset.state = answer.id < state.asked ? "computing" : answer.isDone ? "shown" : "failed";

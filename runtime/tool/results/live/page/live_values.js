@@ -99,7 +99,7 @@ const OPTIONS = {until: {label: "Duration [s]", from: 0.1, to: 20}, step: {label
 const OUTPUTS = 400;
 
 function optionField(name, options, changed) {
-    const row = newElement("div", "row", ""), label = newElement("label", "", OPTIONS[name].label), field = newElement("input", "", "");
+    const row = newElement("div", "row option", ""), label = newElement("label", "", OPTIONS[name].label), field = newElement("input", "", "");
     Object.assign(field, {type: "number", step: "any", min: "0", id: `option-${name}`, value: String(options[name])});
     label.htmlFor = field.id;
     field.addEventListener("change", () => {
@@ -113,6 +113,30 @@ function optionField(name, options, changed) {
     return row;
 }
 
+const PLACES = {initial: "initial state", statics: "equilibrium"};
+
+/* Where the motion begins; start values have no effect on an equilibrium. */
+function placeField(options, values, changed) {
+    const row = newElement("div", "row option", ""), label = newElement("label", "", "From"), field = newElement("select", "", "");
+    field.id = label.htmlFor = "option-from";
+    for (const [value, text] of Object.entries(PLACES))
+        field.append(Object.assign(newElement("option", "", text), {value}));
+    field.value = options.from;
+    field.addEventListener("change", () => {
+        options.from = field.value;
+        showPlace(options, values);
+        changed();
+    });
+    row.append(label, field);
+    return row;
+}
+
+function showPlace(options, values) {
+    byId("option-from").value = options.from;
+    for (const one of values.q)
+        one.slider.disabled = one.field.disabled = options.from === "statics";
+}
+
 function valueGroup(title, rows, isOpen) {
     const group = newElement("details", "group", "");
     group.open = isOpen;
@@ -124,7 +148,7 @@ function valueGroup(title, rows, isOpen) {
 function makePanel(panel, values, options, changed) {
     const rows = (list) => list.filter((one) => !one.isHidden).map((one) => valueRow(one, changed));
     panel.append(...valueGroup("Parameters", rows(values.p), true), ...valueGroup("Inputs", rows(values.x), true),
-                 ...valueGroup("Motion", Object.keys(OPTIONS).map((name) => optionField(name, options, changed)), true),
+                 ...valueGroup("Motion", [...Object.keys(OPTIONS).map((name) => optionField(name, options, changed)), placeField(options, values, changed)], true),
                  ...valueGroup("Start", rows(values.q), false));
 }
 
@@ -135,6 +159,7 @@ function requestOf(values, options) {
         if (one.anchor >= 0)
             given[one.anchor] = one.isFree ? 0 : 1;
     return {p: values.p.map((one) => one.value === null ? 0 : one.value), x: values.x.map((one) => one.value), given,
+            fromStatics: options.from === "statics",
             starts: values.q.filter((one) => !one.isFree).map((one) => [one.index, one.value]), n: values.q.length / 2,
             until: options.until, every: options.until / OUTPUTS, step: options.step, tol: options.tol};
 }
@@ -174,6 +199,9 @@ function writeAddress(values, options, live) {
     for (const name of Object.keys(OPTIONS))
         if (options[name] !== live[name])
             address.set(name, String(options[name]));
+    address.delete("from");
+    if (options.from !== "initial")
+        address.set("from", options.from);
     history.replaceState(null, "", `#${address}`);
 }
 
@@ -197,6 +225,11 @@ function readAddress(values, options) {
             hasSet = true;
         }
     }
+    if (Object.keys(PLACES).includes(address.get("from")) && address.get("from") !== options.from) {
+        options.from = address.get("from");
+        hasSet = true;
+    }
+    showPlace(options, values);
     return hasSet;
 }
 
@@ -213,7 +246,9 @@ function commandLine(values, options, live) {
     for (const one of [...values.p, ...values.x])
         if (!one.isHidden && !one.isFree && (one.value !== one.fileValue || one.anchor >= 0))
             words.push("--set", `${one.name}=${one.value}`);
-    if (values.q.some((one) => !one.isFree))
+    if (options.from === "statics")
+        words.push("--from", "statics");
+    else if (values.q.some((one) => !one.isFree))
         words.push("--from", "start.json");
     words.push("--until", String(options.until), "--every", String(options.until / OUTPUTS));
     words.push(...(options.step > 0 ? ["--step", String(options.step)] : ["--tol", String(options.tol)]));

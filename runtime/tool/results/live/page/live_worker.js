@@ -1,6 +1,6 @@
 /*
  * Computes motions beside the page, in a module of WebAssembly. Messages to it: first {module: bytes}, then
- * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol}. It answers each with the
+ * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol, fromStatics}. It answers each with the
  * motion or with why it has failed. Of several waiting requests only the newest is computed.
  */
 "use strict";
@@ -63,7 +63,7 @@ function begin(asked) {
         starts[index] = value;
         chosen[index] = 1;
     }
-    return call("begin", asked.until, asked.every, asked.step, asked.tol);
+    return call("begin", asked.until, asked.every, asked.step, asked.tol, asked.fromStatics ? 1 : 0);
 }
 
 function answerDone(asked, began) {
