@@ -123,8 +123,8 @@ def test_a_motion_from_an_equilibrium(manipulator, pages, tmp_path):
 
 def test_the_drawing_follows_the_parameters(pages, tmp_path):
     """Frames and shapes after a change equal those of a page whose file has the value from the start."""
-    given = "return {frames: runs[0].frames.map((frame) => Array.from(frame.constant)), shapes: runs[0].shapes, sticks: runs[0].sticks, points: runs[0].points}"
-    settings = {"L": 1.6, "h": 1.3, "d": 0.02, "m_base": 9}
+    given = "return {frames: runs[0].frames.map((frame) => Array.from(frame.constant)), shapes: runs[0].shapes, sticks: runs[0].sticks, points: runs[0].points, curves: runs[0].curves}"
+    settings = {"L": 1.6, "h": 1.3, "d": 0.02, "m_base": 9, "xc": 0.232, "a": 0.9}
     with browser.Session(pages / "adaptive.html") as page:
         page.wait(SHOWN)
         before = page.ask(given)
@@ -132,13 +132,16 @@ def test_the_drawing_follows_the_parameters(pages, tmp_path):
             set_value(page, name, value)
         changed = page.ask(given)
     refdyn("sim", MODELS / "manipulator.lua", *[word for name, value in settings.items() for word in ("--set", f"{name}={value}")],
-           "--until", "0.1", "-o", tmp_path / "run.h5")
+           "--until", "2", "--every", "0.005", "-o", tmp_path / "run.h5")
     refdyn("view", tmp_path / "run.h5", "-o", tmp_path / "run.html")
     expected, _ = browser.ask(tmp_path / "run.html", given)
     assert changed["frames"] != before["frames"]
     for part in ("frames", "shapes", "sticks"):
         assert np.array(changed[part]) == pytest.approx(np.array(expected[part]), rel=1e-5, abs=1e-6), part
     assert [point["at"] for point in changed["points"]] == [pytest.approx(point["at"], abs=1e-6) for point in expected["points"]]
+    (curve,), (wanted,) = changed["curves"], expected["curves"]
+    assert [curve[key] for key in ("point", "axes", "closed")] == [wanted[key] for key in ("point", "axes", "closed")] == [0, [0, 1], True]
+    assert np.array(curve["path"]) == pytest.approx(np.array(wanted["path"]), abs=1e-5)
 
 
 # ---- Sliders

@@ -104,6 +104,7 @@ static enum status write_page(struct live *live, const struct live_range *ranges
     char *data;
     size_t size, module_size;
     live_find_forces(live);
+    live_find_curves(live);
     FILE *out = format_stream(&data, &size);
     live_data_put(out, live, ranges);
     fclose(out);

@@ -17,10 +17,14 @@ struct live {
     struct drawn_tape tape;
     struct applied_force *forces; /* (force_count) those that a state determines */
     int force_count;
+    struct programme_curve *curves; /* (curve_count) */
+    int curve_count;
 };
 
 /* Finds the forces that coordinates, rates, points of interest, inputs, parameters and time determine. */
 void live_find_forces(struct live *live);
+/* Finds the curves of the programme. */
+void live_find_curves(struct live *live);
 /* Writes the C of `live_model` (module/live_module.h). */
 void live_model_put(FILE *out, const struct live *live);
 

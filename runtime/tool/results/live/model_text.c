@@ -141,6 +141,15 @@ void live_find_forces(struct live *live) {
             live->forces[live->force_count++] = force;
 }
 
+void live_find_curves(struct live *live) {
+    const struct model *model = model_of(live);
+    struct programme_curve curve;
+    live->curves = format_allocate((size_t)model->row_count, sizeof *live->curves);
+    for (int i = 0; i < model->row_count; i++)
+        if (view_programme_curve(&live->drawn.generation, i, &curve) && is_known(live, &curve.residual, 1))
+            live->curves[live->curve_count++] = curve;
+}
+
 /* ---- The tables ---- */
 
 static void put_parameters(FILE *out, const struct live *live) {
@@ -202,6 +211,21 @@ static int put_applied(FILE *out, const struct live *live) {
     return count;
 }
 
+static void put_curves(FILE *out, const struct live *live) {
+    expression *list = format_allocate((size_t)live->curve_count, sizeof *list);
+    for (int i = 0; i < live->curve_count; i++)
+        list[i] = live->curves[i].residual;
+    fputs("static void curve_residuals(const double *parameters, const double *r, double *out) {\n"
+          "    (void)parameters, (void)r, (void)out;\n",
+          out);
+    put_statements(out, live, list, live->curve_count);
+    fputs("}\n\nstatic const struct live_curve curves[] = {", out);
+    for (int i = 0; i < live->curve_count; i++)
+        fprintf(out, "{%d, {%d, %d}}, ", live->curves[i].point, live->curves[i].axes[0],
+                live->curves[i].axes[1]);
+    fputs("{0, {0, 0}}};\n\n", out);
+}
+
 void live_model_put(FILE *out, const struct live *live) {
     const char *name = live->scene.generation.model.name;
     fprintf(out,
@@ -215,6 +239,7 @@ void live_model_put(FILE *out, const struct live *live) {
           out);
     put_statements(out, live, live->tape.list, live->tape.count);
     fputs("}\n\n", out);
+    put_curves(out, live);
     const int applied_count = put_applied(out, live);
     fprintf(out, "const struct live_model live_model = {\n    .model = &%s_model,\n", name);
     if (live->scene.compiled.spatial)
@@ -223,7 +248,8 @@ void live_model_put(FILE *out, const struct live *live) {
             "    .parameters = parameters,\n    .parameter_count = %d,\n    .number_count = %d,\n"
             "    .shape_start = %d,\n    .shape_count = %d,\n    .shape_places = shape_places,\n"
             "    .numbers = numbers,\n    .applied_count = %d,\n    .applied = applied,\n"
-            "    .requirement_places = requirement_places,\n    .row_waits = row_waits};\n",
+            "    .requirement_places = requirement_places,\n    .row_waits = row_waits,\n"
+            "    .curves = curves,\n    .curve_count = %d,\n    .curve_residuals = curve_residuals};\n",
             model_of(live)->parameter_count, live->tape.count, live->tape.shape_start, live->tape.shape_count,
-            applied_count);
+            applied_count, live->curve_count);
 }

@@ -9,6 +9,7 @@
 #include "gen/gen.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
+#include "runtime/tool/results/view/drawn_curves.h"
 #include "runtime/tool/results/view/drawn_shapes.h"
 
 /* Rows at equal distances, and the last row. */
@@ -57,6 +58,14 @@ void view_drawn_model_put(FILE *out, struct generation *generation, struct drawn
  * lines to the links on which it acts. */
 void view_model_drawing_put(FILE *out, struct generation *generation);
 
+/* A curve on which a row of the programme keeps a point: its residual reads two components and parameters. */
+struct programme_curve {
+    expression residual;
+    int point, axes[DRAWN_CURVE_AXES];
+};
+
+/* Returns whether the row defines a curve. */
+bool view_programme_curve(struct generation *generation, int row, struct programme_curve *curve);
 /* Writes the curves on which a programme keeps points. */
 void view_programme_curves_put(FILE *out, struct generation *generation, const struct run *run);
 

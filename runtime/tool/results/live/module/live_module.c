@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "runtime/record/record.h"
+#include "runtime/tool/results/view/drawn_curves.h"
 #include "runtime/tool/results/view/drawn_shapes.h"
 
 #ifdef __wasm__
@@ -57,7 +58,10 @@ struct live {
     double *rows;              /* (room x columns) */
     long row_count, room, output;
     const char *unfit;
-    char *message; /* of the last motion, "" if there is none */
+    struct drawn_curve curve;
+    double places[DRAWN_CURVE_PLACES][DRAWN_CURVE_AXES];
+    double *residuals; /* (curve_count) */
+    char *message;     /* of the last motion, "" if there is none */
     double facts[FACTS];
 };
 
@@ -124,6 +128,7 @@ EXPORT(live_open) struct live *live_open(void) {
     live->parameters = new_numbers((size_t)live_model.parameter_count);
     live->numbers =
         new_numbers((size_t)live_model.number_count + SHAPE_NUMBERS * (size_t)live_model.shape_count);
+    live->residuals = new_numbers((size_t)live_model.curve_count);
     live->points = new_numbers(6 * (size_t)model->point_count);
     return live;
 }
@@ -219,6 +224,56 @@ static void add_applied(struct live *live) {
     }
     live_model.applied(live->parameters, work->x, integrator->t, integrator->q, integrator->qd, r, rd,
                        live->applied + live->row_count * live_model.applied_count);
+}
+
+/* ---- Curves of the programme ---- */
+
+struct tracing {
+    struct live *live;
+    int curve;
+};
+
+static double curve_residual(void *context, const double at[DRAWN_CURVE_AXES]) {
+    const struct tracing *tracing = context;
+    struct live *live = tracing->live;
+    const struct live_curve *curve = &live_model.curves[tracing->curve];
+    for (int k = 0; k < DRAWN_CURVE_AXES; k++)
+        live->points[3 * curve->point + curve->axes[k]] = at[k];
+    live_model.curve_residuals(live->parameters, live->points, live->residuals);
+    return live->residuals[tracing->curve];
+}
+
+/* Traces the curve through the point in the first row. Returns the number of places in `places`, 0 without a
+ * curve near the point. */
+EXPORT(live_trace_curve) int live_trace_curve(struct live *live, int number) {
+    const struct live_curve *curve = &live_model.curves[number];
+    struct tracing tracing = {live, number};
+    double start[DRAWN_CURVE_AXES], size = 0;
+    /* Points follow the state: r, rd and rdd of each. */
+    const int first = live->table.ends[0] + 9 * curve->point;
+    for (int k = 0; k < DRAWN_CURVE_AXES; k++) {
+        start[k] = live->rows[first + curve->axes[k]];
+        for (long row = 0; row < live->row_count; row++)
+            size = fmax(size, fabs(live->rows[row * live->table.count + first + curve->axes[k]]));
+    }
+    live->curve = (struct drawn_curve){.residual = curve_residual, .context = &tracing, .size = size};
+    return view_trace_curve(&live->curve, start) ? view_list_curve(&live->curve, start, live->places) : 0;
+}
+
+EXPORT(live_curve_count) int live_curve_count(struct live *live) {
+    (void)live;
+    return live_model.curve_count;
+}
+
+/* The point, its two axes; 1 if the last curve is closed. */
+EXPORT(live_curve_fact) int live_curve_fact(struct live *live, int number, int fact) {
+    const struct live_curve *curve = &live_model.curves[number];
+    return fact == 0 ? curve->point : fact < 3 ? curve->axes[fact - 1] : live->curve.is_closed;
+}
+
+/* Pairs of coordinates of the last curve. */
+EXPORT(live_curve_places) const double *live_curve_places(struct live *live) {
+    return live->places[0];
 }
 
 /* ---- Rows ---- */

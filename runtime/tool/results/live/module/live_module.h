@@ -10,6 +10,11 @@ struct live_parameter {
     double value; /* if the model's functions do not read it, so that it cannot change */
 };
 
+/* A curve on which the programme keeps a point, in two of its components. */
+struct live_curve {
+    int point, axes[2];
+};
+
 /* One model. The functions read the values of `parameters`, in their order. */
 struct live_model {
     const struct refdyn_model *model;
@@ -29,6 +34,10 @@ struct live_model {
     /* (m x anchored_count) non-zero: the row reads this anchored parameter from the start of the motion, so
      * that it holds in statics only if the parameter is given. */
     const int *row_waits;
+    const struct live_curve *curves;
+    int curve_count;
+    /* (curve_count) at the positions r of the points */
+    void (*curve_residuals)(const double *parameters, const double *r, double *out);
 };
 
 extern const struct live_model live_model;

@@ -57,7 +57,7 @@ function kindOf(column) {
 }
 
 function runOf(motion) {
-    const drawn = drawnModel(data.runs[0], motion.drawing), width = motion.columns.length, n = drawn.frames.length;
+    const drawn = {...drawnModel(data.runs[0], motion.drawing), curves: motion.curves}, width = motion.columns.length, n = drawn.frames.length;
     const column = (i) => columnOf(motion.rows, width, motion.count, i);
     const courses = motion.columns.map((one, i) => ({name: one.name, kind: kindOf(one), index: i})).filter((course) => course.kind)
         .map((course) => ({name: course.name, kind: course.kind, values: column(course.index)}))

@@ -66,6 +66,13 @@ function begin(asked) {
     return call("begin", asked.until, asked.every, asked.step, asked.tol, asked.fromStatics ? 1 : 0);
 }
 
+function listCurves() {
+    return Array.from({length: call("curve_count")}, (_, i) => {
+        const count = call("trace_curve", i), [point, ...axes] = [0, 1, 2].map((fact) => call("curve_fact", i, fact));
+        return {point, axes, closed: call("curve_fact", i, 3) === 1, path: Array.from(numbersAt(call("curve_places"), 2 * count))};
+    }).filter((curve) => curve.path.length > 0);
+}
+
 function answerDone(asked, began) {
     const count = call("row_count"), width = call("column_count");
     engine.columns = engine.columns || listColumns();
@@ -73,7 +80,7 @@ function answerDone(asked, began) {
     const applied = numbersAt(call("applied"), count * asked.applied).slice();
     const [steps, rejected, energyError, t, hasEnded] = numbersAt(call("facts"), 5);
     postMessage({
-        id: asked.id, isDone: true, columns: engine.columns, count, rows, drawing, applied, p: asked.used.p, start: asked.used.start,
+        id: asked.id, isDone: true, columns: engine.columns, curves: listCurves(), count, rows, drawing, applied, p: asked.used.p, start: asked.used.start,
         message: textAt(call("message")), steps, rejected, energyError, t, hasEnded, seconds: 1e-3 * (performance.now() - began),
         memory: engine.module.memory.buffer.byteLength,
     }, [rows.buffer, drawing.buffer, applied.buffer]);
