@@ -8,61 +8,15 @@
 #include "runtime/tool/results/live/module/live_module.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "runtime/record/record.h"
-#include "runtime/tool/results/view/drawn_curves.h"
-#include "runtime/tool/results/view/drawn_shapes.h"
-
-#ifdef __wasm__
-#define EXPORT(name) __attribute__((export_name(#name)))
-#else
-#define EXPORT(name) /* compiled with the program, so that the compiler checks it */
-#endif
 
 /* Results of live_advance. */
 enum { LIVE_GOES_ON = 1, LIVE_DONE = 0, LIVE_FAILED = -1 };
 
 enum {
-    SHAPE_NUMBERS = 14,   /* kind (-1: none), bore, axes, origin */
     RECORD_PAUSED = 2000, /* status of the watch, beyond those of record.h */
-    FACTS = 5,
     REFUSED_LENGTH = 400
-};
-
-/* Memory of one motion. */
-struct block {
-    struct block *next;
-    double data[]; /* aligned for all types in use */
-};
-
-struct live {
-    struct refdyn_workspace work;
-    struct refdyn_integrator integrator;
-    struct record_motion record;
-    struct refdyn_statics_options statics;
-    struct refdyn_statics_result equilibrium; /* its start, if has_equilibrium */
-    bool has_equilibrium;
-    int *held;
-    double *hold_force;
-    struct record_table table;
-    struct block *blocks;
-    double *defaults;          /* (parameters) as the model has them, then the inputs */
-    double *start, *q, *qd;    /* start: (2 n) values of the caller; q, qd: the start in use */
-    int *start_given, *given;  /* (2 n) non-zero: start has the value; (anchored_count) keep the parameter */
-    double *parameters;        /* of the drawing */
-    double *numbers, *applied; /* of the drawing; (rows x applied_count) */
-    double *points;            /* (2 x points x 3) positions and velocities */
-    double *rows;              /* (room x columns) */
-    long row_count, room, output;
-    const char *unfit;
-    struct drawn_curve curve;
-    double places[DRAWN_CURVE_PLACES][DRAWN_CURVE_AXES];
-    double *residuals; /* (curve_count) */
-    char *message;     /* of the last motion, "" if there is none */
-    double facts[FACTS];
 };
 
 /* ---- Memory ---- */
@@ -127,7 +81,7 @@ EXPORT(live_open) struct live *live_open(void) {
     live->given = (int *)new_numbers((size_t)model->anchored_count);
     live->parameters = new_numbers((size_t)live_model.parameter_count);
     live->numbers =
-        new_numbers((size_t)live_model.number_count + SHAPE_NUMBERS * (size_t)live_model.shape_count);
+        new_numbers((size_t)live_model.number_count + LIVE_SHAPE_NUMBERS * (size_t)live_model.shape_count);
     live->residuals = new_numbers((size_t)live_model.curve_count);
     live->points = new_numbers(6 * (size_t)model->point_count);
     return live;
@@ -161,121 +115,6 @@ EXPORT(live_used_start) const double *live_used_start(struct live *live) {
     return live->q;
 }
 
-/* ---- The drawing ---- */
-
-/* Values of the drawing's parameters, as the motion has them. */
-static void read_parameters(struct live *live) {
-    const struct refdyn_model *model = live->work.model;
-    for (int i = 0; i < live_model.parameter_count; i++) {
-        const struct live_parameter *parameter = &live_model.parameters[i];
-        const int place = refdyn_find_name(model->parameters, model->parameter_count, parameter->name);
-        live->parameters[i] = place < 0 ? parameter->value : live->work.p[place];
-    }
-}
-
-static void put_shape(const struct shape *shape, bool is_drawn, double *out) {
-    out[0] = is_drawn ? (double)shape->kind : -1;
-    out[1] = shape->bore;
-    memcpy(out + 2, shape->axes, sizeof shape->axes);
-    memcpy(out + 11, shape->origin, sizeof shape->origin);
-}
-
-/* Returns the numbers that the shape has used. */
-static int draw_shape(const double *numbers, int places, double *out) {
-    struct shape shape;
-    if (places < 0) {
-        struct drawn_element element;
-        memcpy(&element, numbers, sizeof element);
-        shape = view_shape_of_element(&element);
-        put_shape(&shape, true, out);
-        return DRAWN_ELEMENT_NUMBERS;
-    }
-    struct drawn_solid solid;
-    memcpy(&solid, numbers, sizeof solid);
-    const bool is_drawn = view_shape_of_solid(&solid, numbers + DRAWN_SOLID_NUMBERS, places, &shape);
-    put_shape(&shape, is_drawn, out);
-    return DRAWN_SOLID_NUMBERS + 3 * places;
-}
-
-static void draw(struct live *live) {
-    read_parameters(live);
-    live_model.numbers(live->parameters, live->numbers);
-    const double *numbers = live->numbers + live_model.shape_start;
-    double *out = live->numbers + live_model.number_count;
-    for (int i = 0; i < live_model.shape_count; i++, out += SHAPE_NUMBERS)
-        numbers += draw_shape(numbers, live_model.shape_places[i], out);
-}
-
-/* The numbers of the drawn model, then SHAPE_NUMBERS of each shape. */
-EXPORT(live_drawing) const double *live_drawing(struct live *live) {
-    return live->numbers;
-}
-
-static void add_applied(struct live *live) {
-    const struct refdyn_integrator *integrator = &live->integrator;
-    const struct refdyn_workspace *work = &live->work;
-    const struct refdyn_model *model = work->model;
-    double *r = live->points, *rd = r + 3 * model->point_count;
-    if (live_model.applied_count == 0)
-        return;
-    if (model->point_count > 0) {
-        model->r(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, r);
-        model->rd(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, rd);
-    }
-    live_model.applied(live->parameters, work->x, integrator->t, integrator->q, integrator->qd, r, rd,
-                       live->applied + live->row_count * live_model.applied_count);
-}
-
-/* ---- Curves of the programme ---- */
-
-struct tracing {
-    struct live *live;
-    int curve;
-};
-
-static double curve_residual(void *context, const double at[DRAWN_CURVE_AXES]) {
-    const struct tracing *tracing = context;
-    struct live *live = tracing->live;
-    const struct live_curve *curve = &live_model.curves[tracing->curve];
-    for (int k = 0; k < DRAWN_CURVE_AXES; k++)
-        live->points[3 * curve->point + curve->axes[k]] = at[k];
-    live_model.curve_residuals(live->parameters, live->points, live->residuals);
-    return live->residuals[tracing->curve];
-}
-
-/* Traces the curve through the point in the first row. Returns the number of places in `places`, 0 without a
- * curve near the point. */
-EXPORT(live_trace_curve) int live_trace_curve(struct live *live, int number) {
-    const struct live_curve *curve = &live_model.curves[number];
-    struct tracing tracing = {live, number};
-    double start[DRAWN_CURVE_AXES], size = 0;
-    /* Points follow the state: r, rd and rdd of each. */
-    const int first = live->table.ends[0] + 9 * curve->point;
-    for (int k = 0; k < DRAWN_CURVE_AXES; k++) {
-        start[k] = live->rows[first + curve->axes[k]];
-        for (long row = 0; row < live->row_count; row++)
-            size = fmax(size, fabs(live->rows[row * live->table.count + first + curve->axes[k]]));
-    }
-    live->curve = (struct drawn_curve){.residual = curve_residual, .context = &tracing, .size = size};
-    return view_trace_curve(&live->curve, start) ? view_list_curve(&live->curve, start, live->places) : 0;
-}
-
-EXPORT(live_curve_count) int live_curve_count(struct live *live) {
-    (void)live;
-    return live_model.curve_count;
-}
-
-/* The point, its two axes; 1 if the last curve is closed. */
-EXPORT(live_curve_fact) int live_curve_fact(struct live *live, int number, int fact) {
-    const struct live_curve *curve = &live_model.curves[number];
-    return fact == 0 ? curve->point : fact < 3 ? curve->axes[fact - 1] : live->curve.is_closed;
-}
-
-/* Pairs of coordinates of the last curve. */
-EXPORT(live_curve_places) const double *live_curve_places(struct live *live) {
-    return live->places[0];
-}
-
 /* ---- Rows ---- */
 
 static void make_room(struct live *live) {
@@ -301,7 +140,7 @@ static int add_row(struct live *live) {
     make_room(live);
     memcpy(live->rows + live->row_count * live->table.count, live->table.values,
            (size_t)live->table.count * sizeof *live->rows);
-    add_applied(live);
+    live_add_applied(live);
     live->row_count++;
     return REFDYN_OK;
 }
@@ -490,7 +329,7 @@ int live_begin(struct live *live, double until, double every, double step, doubl
     status = start(live, &options, until, every);
     if (status == REFDYN_OK) {
         record_table_start(&live->table, memory_of(live), &live->integrator, live_model.spatial);
-        draw(live);
+        live_draw(live);
         status = add_row(live);
     }
     if (status != REFDYN_OK)

@@ -1,8 +1,13 @@
-/* The module of a live page: what the program emits for one model, and module.c calls. */
+/* The module of a live page: what the program emits for one model; the motion and its drawing. */
 #ifndef REFDYN_TOOL_LIVE_MODULE_H
 #define REFDYN_TOOL_LIVE_MODULE_H
 
+#include <stdbool.h>
+
 #include "refdyn.h"
+#include "runtime/record/record.h"
+#include "runtime/tool/results/view/drawn_curves.h"
+#include "runtime/tool/results/view/drawn_shapes.h"
 
 /* A parameter that the drawing reads. */
 struct live_parameter {
@@ -41,5 +46,56 @@ struct live_model {
 };
 
 extern const struct live_model live_model;
+
+/* ---- The motion ---- */
+
+#ifdef __wasm__
+#define EXPORT(name) __attribute__((export_name(#name)))
+#else
+#define EXPORT(name) /* compiled with the program, so that the compiler checks it */
+#endif
+
+enum {
+    LIVE_SHAPE_NUMBERS = 14, /* kind (-1: none), bore, axes, origin */
+    LIVE_FACTS = 5
+};
+
+/* Memory of one motion. */
+struct block {
+    struct block *next;
+    double data[]; /* aligned for all types in use */
+};
+
+struct live {
+    struct refdyn_workspace work;
+    struct refdyn_integrator integrator;
+    struct record_motion record;
+    struct refdyn_statics_options statics;
+    struct refdyn_statics_result equilibrium; /* its start, if has_equilibrium */
+    bool has_equilibrium;
+    int *held;
+    double *hold_force;
+    struct record_table table;
+    struct block *blocks;
+    double *defaults;          /* (parameters) as the model has them, then the inputs */
+    double *start, *q, *qd;    /* start: (2 n) values of the caller; q, qd: the start in use */
+    int *start_given, *given;  /* (2 n) non-zero: start has the value; (anchored_count) keep the parameter */
+    double *parameters;        /* of the drawing */
+    double *numbers, *applied; /* of the drawing; (rows x applied_count) */
+    double *points;            /* (2 x points x 3) positions and velocities */
+    double *rows;              /* (room x columns) */
+    long row_count, room, output;
+    const char *unfit;
+    struct drawn_curve curve;
+    double places[DRAWN_CURVE_PLACES][DRAWN_CURVE_AXES];
+    double *residuals; /* (curve_count) */
+    char *message;     /* of the last motion, "" if there is none */
+    double facts[LIVE_FACTS];
+};
+
+/* Computes the drawn model from the parameters. Call it after the start. */
+void live_draw(struct live *live);
+/* Computes the applied forces at the integrator's state, for the row that follows the present ones. */
+void live_add_applied(struct live *live);
 
 #endif
