@@ -285,6 +285,17 @@ def test_a_programme_out_of_reach(tmp_path):
     assert bare[0] in bare[1], "the last digits of the time of a failed step may differ"
 
 
+def test_warnings_are_those_of_sim(tmp_path):
+    """Of a start off the programme, with its residuals."""
+    live(MODELS / "branched.lua", "-o", tmp_path / "branched.html")
+    with browser.Session(tmp_path / "branched.html") as page:
+        page.wait(SHOWN)
+        message, command = page.ask("return [byId('failure').textContent, byId('command').value]")
+    assert message.startswith("warning: the start is off the programme:")
+    said = refdyn(*shlex.split(command)[1:-1], tmp_path / "run.csv").stderr
+    assert message.splitlines()[:6] == said.replace("refdyn: ", "").splitlines()[:6]
+
+
 # ---- Texts of users, and the network
 
 EVIL = "</script><script>window.hacked = 1</script><img src=x onerror=window.hacked=2><!--"

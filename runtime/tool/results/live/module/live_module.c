@@ -283,10 +283,22 @@ static void explain(struct live *live, int status, bool is_started) {
     if (status != REFDYN_OK)
         record_print_failure(&live->record, status, is_started, live->unfit, refused, out);
     else {
-        record_print_start(&live->record, false, out);
+        fputs(live->start_message, out);
         record_print_rows_warning(&live->integrator, out);
         record_print_balance_warning(&live->record, out);
     }
+    fclose(out);
+}
+
+/* Keeps the warnings of a start, before steps change the residuals that they state. */
+static void note_start(struct live *live) {
+    size_t size;
+    free(live->start_message);
+    live->start_message = NULL;
+    FILE *out = open_memstream(&live->start_message, &size);
+    if (!out)
+        abort();
+    record_print_start(&live->record, false, out);
     fclose(out);
 }
 
@@ -328,6 +340,7 @@ int live_begin(struct live *live, double until, double every, double step, doubl
     }
     status = start(live, &options, until, every);
     if (status == REFDYN_OK) {
+        note_start(live);
         record_table_start(&live->table, memory_of(live), &live->integrator, live_model.spatial);
         live_draw(live);
         status = add_row(live);

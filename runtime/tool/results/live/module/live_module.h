@@ -88,8 +88,9 @@ struct live {
     const char *unfit;
     struct drawn_curve curve;
     double places[DRAWN_CURVE_PLACES][DRAWN_CURVE_AXES];
-    double *residuals; /* (curve_count) */
-    char *message;     /* of the last motion, "" if there is none */
+    double *residuals;   /* (curve_count) */
+    char *start_message; /* warnings of its start */
+    char *message;       /* of the last motion, "" if there is none */
     double facts[LIVE_FACTS];
 };
 
