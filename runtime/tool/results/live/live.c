@@ -88,7 +88,8 @@ static void put_page(const struct live *live, const char *three, const char *dat
     static const char *const styles[] = {live_css, NULL}, *const scripts[] = {live_values_js, live_start_js,
                                                                               NULL};
     char *source = format_read_file(*live->options->operands, "the model");
-    const char *blocks[] = {module, json_text(live_worker_js), json_text(source ? source : ""), NULL};
+    char *worker = json_text(live_worker_js), *model = json_text(source ? source : "");
+    const char *blocks[] = {module, worker, model, NULL};
     const struct view_page page = {.title = live->scene.model->name,
                                    .policy = " 'wasm-unsafe-eval'; worker-src blob:",
                                    .styles = styles,
@@ -98,6 +99,8 @@ static void put_page(const struct live *live, const char *three, const char *dat
                                    .blocks = blocks,
                                    .scripts = scripts};
     view_page_put(live->scene.result->file, &page);
+    free(worker);
+    free(model);
 }
 
 static enum status write_page(struct live *live, const struct live_range *ranges, const char *three) {
@@ -109,9 +112,13 @@ static enum status write_page(struct live *live, const struct live_range *ranges
     live_data_put(out, live, ranges);
     fclose(out);
     char *module = live_module_make(live, &module_size);
-    if (!module)
+    if (!module) {
+        free(data);
         return STATUS_FAULT;
-    put_page(live, three, data, base64(module, module_size));
+    }
+    char *text = base64(module, module_size);
+    put_page(live, three, data, text);
+    free(text);
     free(module);
     free(data);
     return system_target_finish(live->scene.result) ? STATUS_DONE : STATUS_FAULT;

@@ -82,8 +82,9 @@ function listChosen() {
     return listCharts(runs, data.runs[0].up).filter((chart) => !state.hidden.has(chart.title));
 }
 
-function paleCurves(chart) {
-    const before = state.baseline ? listCharts([state.baseline], data.runs[0].up).find((one) => one.title === chart.title) : null;
+/* The curves of the same chart among those of the baseline. */
+function paleCurves(chart, charts) {
+    const before = charts.find((one) => one.title === chart.title);
     return before && before.curves.length === chart.curves.length ? before.curves : [];
 }
 
@@ -97,8 +98,9 @@ function showCharts() {
         page.charts = charts;
         page.charts.forEach((chart) => makeChart(chart, byId("charts"), runs.length, data.palette));
     }
+    const before = state.baseline ? listCharts([state.baseline], data.runs[0].up) : [];
     page.charts.forEach((chart) => {
-        chart.previous = paleCurves(chart);
+        chart.previous = paleCurves(chart, before);
         drawChart(chart);
     });
     showChoices();
