@@ -9,7 +9,7 @@
 #include "runtime/tool/motions/fit/fit.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/results/report/report.h"
-#include "runtime/tool/results/view/view.h"
+#include "runtime/tool/results/live/live.h"
 #include "runtime/tool/support/system/system.h"
 
 #include <fcntl.h>

@@ -90,23 +90,9 @@ static bool check_machine(const struct fmu_build *build) {
 
 /* ---- Files ---- */
 
-/* Makes the folders of a path inside the temporary folder. */
-static bool make_folders(const struct scratch *scratch, const char *path) {
-    const char *slash = strrchr(path, '/');
-    if (!slash)
-        return true;
-    const char *folder = system_scratch_file(scratch, format_text("%.*s", (int)(slash - path), path));
-    if (system_make_folder(folder, 0700, NULL))
-        return true;
-    fprintf(stderr, "refdyn: %s: cannot be made\n", folder);
-    return false;
-}
-
 static bool write_sources(const struct fmu_build *build, const struct fmu *fmu) {
     for (int i = 0; i < carried_file_count; i++)
-        if (!make_folders(&build->scratch, carried_files[i].path) ||
-            !system_scratch_write(&build->scratch, carried_files[i].path, carried_files[i].text,
-                                  carried_files[i].size))
+        if (!compile_write_carried(&build->scratch, &carried_files[i]))
             return false;
     for (int i = 0; i < fmu->sources.count; i++)
         if (!system_scratch_write(&build->scratch, fmu->sources.list[i].path, fmu->sources.list[i].text,

@@ -8,6 +8,7 @@
 
 #include "runtime/bindings/fmi/variables.h"
 #include "runtime/tool/scene/scene.h"
+#include "runtime/tool/support/compile/compile.h"
 
 /* The variables of an FMU as importers see them. Names are those of the columns of `refdyn sim`; der(NAME) is
  * the derivative of a coordinate. A name that is taken gets its kind in front, as in a CSV. */
@@ -97,17 +98,6 @@ const char *export_platform_names(void);
 /* Compiles the sources and adds the library to fmu->files. The part that is the same in all FMUs is compiled
  * once and kept in the cache. Returns false and reports on stderr if it fails. */
 bool export_binary_make(struct fmu *fmu, const struct platform *platform);
-
-/* The sources in every FMU: the core of the runtime and runtime/bindings/fmi, embedded at build time. */
-
-struct carried_file {
-    const char *path; /* under runtime/, as sources include it */
-    const char *text;
-    size_t size;
-};
-
-extern const struct carried_file carried_files[];
-extern const int carried_file_count;
 
 /* modelDescription.xml of an FMU, and sources/buildDescription.xml of FMI 3.0. Call these after
  * export_make_sources. */

@@ -231,14 +231,6 @@ static void release(const struct valuation *valuation) {
 
 /* ---- Forces ---- */
 
-/* A drive has one formula, a force or torque at a point has three. */
-struct applied {
-    const char *name, *kind;
-    struct fixed_frame at;
-    const expression *values;
-    int count;
-};
-
 static double largest_of(const struct valuation *valuation, int first, int count) {
     double largest = 0;
     for (long row = 0; row < valuation->rows->count; row++)
@@ -248,7 +240,7 @@ static double largest_of(const struct valuation *valuation, int first, int count
 }
 
 /* first: index of its first formula. */
-static void put_applied(FILE *out, const struct valuation *valuation, const struct applied *applied,
+static void put_applied(FILE *out, const struct valuation *valuation, const struct applied_force *applied,
                         int first) {
     struct model *model = &valuation->generation->model;
     const double unit = rounded_unit(largest_of(valuation, first, applied->count), DIGITS);
@@ -269,32 +261,37 @@ static void put_applied(FILE *out, const struct valuation *valuation, const stru
     fputs("]}", out);
 }
 
-static struct applied drive_of(const struct generation *generation, int i) {
+static struct applied_force drive_of(const struct generation *generation, int i) {
     const struct force *force = &generation->model.forces[i];
-    return (struct applied){.name = generation->tree.frames[force->coordinate].name,
-                            .kind = "drive",
-                            .at = {.frame = force->coordinate},
-                            .values = &force->value,
-                            .count = 1};
+    return (struct applied_force){.name = generation->tree.frames[force->coordinate].name,
+                                  .kind = "drive",
+                                  .at = {.frame = force->coordinate},
+                                  .values = &force->value,
+                                  .count = 1};
 }
 
-static struct applied load_of(const struct generation *generation, int i) {
+static struct applied_force load_of(const struct generation *generation, int i) {
     const struct load *load = &generation->model.loads[i];
-    return (struct applied){.name = generation->model.points[load->point].name,
-                            .kind = load->is_torque ? "torque" : "force",
-                            .at = generation->tree.points[load->point],
-                            .values = load->value,
-                            .count = 3};
+    return (struct applied_force){.name = generation->model.points[load->point].name,
+                                  .kind = load->is_torque ? "torque" : "force",
+                                  .at = generation->tree.points[load->point],
+                                  .values = load->value,
+                                  .count = 3};
+}
+
+bool view_applied_force(const struct generation *generation, int i, struct applied_force *force) {
+    const int drives = generation->model.force_count, all = drives + generation->model.load_count;
+    if (i < all)
+        *force = i < drives ? drive_of(generation, i) : load_of(generation, i - drives);
+    return i < all;
 }
 
 /* Lists the forces that the rows determine; *formula_count becomes the number of their formulas. */
-static int list_known(const struct valuation *valuation, struct applied *list, int *formula_count) {
-    const struct generation *generation = valuation->generation;
-    const int drives = generation->model.force_count, all = drives + generation->model.load_count;
+static int list_known(const struct valuation *valuation, struct applied_force *list, int *formula_count) {
+    struct applied_force applied;
     int count = 0;
     *formula_count = 0;
-    for (int i = 0; i < all; i++) {
-        const struct applied applied = i < drives ? drive_of(generation, i) : load_of(generation, i - drives);
+    for (int i = 0; view_applied_force(valuation->generation, i, &applied); i++) {
         bool is_one = true;
         for (int k = 0; k < applied.count; k++)
             is_one = is_one && is_known(valuation, applied.values[k]);
@@ -309,7 +306,7 @@ void view_applied_forces_put(FILE *out, struct generation *generation, const str
                              const struct drawn_rows *rows) {
     const struct model *model = &generation->model;
     struct valuation valuation = {.generation = generation, .run = run, .rows = rows};
-    struct applied *list =
+    struct applied_force *list =
         format_allocate((size_t)(model->force_count + model->load_count) + 1, sizeof *list);
     const int count = list_known(&valuation, list, &valuation.formula_count);
     expression *formulas = format_allocate((size_t)valuation.formula_count + 1, sizeof *formulas),

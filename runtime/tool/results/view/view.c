@@ -1,5 +1,5 @@
 /*
- * `refdyn view`: writes motions as one HTML page, which shows them from all sides.
+ * `refdyn view RUN...`: writes motions as one HTML page, which shows them from all sides.
  *
  * The page needs no other file and no network. It contains three.js with its licence, the style and the
  * scripts of page/, and the data.
@@ -19,11 +19,11 @@
 
 /* Texts of page/, embedded by the build. */
 extern const char view_body[], view_style[], view_three_licence[], view_motion[], view_camera[],
-    view_shapes[], view_scene[], view_charts[], view_controls[], view_start[];
+    view_shapes[], view_scene[], view_charts[], view_controls[], view_page_script[], view_start[];
 
 /* The page must not load anything. */
 static const char policy[] = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
-                             "script-src 'unsafe-inline'; style-src 'unsafe-inline'\">\n";
+                             "script-src 'unsafe-inline'%s; style-src 'unsafe-inline'\">\n";
 
 /* The file that the user names, the one in the installation, or Debian's. */
 static const char *page_three_path(void) {
@@ -32,7 +32,7 @@ static const char *page_three_path(void) {
     return shared ? shared : "/usr/share/javascript/three/three.min.js";
 }
 
-static char *page_read_three(void) {
+char *view_three_read(void) {
     const char *path = page_three_path();
     if (access(path, R_OK) == 0)
         return format_read_file(path, "three.js");
@@ -48,8 +48,8 @@ static void put_script(FILE *out, const char *text) {
 }
 
 /* Escapes "<", which could end the script element; JSON has it only in texts. */
-static void put_data_script(FILE *out, const char *data) {
-    fputs("<script type=\"application/json\" id=\"data\">\n", out);
+static void put_data_script(FILE *out, const char *name, const char *data) {
+    fprintf(out, "<script type=\"application/json\" id=\"%s\">\n", name);
     for (const char *at = data; *at; at++)
         if (*at == '<')
             fputs("\\u003c", out);
@@ -58,17 +58,25 @@ static void put_data_script(FILE *out, const char *data) {
     fputs("\n</script>\n", out);
 }
 
-static void page_put(FILE *out, const char *title, const char *three, const char *data) {
-    static const char *const scripts[] = {view_motion, view_camera,   view_shapes, view_scene,
-                                          view_charts, view_controls, view_start};
-    fprintf(out, "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n%s", policy);
+void view_page_put(FILE *out, const struct view_page *page) {
+    static const char *const scripts[] = {view_motion, view_camera,   view_shapes,     view_scene,
+                                          view_charts, view_controls, view_page_script};
+    fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n", out);
+    fprintf(out, policy, page->policy);
     fputs("<meta name=\"viewport\" content=\"width=device-width\">\n<title>", out);
-    format_xml_text(out, title);
-    fprintf(out, "</title>\n<style>\n%s</style>\n</head>\n<body>\n%s", view_style, view_body);
-    put_data_script(out, data);
-    fprintf(out, "<!--\n%s-->\n<script>\n%s\n</script>\n", view_three_licence, three);
+    format_xml_text(out, page->title);
+    fprintf(out, "</title>\n<style>\n%s", view_style);
+    for (int i = 0; page->styles[i]; i++)
+        fputs(page->styles[i], out);
+    fprintf(out, "</style>\n</head>\n<body>\n%s", view_body);
+    put_data_script(out, "data", page->data);
+    for (int i = 0; page->blocks[i]; i++)
+        put_data_script(out, page->block_names[i], page->blocks[i]);
+    fprintf(out, "<!--\n%s-->\n<script>\n%s\n</script>\n", view_three_licence, page->three);
     for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
         put_script(out, scripts[i]);
+    for (int i = 0; page->scripts[i]; i++)
+        put_script(out, page->scripts[i]);
     fputs("</body>\n</html>\n", out);
 }
 
@@ -103,8 +111,7 @@ static enum status check_usage(const struct options *options) {
 
 /* ---- Data ---- */
 
-/* The axis opposite to gravity; z if gravity is not along an axis. */
-static int upward(const struct generation *generation) {
+int view_upward(const struct generation *generation) {
     const struct model *model = &generation->model;
     for (int axis = AXIS_X; axis <= AXIS_Z; axis++)
         if (parameters_evaluate(model->graph, model->parameters, model->gravity[axis]) < 0 &&
@@ -113,7 +120,7 @@ static int upward(const struct generation *generation) {
     return AXIS_Z;
 }
 
-static void put_palette(FILE *out) {
+void view_palette_put(FILE *out) {
     enum { COLOURS = 10 };
     fputs("\"palette\":[", out);
     for (int i = 0; i < COLOURS; i++)
@@ -128,8 +135,8 @@ static void put_read_run(FILE *out, const struct viewing *viewing, const struct 
     format_json_text(out, run->name);
     fputs(",\"model\":", out);
     format_json_text(out, generation->model.name);
-    fprintf(out, ",\"up\":%d,\n", upward(generation));
-    view_drawn_model_put(out, generation);
+    fprintf(out, ",\"up\":%d,\n", view_upward(generation));
+    view_drawn_model_put(out, generation, NULL);
     fputs(",\n", out);
     view_drawn_run_put(out, run, &generation->tree, &rows);
     fputs(",\n", out);
@@ -151,7 +158,7 @@ static enum status put_run(FILE *out, const struct viewing *viewing, const struc
 static enum status put_data(FILE *out, const struct viewing *viewing) {
     enum status status = STATUS_DONE;
     fputs("{\n", out);
-    put_palette(out);
+    view_palette_put(out);
     fputs("\"runs\":[", out);
     for (int i = 0; i < viewing->run_count && status == STATUS_DONE; i++) {
         fputs(i ? ",\n" : "\n", out);
@@ -170,7 +177,7 @@ static bool open_files(struct viewing *viewing) {
         system_targets_spare(&viewing->targets, options->operands[i]);
     if (model)
         system_targets_spare(&viewing->targets, model);
-    viewing->three = page_read_three();
+    viewing->three = view_three_read();
     viewing->target =
         viewing->three ? system_target_open(&viewing->targets, options_text(options, "output")) : NULL;
     bool is_good = viewing->target;
@@ -193,7 +200,16 @@ static enum status write_page(const struct viewing *viewing) {
     enum status status = put_data(out, viewing);
     fclose(out);
     if (status == STATUS_DONE) {
-        page_put(viewing->target->file, title_of(viewing), viewing->three, data);
+        static const char *const none[] = {NULL}, *const scripts[] = {view_start, NULL};
+        const struct view_page page = {.title = title_of(viewing),
+                                       .policy = "",
+                                       .styles = none,
+                                       .three = viewing->three,
+                                       .data = data,
+                                       .block_names = none,
+                                       .blocks = none,
+                                       .scripts = scripts};
+        view_page_put(viewing->target->file, &page);
         status = system_target_finish(viewing->target) ? STATUS_DONE : STATUS_FAULT;
     }
     free(data);
@@ -211,28 +227,13 @@ static enum status write_view(const struct options *options) {
     return status;
 }
 
-static enum status run_view(const struct options *options) {
+enum status view_run(const struct options *options) {
     return options_has(options, "watch") ? scene_watch(options, options_text(options, "model"),
                                                        options->operands, options->operand_count, write_view)
                                          : write_view(options);
 }
 
-static const struct option_rule view_rules[] = {
-    {"model", "MODEL.lua", OPTION_TEXT, "model of the runs that are CSV files; HDF5 files contain theirs",
-     NULL, NULL},
-    {.name = NULL}};
-
-const struct command view_command = {
-    .name = "view",
-    .run = run_view,
-    .operands = "RUN...",
-    .options = "output! model watch set",
-    .tables = {view_rules, scene_rules},
-    .output = "PAGE.html",
-    .purpose = "motions as one HTML page, to look at from all sides",
-    .help = "Bodies and beams over time, paths of points, programme forces, and figures that follow the "
-            "time. The page needs no\n"
-            "network and no other file; several runs are shown together.\n\n"
-            "  refdyn sim models/manipulator.lua --from statics --until 10 -o flexible.h5\n"
-            "  refdyn view flexible.h5 -o flexible.html\n"
-            "  refdyn view rigid.csv --model models/manipulator.lua --set n_rfe=1 -o rigid.html\n"};
+const struct option_rule view_rules[] = {{"model", "MODEL.lua", OPTION_TEXT,
+                                          "model of the runs that are CSV files; HDF5 files contain theirs",
+                                          NULL, NULL},
+                                         {.name = NULL}};

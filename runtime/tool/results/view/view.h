@@ -9,6 +9,8 @@
 #include "gen/gen.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
+#include "runtime/tool/results/view/drawn_curves.h"
+#include "runtime/tool/results/view/drawn_shapes.h"
 
 /* Rows at equal distances, and the last row. */
 struct drawn_rows {
@@ -22,17 +24,48 @@ struct drawn_rows view_drawn_run_rows(const struct run *run, int share);
 void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tree,
                         const struct drawn_rows *rows);
 
+/* An applied force: a drive has one formula, a force or torque at a point has three. */
+struct applied_force {
+    const char *name, *kind; /* kind: "drive", "force" or "torque" */
+    struct fixed_frame at;
+    const expression *values; /* (count) */
+    int count;
+};
+
+/* By number from 0; false: there are no more. */
+bool view_applied_force(const struct generation *generation, int number, struct applied_force *force);
 /* Writes the applied forces along a run. */
 void view_applied_forces_put(FILE *out, struct generation *generation, const struct run *run,
                              const struct drawn_rows *rows);
 
-/* Writes frames, shapes, points and closures. Parameters must be numbers in the model's graph. */
-void view_drawn_model_put(FILE *out, struct generation *generation);
+/* The expressions of the numbers of a drawn model, in the order in which they are printed. Those of shapes
+ * are the numbers from which drawn_shapes.h computes them. */
+struct drawn_tape {
+    expression *list; /* (count) */
+    int count, room;
+    int shape_start; /* the first number of a shape; those of all shapes are consecutive */
+    int *places;     /* (shape_count) places of a solid; -1: an element of a beam */
+    int shape_count, shape_room;
+};
+
+/* Returns the value, and records the expression if tape is not NULL. */
+double view_tape_value(struct drawn_tape *tape, const struct generation *generation, expression e);
+/* Writes frames, shapes, points and closures, and records their expressions if tape is not NULL; then solids
+ * without mass are written, too. */
+void view_drawn_model_put(FILE *out, struct generation *generation, struct drawn_tape *tape);
 
 /* Picture of a model as SVG: the tree of its links on the left; its rows and drives on the right, each with
  * lines to the links on which it acts. */
 void view_model_drawing_put(FILE *out, struct generation *generation);
 
+/* A curve on which a row of the programme keeps a point: its residual reads two components and parameters. */
+struct programme_curve {
+    expression residual;
+    int point, axes[DRAWN_CURVE_AXES];
+};
+
+/* Returns whether the row defines a curve. */
+bool view_programme_curve(struct generation *generation, int row, struct programme_curve *curve);
 /* Writes the curves on which a programme keeps points. */
 void view_programme_curves_put(FILE *out, struct generation *generation, const struct run *run);
 
@@ -58,6 +91,29 @@ enum status view_model_read(struct viewed_model *viewed, const struct run *run,
                             const struct options *options);
 void view_model_release(struct viewed_model *viewed);
 
-extern const struct command view_command;
+/* ---- The page ---- */
+
+/* A page. `data` and `blocks` are JSON; the others are our own texts, NULL at the end of a list. */
+struct view_page {
+    const char *title, *policy; /* policy: additional sources of the content security policy */
+    const char *const *styles;
+    const char *three; /* three.js */
+    const char *data;
+    const char *const *block_names, *const
+                                        *blocks; /* further script elements that the browser does not run */
+    const char *const *scripts;                  /* after those that all pages have */
+};
+
+/* three.js; NULL after a reported error. */
+char *view_three_read(void);
+void view_page_put(FILE *out, const struct view_page *page);
+/* Writes "palette", the colours of links and runs. */
+void view_palette_put(FILE *out);
+/* The axis opposite to gravity; z if gravity is not along an axis. */
+int view_upward(const struct generation *generation);
+
+/* The command on runs, and its own options. */
+extern const struct option_rule view_rules[];
+enum status view_run(const struct options *options);
 
 #endif

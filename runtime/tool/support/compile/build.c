@@ -79,6 +79,23 @@ static bool write_files(const struct build *build, const struct emitted *emitted
     return is_good;
 }
 
+/* Makes the folders of a path inside the temporary folder. */
+static bool make_folders(const struct scratch *scratch, const char *path) {
+    const char *slash = strrchr(path, '/');
+    if (!slash)
+        return true;
+    const char *folder = system_scratch_file(scratch, format_text("%.*s", (int)(slash - path), path));
+    if (system_make_folder(folder, 0700, NULL))
+        return true;
+    fprintf(stderr, "refdyn: %s: cannot be made\n", folder);
+    return false;
+}
+
+bool compile_write_carried(const struct scratch *scratch, const struct carried_file *file) {
+    return make_folders(scratch, file->path) &&
+           system_scratch_write(scratch, file->path, file->text, file->size);
+}
+
 /* Writes files, compiles objects, links them. Reports an error on stderr with the compiler's own output. cost
  * may be NULL. */
 static bool build_run(struct build *build, const struct toolchain *chain, const struct emitted *emitted,

@@ -100,6 +100,20 @@ bool compile_measure(const struct emitted *emitted, struct build_cost *cost);
 extern const char refdyn_model_header[], refdyn_lanes_header[];
 extern const size_t refdyn_model_header_size, refdyn_lanes_header_size;
 
+/* Sources of the runtime that the program carries, embedded at build time: first those in every FMU, the core
+ * and runtime/bindings/fmi, then those of the modules of live pages. */
+struct carried_file {
+    const char *path; /* under runtime/, as sources include it */
+    const char *text;
+    size_t size;
+};
+
+extern const struct carried_file carried_files[];
+extern const int carried_file_count /* in every FMU */, carried_file_count_all;
+
+/* Writes a carried file into the folder, under its path. Returns false and reports on stderr if it cannot. */
+bool compile_write_carried(const struct scratch *scratch, const struct carried_file *file);
+
 /* Flags for all optimised builds of emitted C; NULL at the end. */
 extern const char *const compile_flags[];
 /* The additional flags for files for lanes of this width and its vectors. */
@@ -124,6 +138,8 @@ bool compile_cache_open(struct cache *cache);
 void *compile_cache_load(const struct cache *cache, const char *key, int *file);
 /* The path of KEY.so for a linker, checked as for loading; NULL as above. */
 const char *compile_cache_find(const struct cache *cache, const char *key);
+/* The content of KEY.so without its seal, checked as for loading, in heap memory; NULL as above. */
+char *compile_cache_read(const struct cache *cache, const char *key, size_t *size);
 void compile_library_close(struct library *library);
 /* Seals the library and moves it into the cache as KEY.so. Reports on stderr if it cannot. */
 bool compile_cache_add(const struct cache *cache, const char *key, const char *library);

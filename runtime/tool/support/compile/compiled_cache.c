@@ -216,6 +216,24 @@ const char *compile_cache_find(const struct cache *cache, const char *key) {
     return format_text("%s/%s.so", cache->path, key);
 }
 
+char *compile_cache_read(const struct cache *cache, const char *key, size_t *size) {
+    struct stat status;
+    const int file = open_library(cache, key);
+    if (file < 0)
+        return NULL;
+    char *content = NULL;
+    if (fstat(file, &status) == 0) {
+        *size = (size_t)status.st_size - SEAL_LENGTH;
+        content = format_allocate_large(*size, 1);
+        if (pread(file, content, *size, 0) != (ssize_t)*size) {
+            free(content);
+            content = NULL;
+        }
+    }
+    close(file);
+    return content;
+}
+
 /* Appends the seal to the library, and makes it read-only for others. */
 static bool seal(const char *library) {
     char text[SEAL_LENGTH];

@@ -121,9 +121,10 @@ function colourOf(chart, curve, index, palette) {
     return `#${shownColour(palette[(chart.runCount > 1 ? curve.run : index) % palette.length]).getHexString()}`;
 }
 
+/* `previous` are curves of an earlier motion, drawn pale. */
 function makeChart(chart, parent, runCount, palette) {
     const figure = newElement("figure", "chart", ""), plot = newElement("div", "plot", "");
-    Object.assign(chart, {runCount, palette, canvas: document.createElement("canvas"), keys: newElement("p", "keys", "")});
+    Object.assign(chart, {runCount, palette, previous: [], canvas: document.createElement("canvas"), keys: newElement("p", "keys", "")});
     figure.append(newElement("figcaption", "", chart.title), plot, chart.keys);
     plot.append(chart.canvas);
     chart.canvas.setAttribute("role", "img");
@@ -153,17 +154,18 @@ function layOut(chart) {
     const width = chart.canvas.parentElement.clientWidth, ratio = window.devicePixelRatio || 1;
     chart.canvas.width = Math.round(width * ratio);
     chart.canvas.height = Math.round(CHART_HEIGHT * ratio);
-    chart.pen = chart.canvas.getContext("2d");
+    chart.pen = chart.canvas.getContext("2d", {willReadFrequently: true}); /* without the graphics card, which may be software */
     chart.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     chart.pen.clearRect(0, 0, width, CHART_HEIGHT);
     chart.box = {left: MARGIN.left, top: MARGIN.top, width: Math.max(1, width - MARGIN.left - MARGIN.right),
                  height: CHART_HEIGHT - MARGIN.top - MARGIN.bottom};
-    chart.x = rangeOf(chart.curves.map((curve) => curve.x));
-    chart.y = rangeOf(chart.curves.map((curve) => curve.y));
+    const all = [...chart.curves, ...chart.previous];
+    chart.x = rangeOf(all.map((curve) => curve.x));
+    chart.y = rangeOf(all.map((curve) => curve.y));
     if (chart.isPath)
         equalise(chart.x, chart.y, chart.box.width, chart.box.height);
     else
-        chart.x = rangeWithout(chart.curves);
+        chart.x = rangeWithout(all);
 }
 
 /* Time fills the width. */
@@ -219,6 +221,9 @@ function drawCurve(chart, curve, colour) {
 function drawChart(chart) {
     layOut(chart);
     drawAxes(chart);
+    chart.pen.globalAlpha = 0.3;
+    chart.previous.forEach((curve, i) => drawCurve(chart, curve, colourOf(chart, curve, i, chart.palette)));
+    chart.pen.globalAlpha = 1;
     chart.curves.forEach((curve, i) => drawCurve(chart, curve, colourOf(chart, curve, i, chart.palette)));
 }
 

@@ -104,7 +104,7 @@ function keyTable(clock, actions) {
 /* Buttons, boxes and lists keep their own keys. */
 function isOwnKey(event) {
     const kind = event.target.tagName, type = event.target.type;
-    if (kind === "SELECT")
+    if (kind === "SELECT" || event.target.closest("[data-own-keys]"))
         return true;
     return event.key === " " && (kind === "BUTTON" || kind === "SUMMARY" || type === "checkbox");
 }

@@ -86,18 +86,25 @@ function valueAt(values, row) {
     return values[row.low] + row.part * (values[row.high] - values[row.low]);
 }
 
-/* A run of the data, with courses as arrays and with its moving state. */
-function readRun(data) {
+/* A run of the data, with its moving state, from its drawn model and from arrays over its rows. */
+function makeRun(data, {t, q, courses, applied}) {
     const frames = data.frames.map(readFrame);
     return {
         name: data.name, model: data.model, coordinates: data.coordinates, links: data.links, frames,
         shapes: data.shapes, sticks: data.sticks, points: data.points, closures: data.closures, curves: data.curves,
-        t: decodeCourse(data.t), q: data.q.map(decodeCourse),
-        courses: data.courses.map((course) => ({name: course.name, kind: course.kind, values: decodeCourse(course)})),
-        applied: data.applied.map((applied) => ({...applied, parts: applied.parts.map(decodeCourse)})),
+        t, q, courses, applied,
         placements: frames.map(() => new Float64Array(12)),
         state: new Float64Array(frames.length),
     };
+}
+
+/* The same with courses as recorded runs have them. */
+function readRun(data) {
+    return makeRun(data, {
+        t: decodeCourse(data.t), q: data.q.map(decodeCourse),
+        courses: data.courses.map((course) => ({name: course.name, kind: course.kind, values: decodeCourse(course)})),
+        applied: data.applied.map((applied) => ({...applied, parts: applied.parts.map(decodeCourse)})),
+    });
 }
 
 /* Moves a run to a time; returns the row. */

@@ -110,6 +110,8 @@ function lookOf(stage, index, count) {
 
 /* Makes everything that has a colour, at the start and when the theme changes. */
 function dressStage(stage, runs) {
+    if (stage.scene)
+        stage.discarded.push(stage.scene, stage.triad.scene);
     stage.scene = new THREE.Scene();
     stage.scene.background = new THREE.Color(pageColour("--stage"));
     makeLights(stage.scene);
@@ -120,6 +122,20 @@ function dressStage(stage, runs) {
     stage.scene.add(stage.grid.group);
     stage.bodies = runs.map((run, i) => makeBody(run, run.paths, lookOf(stage, i, runs.length)));
     stage.bodies.forEach((body) => stage.scene.add(body.all));
+}
+
+/* Frees the memory of earlier scenes: after the next picture, so that it uses their programs again. */
+function emptyDiscarded(stage) {
+    for (const scene of stage.discarded.splice(0))
+        scene.traverse((object) => {
+            if (object.geometry && !object.isSprite) /* all sprites of three.js share one */
+                object.geometry.dispose();
+            for (const material of object.material ? [object.material].flat() : []) {
+                if (material.map)
+                    material.map.dispose();
+                material.dispose();
+            }
+        });
 }
 
 /* Returns whether software draws instead of a graphics card. */
@@ -174,7 +190,7 @@ function makeStage(canvas, runs, palette, up) {
     if (!renderer)
         return null;
     renderer.autoClear = false;
-    const stage = {canvas, renderer, box, camera: makeCamera(box, up), palette, up, sharpness: sharpnessOf(isSoftware), isFollowing: false};
+    const stage = {canvas, renderer, box, camera: makeCamera(box, up), palette, up, sharpness: sharpnessOf(isSoftware), isFollowing: false, discarded: []};
     dressStage(stage, runs);
     return stage;
 }
@@ -216,4 +232,5 @@ function drawStage(stage, isMoving) {
     stage.renderer.clear();
     stage.renderer.render(stage.scene, stage.camera.lens);
     drawTriad(stage);
+    emptyDiscarded(stage);
 }

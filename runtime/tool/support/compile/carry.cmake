@@ -1,10 +1,13 @@
-# Writes the texts of FILES (under ROOT, with ',' between) as a table of C, `carried_files` of export.h, into OUTPUT.
+# Writes the texts of FILES, then of MORE (under ROOT, with ',' between) as a table of C, `carried_files` of compile.h, into OUTPUT.
 # The public headers of runtime/ come to the top, where emitted files include them from.
 cmake_minimum_required(VERSION 3.25)
 string(REPLACE "," ";" files "${FILES}")
+list(LENGTH files in_fmus)
+string(REPLACE "," ";" more "${MORE}")
+list(APPEND files ${more})
 set(count 0)
 set(entries "")
-file(WRITE ${OUTPUT} "/* Texts of sources that FMUs carry. */\n#include \"runtime/tool/commands/export/export.h\"\n\n")
+file(WRITE ${OUTPUT} "/* Texts of sources that FMUs and live pages carry. */\n#include \"runtime/tool/support/compile/compile.h\"\n\n")
 foreach(path IN LISTS files)
     file(READ ${ROOT}/${path} bytes HEX)
     string(LENGTH "${bytes}" digits)
@@ -16,4 +19,4 @@ foreach(path IN LISTS files)
     string(APPEND entries "    {\"${path}\", text_${count}, ${size}},\n")
     math(EXPR count "${count} + 1")
 endforeach()
-file(APPEND ${OUTPUT} "\nconst struct carried_file carried_files[] = {\n${entries}};\nconst int carried_file_count = ${count};\n")
+file(APPEND ${OUTPUT} "\nconst struct carried_file carried_files[] = {\n${entries}};\nconst int carried_file_count = ${in_fmus}, carried_file_count_all = ${count};\n")

@@ -1,0 +1,102 @@
+/* The module of a live page: what the program emits for one model; the motion and its drawing. */
+#ifndef REFDYN_TOOL_LIVE_MODULE_H
+#define REFDYN_TOOL_LIVE_MODULE_H
+
+#include <stdbool.h>
+
+#include "refdyn.h"
+#include "runtime/record/record.h"
+#include "runtime/tool/results/view/drawn_curves.h"
+#include "runtime/tool/results/view/drawn_shapes.h"
+
+/* A parameter that the drawing reads. */
+struct live_parameter {
+    const char *name;
+    double value; /* if the model's functions do not read it, so that it cannot change */
+};
+
+/* A curve on which the programme keeps a point, in two of its components. */
+struct live_curve {
+    int point, axes[2];
+};
+
+/* One model. The functions read the values of `parameters`, in their order. */
+struct live_model {
+    const struct refdyn_model *model;
+    const struct refdyn_spatial *spatial; /* NULL if no point has angular columns */
+    const struct live_parameter *parameters;
+    int parameter_count;
+    /* Numbers of the drawn model, as drawn_model.c prints them. Those of shapes are consecutive. */
+    int number_count, shape_start;
+    int shape_count;
+    const int *shape_places; /* (shape_count) places of a solid; -1: an element of a beam */
+    void (*numbers)(const double *parameters, double *out);
+    /* Forces and torques at a state: parts of the applied forces, one after another. */
+    int applied_count;
+    void (*applied)(const double *parameters, const double *x, double t, const double *q, const double *qd,
+                    const double *r, const double *rd, double *out);
+    const char *const *requirement_places; /* (requirement_count) "FILE:LINE" */
+    /* (m x anchored_count) non-zero: the row reads this anchored parameter from the start of the motion, so
+     * that it holds in statics only if the parameter is given. */
+    const int *row_waits;
+    const struct live_curve *curves;
+    int curve_count;
+    /* (curve_count) at the positions r of the points */
+    void (*curve_residuals)(const double *parameters, const double *r, double *out);
+};
+
+extern const struct live_model live_model;
+
+/* ---- The motion ---- */
+
+#ifdef __wasm__
+#define EXPORT(name) __attribute__((export_name(#name)))
+#else
+#define EXPORT(name) /* compiled with the program, so that the compiler checks it */
+#endif
+
+enum {
+    LIVE_SHAPE_NUMBERS = 14, /* kind (-1: none), bore, axes, origin */
+    LIVE_FACTS = 5
+};
+
+/* Memory of one motion. */
+struct block {
+    struct block *next;
+    double data[]; /* aligned for all types in use */
+};
+
+struct live {
+    struct refdyn_workspace work;
+    struct refdyn_integrator integrator;
+    struct record_motion record;
+    struct refdyn_statics_options statics;
+    struct refdyn_statics_result equilibrium; /* its start, if has_equilibrium */
+    bool has_equilibrium;
+    int *held;
+    double *hold_force;
+    struct record_table table;
+    struct block *blocks;
+    double *defaults;          /* (parameters) as the model has them, then the inputs */
+    double *start, *q, *qd;    /* start: (2 n) values of the caller; q, qd: the start in use */
+    int *start_given, *given;  /* (2 n) non-zero: start has the value; (anchored_count) keep the parameter */
+    double *parameters;        /* of the drawing */
+    double *numbers, *applied; /* of the drawing; (rows x applied_count) */
+    double *points;            /* (2 x points x 3) positions and velocities */
+    double *rows;              /* (room x columns) */
+    long row_count, room, output;
+    const char *unfit;
+    struct drawn_curve curve;
+    double places[DRAWN_CURVE_PLACES][DRAWN_CURVE_AXES];
+    double *residuals;   /* (curve_count) */
+    char *start_message; /* warnings of its start */
+    char *message;       /* of the last motion, "" if there is none */
+    double facts[LIVE_FACTS];
+};
+
+/* Computes the drawn model from the parameters. Call it after the start. */
+void live_draw(struct live *live);
+/* Computes the applied forces at the integrator's state, for the row that follows the present ones. */
+void live_add_applied(struct live *live);
+
+#endif

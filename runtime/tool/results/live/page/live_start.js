@@ -1,0 +1,284 @@
+/*
+ * Starts a live page: a worker computes a motion for the present values, and the page shows it as a recorded
+ * run. Until then, and after a failure, the last good motion stays.
+ */
+"use strict";
+
+const data = JSON.parse(byId("data").textContent), live = data.live;
+const values = listValues(live), options = {until: live.until, step: live.step, tol: live.tol, from: "initial"};
+const runs = [];
+let page = null, clock = null;
+
+const state = {worker: null, asked: 0, answered: 0, motion: null, baseline: null, changedAt: 0, askedAt: 0, delay: 0, hidden: new Set()};
+const GESTURE = 700; /* changes that follow each other faster are one change: the pale curves stay [ms] */
+
+/* ---- From a motion to a run ---- */
+
+/* Fills the numbers of the drawn model in, in the order in which drawn_model.c prints them. */
+function drawnModel(drawn, numbers) {
+    let at = 0;
+    const take = (count) => Array.from(numbers.subarray(at, at += count));
+    const frames = drawn.frames.map((frame) => [...frame.slice(0, 4), ...take(frame.length - 4)]);
+    const countEnds = drawn.closures.reduce((count, closure) => count + closure.ends.length, 0);
+    const rest = 4 * drawn.sticks.length + 3 * (drawn.points.length + countEnds + drawn.applied.length);
+    const shapeStart = numbers.length - SHAPE_NUMBERS * drawn.shapes.length;
+    at = shapeStart - rest;
+    const sticks = drawn.sticks.map(([frame, link]) => {
+        const [from, ...to] = take(4);
+        return [frame, link, from, 0, 0, ...to];
+    });
+    const points = drawn.points.map((point) => ({...point, at: take(3)}));
+    const closures = drawn.closures.map((closure) => ({...closure, ends: closure.ends.map((end) => ({...end, at: take(3)}))}));
+    const applied = drawn.applied.map((force) => ({...force, at: take(3)}));
+    const shapes = drawn.shapes.map(([, frame, link, isSolid]) => {
+        const [kind, ...others] = take(SHAPE_NUMBERS);
+        return [kind, frame, link, isSolid, ...others];
+    }).filter((shape) => shape[0] >= 0);
+    return {...drawn, frames, sticks, points, closures, applied, shapes};
+}
+
+const SHAPE_NUMBERS = 14;
+
+function countNumbers(drawn) {
+    const frames = drawn.frames.reduce((count, frame) => count + frame.length - 4, 0);
+    const ends = drawn.closures.reduce((count, closure) => count + closure.ends.length, 0);
+    return frames + live.shapeNumbers + 4 * drawn.sticks.length + 3 * (drawn.points.length + ends + drawn.applied.length) + SHAPE_NUMBERS * drawn.shapes.length;
+}
+
+/* One of `width` columns of numbers row by row. */
+function columnOf(numbers, width, count, column) {
+    return Float64Array.from({length: count}, (_, row) => numbers[row * width + column]);
+}
+
+/* Kinds of courses by the group of their column, as charts know them. */
+function kindOf(column) {
+    const kinds = {2: column.name.slice(0, 3), 3: "energy", 4: "force", 5: "course", 6: "course"};
+    return kinds[column.group] || null;
+}
+
+function runOf(motion) {
+    const drawn = {...drawnModel(data.runs[0], motion.drawing), curves: motion.curves}, width = motion.columns.length, n = drawn.frames.length;
+    const column = (i) => columnOf(motion.rows, width, motion.count, i);
+    const courses = motion.columns.map((one, i) => ({name: one.name, kind: kindOf(one), index: i})).filter((course) => course.kind)
+        .map((course) => ({name: course.name, kind: course.kind, values: column(course.index)}))
+        .filter((course) => course.kind !== "force" || course.values.some((value) => value !== 0));
+    const parts = drawn.applied.reduce((count, force) => count + force.count, 0);
+    let first = 0;
+    const applied = drawn.applied.map((force) => ({...force, parts: Array.from({length: force.count}, () => columnOf(motion.applied, parts, motion.count, first++))}))
+        .filter((force) => force.parts.some((part) => part.some((value) => value !== 0)));
+    const run = makeRun(drawn, {t: column(0), q: drawn.frames.map((_, i) => column(1 + i)), courses, applied});
+    if (run.q.length !== n || motion.columns[1].name !== drawn.coordinates[0])
+        throw new Error("the columns of the motion are not those of the model");
+    return Object.assign(run, tracePaths(run));
+}
+
+/* ---- Charts ---- */
+
+function chartKey(chart) {
+    return `${chart.title} ${chart.curves.length}`;
+}
+
+function listChosen() {
+    return listCharts(runs, data.runs[0].up).filter((chart) => !state.hidden.has(chart.title));
+}
+
+/* The curves of the same chart among those of the baseline. */
+function paleCurves(chart, charts) {
+    const before = charts.find((one) => one.title === chart.title);
+    return before && before.curves.length === chart.curves.length ? before.curves : [];
+}
+
+/* Charts of the same curves stay; otherwise all are made again. */
+function showCharts() {
+    const charts = listChosen();
+    if (charts.map(chartKey).join() === page.charts.map(chartKey).join())
+        page.charts.forEach((chart, i) => { chart.curves = charts[i].curves; });
+    else {
+        byId("charts").textContent = "";
+        page.charts = charts;
+        page.charts.forEach((chart) => makeChart(chart, byId("charts"), runs.length, data.palette));
+    }
+    const before = state.baseline ? listCharts([state.baseline], data.runs[0].up) : [];
+    page.charts.forEach((chart) => {
+        chart.previous = paleCurves(chart, before);
+        drawChart(chart);
+    });
+    showChoices();
+}
+
+/* Boxes for all charts that the motion has. */
+function showChoices() {
+    const titles = listCharts(runs, data.runs[0].up).map((chart) => chart.title), place = byId("choices");
+    if (place.dataset.titles === titles.join())
+        return;
+    place.dataset.titles = titles.join();
+    place.textContent = "";
+    for (const title of titles) {
+        const label = newElement("label", "", ""), box = newElement("input", "", "");
+        Object.assign(box, {type: "checkbox", checked: !state.hidden.has(title)});
+        box.addEventListener("change", () => {
+            state.hidden[box.checked ? "delete" : "add"](title);
+            showCharts();
+            moveAll(clock);
+        });
+        label.append(box, title);
+        place.append(label);
+    }
+}
+
+/* ---- The present motion ---- */
+
+/* The picture stays as it is unless the motion has become much larger or smaller. */
+function fitStage(stage) {
+    const before = diagonalOf(stage.box);
+    stage.box = joinBoxes(runs.map((run) => run.box));
+    const ratio = diagonalOf(stage.box) / before;
+    if (ratio > 1.3 || ratio < 0.5)
+        setFollowing(stage, runs, stage.isFollowing);
+    else
+        dressStage(stage, runs);
+}
+
+function showFacts(motion) {
+    const rejected = motion.rejected > 0 ? `, ${motion.rejected} rejected` : "";
+    const end = motion.hasEnded ? ` An event has ended the motion at t = ${motion.t.toPrecision(4)} s.` : "";
+    byId("facts").textContent = `${motion.steps} steps${rejected}; energy error ${motion.energyError.toExponential(1)} J; ` +
+                                `computed in ${(1000 * motion.seconds).toFixed(0)} ms.${end}`;
+}
+
+function openPage() {
+    page = {stage: makeStage(byId("stage"), runs, data.palette, data.runs[0].up), charts: [], rows: [], isStale: true, isCoarse: false, drawn: 0, valuesShown: 0};
+    clock = makeClock(runs[0].t[0], runs[0].t[runs[0].t.length - 1], runs[0].t, moveAll);
+    startPage();
+    showCharts();
+}
+
+function showMotion(motion) {
+    const run = runOf(motion);
+    state.motion = motion;
+    runs[0] = run;
+    followModel(values, motion.p, motion.start);
+    if (!page) {
+        openPage();
+    } else {
+        Object.assign(clock, {end: run.t[run.t.length - 1], rowTimes: run.t});
+        if (page.stage)
+            fitStage(page.stage);
+        showCharts();
+    }
+    setTime(clock, clock.time);
+    showFacts(motion);
+}
+
+/* Messages of the motion, in the words of `sim`. */
+function showMessage(text, isFailure) {
+    const failure = byId("failure");
+    failure.textContent = text.replace(/^refdyn: /gm, "").trim();
+    failure.hidden = failure.textContent === "";
+    failure.classList.toggle("is-failed", isFailure);
+}
+
+function takeAnswer(answer) {
+    state.answered = answer.id;
+    if (answer.isDone)
+        showMotion(answer);
+    else if (state.motion)
+        byId("facts").textContent = "Shown is the last motion that succeeded.";
+    showMessage(answer.message, !answer.isDone);
+    state.delay = performance.now() - state.askedAt;
+    document.documentElement.dataset.state = answer.id < state.asked ? "computing" : answer.isDone ? "shown" : "failed";
+}
+
+/* ---- Changes ---- */
+
+function ask() {
+    state.asked++;
+    state.askedAt = performance.now();
+    document.documentElement.dataset.state = "computing";
+    const drawn = data.runs[0];
+    state.worker.postMessage({...requestOf(values, options), id: state.asked, drawing: countNumbers(drawn),
+                              applied: drawn.applied.reduce((count, force) => count + force.count, 0)});
+}
+
+let addressTimer = 0;
+function changedValue() {
+    const now = performance.now();
+    if (now - state.changedAt > GESTURE)
+        state.baseline = runs[0] || null;
+    state.changedAt = now;
+    ask();
+    clearTimeout(addressTimer);
+    addressTimer = setTimeout(() => writeAddress(values, options, live), 300);
+    showCommand();
+}
+
+function showCommand() {
+    byId("command").value = commandLine(values, options, live);
+}
+
+/* ---- The page ---- */
+
+function textButton(text, press) {
+    const button = newElement("button", "", text);
+    button.type = "button";
+    button.addEventListener("click", press);
+    return button;
+}
+
+function makeExport() {
+    const group = newElement("details", "group", ""), label = newElement("label", "", "Command that computes the same"), command = newElement("textarea", "", "");
+    const buttons = newElement("div", "buttons", "");
+    Object.assign(command, {id: "command", readOnly: true, rows: 4});
+    label.htmlFor = "command";
+    buttons.append(textButton("Save CSV", () => state.motion && saveText(`${data.runs[0].model}.csv`, csvText(state.motion))),
+                   textButton("Save start.json", () => state.motion && saveText("start.json", stateText(state.motion.start))));
+    group.append(newElement("summary", "", "Export"), buttons, label, command);
+    return group;
+}
+
+function makeModelText() {
+    const group = newElement("details", "group", "");
+    group.append(newElement("summary", "", "Model"), newElement("pre", "", JSON.parse(byId("model").textContent)));
+    return group;
+}
+
+function makeLayout() {
+    const panel = newElement("section", "", ""), choices = newElement("details", "group", ""), boxes = newElement("div", "", "");
+    const failure = newElement("p", "", ""), facts = newElement("p", "", "");
+    Object.assign(panel, {id: "values"});
+    panel.dataset.ownKeys = "1";
+    panel.setAttribute("aria-label", "Values");
+    Object.assign(failure, {id: "failure", hidden: true});
+    failure.setAttribute("role", "alert");
+    Object.assign(facts, {id: "facts"});
+    boxes.id = "choices";
+    document.documentElement.classList.add("live");
+    document.querySelector("main").append(panel);
+    byId("picture").append(failure);
+    panel.append(facts);
+    makePanel(panel, values, options, changedValue);
+    choices.append(newElement("summary", "", "Curves"), boxes);
+    panel.append(textButton("Reset all", () => { resetValues(values, live); changedValue(); }), choices, makeExport(), makeModelText());
+}
+
+function bytesOf(text) {
+    return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
+}
+
+function startWorker() {
+    const address = URL.createObjectURL(new Blob([JSON.parse(byId("worker").textContent)], {type: "text/javascript"}));
+    state.worker = new Worker(address);
+    state.worker.onmessage = ({data: answer}) => takeAnswer(answer);
+    state.worker.onerror = (event) => showMessage(`The worker has stopped: ${event.message}`, true);
+    state.worker.postMessage({module: bytesOf(JSON.parse(byId("module").textContent))});
+}
+
+makeLayout();
+readAddress(values, options);
+showCommand();
+startWorker();
+ask();
+window.addEventListener("hashchange", () => {
+    if (readAddress(values, options))
+        changedValue();
+});

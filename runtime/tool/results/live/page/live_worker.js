@@ -1,0 +1,141 @@
+/*
+ * Computes motions beside the page, in a module of WebAssembly. Messages to it: first {module: bytes}, then
+ * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol, fromStatics}. It answers each with the
+ * motion or with why it has failed. Of several waiting requests only the newest is computed.
+ */
+"use strict";
+
+const SLICE = 12; /* time between two looks for messages [ms] */
+const PATIENCE = 300; /* a motion that has taken longer is given up for a newer request [ms] */
+
+const engine = {module: null, live: 0, waiting: null, isRunning: false, columns: null};
+
+/* The C library would print to files, which a page does not have; it takes this answer as an error. */
+function wasiFunctions(module) {
+    const BAD_FILE = 8, functions = {};
+    for (const {module: space, name} of WebAssembly.Module.imports(module)) {
+        functions[space] = functions[space] || {};
+        functions[space][name] = name === "proc_exit" ? () => { throw new Error("the module has stopped"); } : () => BAD_FILE;
+    }
+    return functions;
+}
+
+function openModule(bytes) {
+    const module = new WebAssembly.Module(bytes);
+    engine.module = new WebAssembly.Instance(module, wasiFunctions(module)).exports;
+    engine.module._initialize();
+    engine.live = engine.module.live_open();
+}
+
+/* Arrays in the memory of the module, which moves when it grows: use them at once. */
+function numbersAt(place, count) {
+    return new Float64Array(engine.module.memory.buffer, place, count);
+}
+
+function wholesAt(place, count) {
+    return new Int32Array(engine.module.memory.buffer, place, count);
+}
+
+function textAt(place) {
+    const bytes = new Uint8Array(engine.module.memory.buffer);
+    let end = place;
+    while (bytes[end] !== 0)
+        end++;
+    return new TextDecoder().decode(bytes.subarray(place, end));
+}
+
+function call(name, ...values) {
+    return engine.module[`live_${name}`](engine.live, ...values);
+}
+
+function listColumns() {
+    return Array.from({length: call("column_count")}, (_, i) => (
+        {name: textAt(call("column_name", i)), unit: textAt(call("column_unit", i)), group: call("column_group", i)}));
+}
+
+function begin(asked) {
+    numbersAt(call("parameters"), asked.p.length).set(asked.p);
+    numbersAt(call("inputs"), asked.x.length).set(asked.x);
+    wholesAt(call("given"), asked.given.length).set(asked.given);
+    const starts = numbersAt(call("start"), 2 * asked.n), chosen = wholesAt(call("start_given"), 2 * asked.n);
+    chosen.fill(0);
+    for (const [index, value] of asked.starts) {
+        starts[index] = value;
+        chosen[index] = 1;
+    }
+    return call("begin", asked.until, asked.every, asked.step, asked.tol, asked.fromStatics ? 1 : 0);
+}
+
+function listCurves() {
+    return Array.from({length: call("curve_count")}, (_, i) => {
+        const count = call("trace_curve", i), [point, ...axes] = [0, 1, 2].map((fact) => call("curve_fact", i, fact));
+        return {point, axes, closed: call("curve_fact", i, 3) === 1, path: Array.from(numbersAt(call("curve_places"), 2 * count))};
+    }).filter((curve) => curve.path.length > 0);
+}
+
+function answerDone(asked, began) {
+    const count = call("row_count"), width = call("column_count");
+    engine.columns = engine.columns || listColumns();
+    const rows = numbersAt(call("rows"), count * width).slice(), drawing = numbersAt(call("drawing"), asked.drawing).slice();
+    const applied = numbersAt(call("applied"), count * asked.applied).slice();
+    const [steps, rejected, energyError, t, hasEnded] = numbersAt(call("facts"), 5);
+    postMessage({
+        id: asked.id, isDone: true, columns: engine.columns, curves: listCurves(), count, rows, drawing, applied, p: asked.used.p, start: asked.used.start,
+        message: textAt(call("message")), steps, rejected, energyError, t, hasEnded, seconds: 1e-3 * (performance.now() - began),
+        memory: engine.module.memory.buffer.byteLength,
+    }, [rows.buffer, drawing.buffer, applied.buffer]);
+}
+
+/* Lets the messages in that have come meanwhile. */
+const pauses = new MessageChannel();
+function pause() {
+    return new Promise((resolve) => {
+        pauses.port1.onmessage = resolve;
+        pauses.port2.postMessage(null);
+    });
+}
+
+async function compute(asked) {
+    const began = performance.now();
+    let status = begin(asked);
+    asked.used = {p: numbersAt(call("parameters"), asked.p.length).slice(), start: numbersAt(call("used_start"), 2 * asked.n).slice()};
+    while (status === 1) {
+        for (const end = performance.now() + SLICE; status === 1 && performance.now() < end;)
+            status = call("advance");
+        if (status !== 1)
+            break;
+        await pause();
+        if (engine.waiting && performance.now() - began > PATIENCE)
+            return;
+    }
+    if (status === 0)
+        answerDone(asked, began);
+    else
+        postMessage({id: asked.id, isDone: false, message: textAt(call("message"))});
+}
+
+async function computeAll() {
+    engine.isRunning = true;
+    while (engine.waiting) {
+        const asked = engine.waiting;
+        engine.waiting = null;
+        try {
+            await compute(asked);
+        } catch (error) { /* of the module: it begins again */
+            postMessage({id: asked.id, isDone: false, message: `The module has stopped: ${error.message}`});
+            openModule(engine.bytes);
+        }
+    }
+    engine.isRunning = false;
+}
+
+onmessage = ({data}) => {
+    if (data.module) {
+        engine.bytes = data.module;
+        openModule(engine.bytes);
+        return;
+    }
+    engine.waiting = data;
+    if (!engine.isRunning)
+        computeAll();
+};

@@ -1,0 +1,388 @@
+"""`refdyn view --live`: numbers of the page against `sim`, sliders, address and export, failures, texts of users, and what is refused."""
+import os
+import re
+import shlex
+import shutil
+import statistics
+import time
+
+import numpy as np
+import pytest
+
+import browser
+from program import MODELS, refdyn
+
+# The compiler of the reference figures; without it there is nothing to test but the message.
+pytestmark = pytest.mark.skipif(not os.path.exists("/usr/include/wasm32-wasi/stdio.h"), reason="wasi-libc is not installed")
+SLOWNESS = float(os.environ.get("REFDYN_SLOWNESS", "1"))
+
+# Two seconds with fixed steps that resolve the fastest oscillation of each.
+SCENES = {"manipulator": ["--step", "5e-5"], "crane": ["--step", "2e-4"], "scara": ["--step", "1e-3"]}
+SHOWN = "document.documentElement.dataset.state === 'shown'"
+FAILED = "document.documentElement.dataset.state === 'failed'"
+
+
+def live(*arguments, **more):
+    return refdyn("view", "--live", *arguments, **more)
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("live")
+    for name, step in SCENES.items():
+        live(MODELS / f"{name}.lua", *step, "-o", folder / f"{name}.html")
+    live(MODELS / "manipulator.lua", "-o", folder / "adaptive.html")
+    return folder
+
+
+@pytest.fixture
+def manipulator(pages):
+    with browser.Session(pages / "adaptive.html") as page:
+        page.wait(SHOWN)
+        yield page
+
+
+def set_value(page, name, value):
+    """By the field next to the slider."""
+    page.ask(f"const one = [...values.p, ...values.x, ...values.q].find((one) => one.name === '{name}'); one.field.value = '{value}';"
+             "one.field.dispatchEvent(new Event('change')); showCommand();")
+    page.wait("state.answered === state.asked && document.documentElement.dataset.state !== 'computing'")
+
+
+def rows_of(page):
+    """Names of the columns, and the rows."""
+    names = page.ask("return state.motion.columns.map((column) => column.name)")
+    return names, np.array(page.ask("return Array.from(state.motion.rows)")).reshape(-1, len(names))
+
+
+def run_command(page, folder):
+    """The command that the page shows, run in a folder; its rows."""
+    words = shlex.split(page.ask("return byId('command').value"))
+    assert words[0] == "refdyn" and words[-2:] == ["-o", "run.csv"]
+    refdyn(*words[1:-1], folder / "run.csv", cwd=folder)
+    with open(folder / "run.csv") as file:
+        return file.readline().strip().split(","), np.loadtxt(file, delimiter=",")
+
+
+def farthest(page, folder):
+    """The largest difference of a coordinate between page and command, as a part of the largest coordinate."""
+    names, rows = rows_of(page)
+    columns, expected = run_command(page, folder)
+    assert names == columns and rows.shape == expected.shape and (rows[:, 0] == expected[:, 0]).all()
+    count = names.index(f"{names[1]}_d") - 1
+    q, wanted = rows[:, 1:1 + count], expected[:, 1:1 + count]
+    assert np.ptp(wanted, axis=0).max() > 1e-3, "nothing moves"
+    return np.abs(q - wanted).max() / np.abs(wanted).max()
+
+
+# ---- Numbers
+
+@pytest.mark.parametrize("name", SCENES)
+def test_numbers_are_those_of_sim(pages, tmp_path, name):
+    with browser.Session(pages / f"{name}.html") as page:
+        page.wait(SHOWN)
+        assert not [line for line in page.console if "rror" in line or "efused" in line], page.console
+        assert farthest(page, tmp_path) < 1e-12
+
+
+def test_numbers_after_changes(manipulator, tmp_path):
+    """Parameters, one that follows the start unless it is set, and a start value; the command line and start.json say all of them."""
+    set_value(manipulator, "m_E", 3.25)
+    set_value(manipulator, "E", 1.7e11)
+    assert farthest(manipulator, tmp_path) < 1e-9, "adaptive steps"
+    set_value(manipulator, "xc", 0.54)
+    command = manipulator.ask("return byId('command').value")
+    assert "--set m_E=3.25 --set xc=0.54" in command.replace("--set E=170000000000 ", "") and "m_base" not in command
+    set_value(manipulator, "base_z", 0.002)
+    assert "--from start.json" in manipulator.ask("return byId('command').value")
+    (tmp_path / "start.json").write_text(manipulator.ask("return stateText(state.motion.start)"))
+    assert farthest(manipulator, tmp_path) < 1e-9
+    text = manipulator.ask("return csvText(state.motion)").splitlines()
+    names, rows = rows_of(manipulator)
+    assert text[0].split(",") == names and [float(x) for x in text[-1].split(",")] == list(rows[-1])
+
+
+def test_a_motion_from_an_equilibrium(manipulator, pages, tmp_path):
+    """With the parameter that the ellipse reads from the start, free and given; start values then have no effect."""
+    manipulator.ask("options.until = 1; const field = byId('option-from'); field.value = 'statics'; field.dispatchEvent(new Event('change'));")
+    manipulator.wait("state.answered === state.asked")
+    assert "--from statics" in manipulator.ask("return byId('command').value")
+    assert farthest(manipulator, tmp_path) < 1e-9
+    assert manipulator.ask("return values.q[0].slider.disabled && state.motion.rows[1] !== 0")
+    set_value(manipulator, "xc", 0.55)
+    assert farthest(manipulator, tmp_path) < 1e-9
+    set_value(manipulator, "s_sup", 0)
+    message = manipulator.ask("return byId('failure').textContent")
+    failed = refdyn("sim", MODELS / "manipulator.lua", "--set", "s_sup=0", "--set", "xc=0.55", "--from", "statics", "--until", "1", "-o", tmp_path / "run.csv",
+                    status=None)
+    assert message and message.splitlines()[0] in failed.stderr
+    with browser.Session(pages / "crane.html", "#from=statics") as page:
+        page.wait(SHOWN)
+        assert farthest(page, tmp_path) < 1e-12
+
+
+def test_the_drawing_follows_the_parameters(pages, tmp_path):
+    """Frames and shapes after a change equal those of a page whose file has the value from the start."""
+    given = "return {frames: runs[0].frames.map((frame) => Array.from(frame.constant)), shapes: runs[0].shapes, sticks: runs[0].sticks, points: runs[0].points, curves: runs[0].curves}"
+    settings = {"L": 1.6, "h": 1.3, "d": 0.02, "m_base": 9, "xc": 0.232, "a": 0.9}
+    with browser.Session(pages / "adaptive.html") as page:
+        page.wait(SHOWN)
+        before = page.ask(given)
+        for name, value in settings.items():
+            set_value(page, name, value)
+        changed = page.ask(given)
+    refdyn("sim", MODELS / "manipulator.lua", *[word for name, value in settings.items() for word in ("--set", f"{name}={value}")],
+           "--until", "2", "--every", "0.005", "-o", tmp_path / "run.h5")
+    refdyn("view", tmp_path / "run.h5", "-o", tmp_path / "run.html")
+    expected, _ = browser.ask(tmp_path / "run.html", given)
+    assert changed["frames"] != before["frames"]
+    for part in ("frames", "shapes", "sticks"):
+        assert np.array(changed[part]) == pytest.approx(np.array(expected[part]), rel=1e-5, abs=1e-6), part
+    assert [point["at"] for point in changed["points"]] == [pytest.approx(point["at"], abs=1e-6) for point in expected["points"]]
+    (curve,), (wanted,) = changed["curves"], expected["curves"]
+    assert [curve[key] for key in ("point", "axes", "closed")] == [wanted[key] for key in ("point", "axes", "closed")] == [0, [0, 1], True]
+    assert np.array(curve["path"]) == pytest.approx(np.array(wanted["path"]), abs=1e-5)
+
+
+# ---- Sliders
+
+def picture(page):
+    return page.ask("drawStage(page.stage, false); const gl = page.stage.renderer.getContext(), pixels = new Uint8Array(4 * page.stage.canvas.width * page.stage.canvas.height);"
+                    "gl.readPixels(0, 0, page.stage.canvas.width, page.stage.canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);"
+                    "let sum = 0; for (let i = 0; i < pixels.length; i++) sum = (sum * 31 + pixels[i]) % 1000000007; return sum;")
+
+
+@pytest.mark.parametrize("name, parameter", [("adaptive", "L"), ("crane", "L")])
+def test_a_slider_moves_picture_and_curves(pages, name, parameter):
+    """By the keyboard, which then does not move the time; the curves before the change stay, pale."""
+    with browser.Session(pages / f"{name}.html") as page:
+        page.wait(SHOWN)
+        page.ask("setTime(clock, 1); await new Promise((done) => setTimeout(done, 800));")
+        before = [picture(page), page.ask("return page.charts.map((chart) => Array.from(chart.curves[0].y))"), page.ask("return clock.time")]
+        page.ask(f"values.p.find((one) => one.name === '{parameter}').slider.focus()")
+        for _ in range(5):
+            page.press("ArrowRight")
+        page.wait(f"state.asked === 6 && state.answered === 6 && {SHOWN}")
+        after = [picture(page), page.ask("return page.charts.map((chart) => Array.from(chart.curves[0].y))"), page.ask("return clock.time")]
+        assert before[0] != after[0] and before[1] != after[1] and before[2] == after[2] == 1
+        assert page.ask("return page.charts.map((chart) => Array.from(chart.previous[0].y))") == before[1]
+        text = page.ask(f"const one = values.p.find((one) => one.name === '{parameter}'); return [one.slider.getAttribute('aria-valuetext'), one.slider.labels[0].textContent]")
+        assert text[1].startswith(parameter) and float(text[0].split()[0]) != 0
+        assert page.ask("return [...document.querySelectorAll('#values input, #values textarea')].filter((one) => !one.labels?.length && !one.getAttribute('aria-label')).length") == 0
+
+
+def test_motions_are_there_at_once(manipulator):
+    """Median from the event of a slider to the new motion; docs/view.md has the figure of an idle machine."""
+    delays = []
+    for i in range(25):
+        manipulator.ask(f"const one = values.p.find((one) => one.name === 'm_E'); one.slider.value = '{480 + i}'; one.slider.dispatchEvent(new Event('input'));")
+        manipulator.wait("state.answered === state.asked")
+        delays.append(manipulator.ask("return state.delay"))
+        time.sleep(0.05)
+    print(f"median {statistics.median(delays):.1f} ms")
+    assert statistics.median(delays) < 200 * SLOWNESS, delays
+
+
+def test_a_hundred_random_changes(manipulator):
+    """No error, and no more memory afterwards than after the first changes."""
+    manipulator.ask("""
+        let seed = 7;
+        window.randomChange = () => {
+            seed = (seed * 48271) % 2147483647;
+            const list = values.p.filter((one) => ["m_base", "L", "h", "E", "m_E", "rho", "g"].includes(one.name)), one = list[seed % list.length];
+            one.slider.value = String(400 + seed % 200);
+            one.slider.dispatchEvent(new Event("input"));
+        };""")
+
+    def change(count):
+        for _ in range(count):
+            manipulator.ask("randomChange()")
+            manipulator.wait("state.answered === state.asked")
+        manipulator.ask("drawStage(page.stage, false)")
+        manipulator.call("HeapProfiler.collectGarbage")
+        heap = manipulator.call("Runtime.getHeapUsage")["usedSize"]
+        return [heap, *manipulator.ask("return [state.motion.memory, page.stage.renderer.info.memory.geometries, page.stage.renderer.info.memory.textures]")]
+
+    first, last = change(20), change(100)
+    assert last[0] < first[0] + 3e6 and last[1] == first[1], (first, last)
+    assert max(last[2] - first[2], last[3] - first[3]) <= 3, "buffers on the graphics card that are not freed"
+    assert manipulator.ask("return byId('failure').classList.contains('is-failed')") is False
+    assert not [line for line in manipulator.console if "rror" in line], manipulator.console
+
+
+def test_the_page_never_waits(pages):
+    """A motion that takes seconds does not stop the page, and a newer one replaces it."""
+    with browser.Session(pages / "manipulator.html") as page:
+        page.wait(SHOWN)
+        page.ask("options.until = 200; changedValue();")
+        asked = page.ask("return state.asked")
+        longest = page.ask("let longest = 0, last = performance.now(); for (let i = 0; i < 60; i++) { await new Promise(requestAnimationFrame);"
+                           "const now = performance.now(); longest = Math.max(longest, now - last); last = now; } return longest;")
+        assert page.ask("return state.answered") < asked and longest < 1000 * SLOWNESS
+        page.ask("options.until = 2; changedValue();")
+        page.wait(f"state.answered === {asked + 1} && {SHOWN}")
+        assert page.ask("return state.motion.rows[state.motion.rows.length - state.motion.columns.length]") == 2
+
+
+# ---- The address
+
+def test_values_are_in_the_address(pages, manipulator):
+    set_value(manipulator, "m_E", 2.5)
+    set_value(manipulator, "base_z", 0.001)
+    fragment = manipulator.wait("location.hash.length > 10 && location.hash")
+    assert "p.m_E=2.5" in fragment and "q.base_z=0.001" in fragment
+    expected = manipulator.ask("return Array.from(state.motion.rows)")
+    with browser.Session(pages / "adaptive.html", fragment + "&t=1&p.none=3&p.E=abc&forces=1") as page:
+        page.wait(SHOWN)
+        assert page.ask("return Array.from(state.motion.rows)") == expected
+        assert page.ask("return [clock.time, clock.shown.forces, values.p.find((one) => one.name === 'm_E').field.value]") == [1, True, "2.5"]
+        page.ask("[...document.querySelectorAll('#values button')].find((one) => one.textContent === 'Reset all').click()")
+        page.wait("state.answered === 2 && location.hash.indexOf('m_E') < 0")
+
+
+# ---- Failures
+
+def test_failures_leave_the_last_motion(manipulator, tmp_path):
+    good = manipulator.ask("return Array.from(state.motion.rows)")
+    set_value(manipulator, "m_E", -1)
+    manipulator.wait(FAILED)
+    message = manipulator.ask("return byId('failure').textContent")
+    refused = refdyn("sim", MODELS / "manipulator.lua", "--set", "m_E=-1", "--until", "2", "-o", tmp_path / "run.csv", status=1).stderr
+    assert message in refused and re.match(r".*manipulator\.lua:\d+: links\[\d\]\.mass: .*; must be positive", message)
+    assert manipulator.ask("return [byId('failure').hidden, byId('failure').getAttribute('role'), Array.from(state.motion.rows)]") == [False, "alert", good]
+    set_value(manipulator, "m_E", 2)
+    manipulator.wait(SHOWN)
+    assert manipulator.ask("return byId('failure').hidden") is True
+    manipulator.ask("options.step = 1e-3; changedValue();")
+    manipulator.wait(FAILED)
+    message = manipulator.ask("return byId('failure').textContent")
+    failed = refdyn("sim", MODELS / "manipulator.lua", "--step", "1e-3", "--until", "2", "--every", "0.005", "-o", tmp_path / "run.csv", status=3).stderr
+    assert message.splitlines()[0] in failed and "a smaller --step or --tol may help" in message
+
+
+REACH = """local rd = require "refdyn"
+local v = rd.parameter("v", 0.1, "m/s")
+return rd.model { name = "reach", gravity = { 0, 0, -9.81 },
+  links = { { "upper", joint = "psi", start = { psi = 0.5 }, mass = 1, center = { 0.5, 0, 0 }, inertia = { zz = 0.1 } },
+            { "lower", on = "upper", at = { 1, 0, 0 }, joint = "psi", start = { psi = -1 }, mass = 1, center = { 0.5, 0, 0 }, inertia = { zz = 0.1 } } },
+  points = { E = { on = "lower", at = { 1, 0, 0 } } },
+  constraints = function(s) return { rd.velocity { s.points.E.xd - v, name = "pull" }, rd.position { s.points.E.y, name = "line" } } end }
+"""
+
+
+def test_a_programme_out_of_reach(tmp_path):
+    """The arm of 2 m is pulled beyond its reach; the message says where."""
+    (tmp_path / "reach.lua").write_text(REACH)
+    live(tmp_path / "reach.lua", "-o", tmp_path / "reach.html")
+    with browser.Session(tmp_path / "reach.html") as page:
+        page.wait(SHOWN)
+        set_value(page, "v", 0.4)
+        page.wait(FAILED)
+        message = page.ask("return byId('failure').textContent")
+    failed = refdyn("sim", tmp_path / "reach.lua", "--set", "v=0.4", "--until", "2", "--every", "0.005", "-o", tmp_path / "run.csv", status=3).stderr
+    assert "singular position, or the end of what the programme lets the links reach" in message
+    bare = [re.sub(r"-?\d[\d.e+-]*", "#", text) for text in (message.splitlines()[0], failed)]
+    assert bare[0] in bare[1], "the last digits of the time of a failed step may differ"
+
+
+def test_warnings_are_those_of_sim(tmp_path):
+    """Of a start off the programme, with its residuals."""
+    live(MODELS / "branched.lua", "-o", tmp_path / "branched.html")
+    with browser.Session(tmp_path / "branched.html") as page:
+        page.wait(SHOWN)
+        message, command = page.ask("return [byId('failure').textContent, byId('command').value]")
+    assert message.startswith("warning: the start is off the programme:")
+    said = refdyn(*shlex.split(command)[1:-1], tmp_path / "run.csv").stderr
+    assert message.splitlines()[:6] == said.replace("refdyn: ", "").splitlines()[:6]
+
+
+# ---- Texts of users, and the network
+
+EVIL = "</script><script>window.hacked = 1</script><img src=x onerror=window.hacked=2><!--"
+MODEL = """local rd = require "refdyn"
+-- %s
+local m = rd.parameter("m", 1, "%s")
+local force = rd.input("force", 0, "%s")
+return rd.model { name = "evil", gravity = { 0, 0, -9.81 },
+  links = { { "arm", joint = "theta", start = { theta = 0.3 }, mass = m, center = { 0.5, 0, 0 }, inertia = { yy = 0.1 } } },
+  points = { E = "arm" }, forces = function(s) return { arm_theta = force } end,
+  courses = function(s) return { ["%s"] = s.q.arm_theta } end }
+""" % (EVIL, EVIL.replace('"', "'"), EVIL.replace('"', "'"), EVIL.replace(",", " "))
+
+
+def test_texts_stay_texts(tmp_path):
+    folder = tmp_path / "a'b<i>&\"$(touch hacked)"
+    folder.mkdir()
+    (folder / "evil.lua").write_text(MODEL)
+    live(folder / "evil.lua", "--set", "m=2", "-o", tmp_path / "evil.html")
+    text = (tmp_path / "evil.html").read_text()
+    assert text.count("<script") == text.count("</script>") == 14 and "<img" not in text
+    with browser.Session(tmp_path / "evil.html", "#p.m=3&<img src=x onerror=window.hacked=3>") as page:
+        page.wait(SHOWN)
+        page.ask("[...document.querySelectorAll('details')].forEach((one) => { one.open = true; });")
+        assert page.ask("return [window.hacked || 0, document.images.length, values.p[0].unit]") == [0, 0, EVIL]
+        set_value(page, "m", -1)
+        assert "evil.lua:3: " in page.ask("return byId('failure').textContent") or "must be positive" in page.ask("return byId('failure').textContent")
+        set_value(page, "m", 4)
+        (columns, expected), (names, rows) = run_command(page, tmp_path), rows_of(page)
+        assert columns[:3] == names[:3] and np.abs(rows[:, 1] - expected[:, 1]).max() < 1e-12 and not (tmp_path / "hacked").exists()
+
+
+def test_nothing_comes_from_a_network(pages):
+    text = (pages / "crane.html").read_text()
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]
+    assert policy == "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'"
+    assert "SharedArrayBuffer" not in text[text.rindex('id="worker"'):][:20000]
+    with browser.Session(pages / "crane.html") as page:
+        page.wait(SHOWN)
+        assert [name for name in page.ask("return performance.getEntriesByType('resource').map((entry) => entry.name)") if not name.startswith("blob:")] == []
+
+
+def test_on_a_telephone(pages):
+    """Nothing is wider than the window, and all sliders can be reached by scrolling."""
+    with browser.Session(pages / "crane.html") as page:
+        page.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=2, mobile=True)
+        page.wait(SHOWN)
+        assert page.ask("return document.documentElement.scrollWidth") <= 390
+        assert page.ask("const slider = values.p[0].slider; slider.scrollIntoView(); const box = slider.getBoundingClientRect(); return box.left >= 0 && box.right <= 390 && box.top >= 0")
+
+
+# ---- Ranges, and what is refused
+
+def test_ranges(tmp_path):
+    """Of a parameter, of a start value, and those that follow from a value."""
+    live(MODELS / "crane.lua", "--set", "m=50", "--range", "E=1e10:3e11", "--range", "rope_theta_d=-1:2", "-o", tmp_path / "crane.html")
+    with browser.Session(tmp_path / "crane.html") as page:
+        page.wait(SHOWN)
+        ends = "const one = [...values.p, ...values.q].find((one) => one.name === '%s'); return [0, 1000].map((place) => valueAtPosition(one.range, place));"
+        assert page.ask(ends % "E") == [1e10, 3e11] and page.ask(ends % "rope_theta_d") == [-1, 2] and page.ask(ends % "m") == [5, 500]
+        assert "--set m=50" in page.ask("return byId('command').value")
+        assert page.ask("const one = values.p.find((one) => one.name === 'E'); return valueAtPosition(one.range, positionOf(one.range, 2.1e11));") == pytest.approx(2.1e11, rel=0.01)
+
+
+def test_usage(pages, tmp_path):
+    crane, out = MODELS / "crane.lua", tmp_path / "none.html"
+    assert "--range: 'none' is no parameter, input or start value of the model" in live(crane, "--range", "none=1:2", "-o", out, status=2).stderr
+    assert "is not of the form NAME=FROM:TO" in live(crane, "--range", "column_psi=1", "-o", out, status=2).stderr
+    assert "the range must ascend" in live(crane, "--range", "column_psi=2:1", "-o", out, status=2).stderr
+    assert "--live shows one model" in live(crane, crane, "-o", out, status=2).stderr
+    assert "--until needs --live" in refdyn("view", pages / "a.h5", "--until", "1", "-o", out, status=2).stderr
+    assert "--model is for runs" in live(crane, "--model", crane, "-o", out, status=2).stderr
+    assert not out.exists()
+
+
+def test_without_a_compiler(tmp_path):
+    out = tmp_path / "none.html"
+    done = live(MODELS / "crane.lua", "-o", out, env={"REFDYN_WASM_CC": "no-clang"}, status=1)
+    assert done.stderr == ("refdyn: view --live: no compiler 'no-clang' is installed; it compiles to WebAssembly with clang, lld, wasi-libc and "
+                           "libclang-rt-dev-wasm32 (Debian: apt install clang lld wasi-libc libclang-rt-dev-wasm32)\n")
+    done = live(MODELS / "crane.lua", "-o", out, env={"REFDYN_WASM_CC": shutil.which("gcc")}, status=1)
+    assert "does not build for wasm32-wasi; it compiles to WebAssembly with clang" in done.stderr and not out.exists()
+
+
+def test_the_second_call_is_fast(pages, tmp_path):
+    begin = time.monotonic()
+    live(MODELS / "crane.lua", "-o", tmp_path / "again.html")
+    assert time.monotonic() - begin < 5 * SLOWNESS
+    live(MODELS / "crane.lua", "-o", tmp_path / "twice.html")
+    assert (tmp_path / "again.html").read_bytes() == (tmp_path / "twice.html").read_bytes()
