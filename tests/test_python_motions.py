@@ -521,14 +521,14 @@ def interrupt_after(seconds):
 def test_interrupts(package, arm):
     """Ctrl-C keeps the rows that were computed, and a motion at its last state."""
     arm.simulate(0.01)  # compiles
-    interrupt_after(0.3)
     began = time.monotonic()
     with pytest.raises(KeyboardInterrupt) as told:
+        interrupt_after(0.3)
         arm.simulate(1e4, tol=1e-8, every=0.01)
     assert time.monotonic() - began < 5 and told.value.run.sizes["t"] > 1 and np.isfinite(told.value.run.E_z).all() and told.value.run.t[-1] < 1e4
     stepped = arm.motion(tol=1e-8)
-    interrupt_after(0.3)
     with pytest.raises(KeyboardInterrupt):
+        interrupt_after(0.3)
         stepped.advance(1e4)
     t = stepped.t
     assert 0 < t < 1e4 and np.isfinite(stepped.state).all() and stepped.advance(t + 1e-3) and stepped.t == t + 1e-3
@@ -545,9 +545,9 @@ def test_interrupts_of_equilibria(package, size, call):
     whole, other = time.thread_time() - began, []
     thread = threading.Thread(target=lambda: other.append(call(beam)))
     thread.start()
-    interrupt_after(0.1 * whole)
     began = time.thread_time()
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt):  # the signal may come before the call on a busy machine
+        interrupt_after(0.1 * whole)
         call(beam)
     assert time.thread_time() - began < 0.7 * whole
     thread.join()
