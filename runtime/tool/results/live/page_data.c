@@ -1,15 +1,20 @@
 /*
  * Writes the data of a live page as JSON: the drawn model, as for a recorded run but without a motion, and
  *
- *     "live": {"file": , "settings": [[name, value], ...],       options of the model, for the command line
- *              "until": , "step": , "tol": ,                     at first; step 0: adaptive steps
- *              "shapeNumbers": ,                                 on the tape, of all shapes
- *              "parameters": [{"name": , "unit": , "value": , "from": , "to": , "fileValue": , "anchor": ,
- *                              "given": }, ...]                  in the order of p; fileValue: without --set;
- * from, to: null without a range; anchor: place among those whose default follows the start, -1: none; value
- *                                                                null: contacts set it
+ *     "live": {"file": , "settings": [[name, value], ...],
+ *              "until": , "step": , "tol": , "shapeNumbers": ,
+ *              "parameters": [{"name": , "unit": , "value": , "from": , "to": , "fileValue": ,
+ *                              "anchor": , "given": }, ...],
  *              "inputs": [{"name": , "unit": , "value": , "from": , "to": , "fileValue": }, ...],
- *              "starts": [...]}                                  coordinates, then rates, without value
+ *              "starts": [{"name": , "unit": , "value": null, "from": , "to": }, ...]}
+ *
+ * - settings: options of the model, for the command line
+ * - step: 0 for adaptive steps at first
+ * - shapeNumbers: numbers of the tape from which the module computes shapes
+ * - parameters: in the order of p; value null if contacts set it
+ * - from, to: null without a range; fileValue: the value without --set
+ * - anchor: place among the parameters whose default follows the start, -1 for others
+ * - starts: the coordinates, then their rates
  */
 #include "runtime/tool/results/live/live.h"
 #include "runtime/tool/support/format/format.h"
