@@ -21,14 +21,6 @@ enum {
 static const double slack = 1e-9;
 static const char force_lead[] = "force_";
 
-struct record_limit {
-    struct record_bound bound;
-    int place; /* of its column */
-    const char *unit;
-    double smallest, t_smallest, largest, t_largest; /* extremes and their times */
-    double t_first, duration; /* first time beyond the limit, NAN: none; all of that time [s] */
-};
-
 struct point {
     double t, value;
 };
@@ -115,17 +107,23 @@ static struct point extreme_between(struct record_limits *limits, const struct r
 }
 
 /* Whether the parabola through three samples at equal distances has its vertex between samples `from` and
- * `from` + 1: at *share of their distance, with value *estimate. */
-static bool has_vertex(const double *three, int from, double *share, double *estimate) {
+ * `from` + 1, or near one of them: at *share of their distance, with value *estimate and its uncertainty. An
+ * extreme may be on either side of a sample at which the parabola has its vertex. */
+static bool has_vertex(const double *three, int from, double *share, double *estimate, double *uncertainty) {
+    const double near = 0.1, part = 0.1;
     const double slope = (three[2] - three[0]) / 2, curvature = three[2] - 2 * three[1] + three[0];
-    *share = -slope / curvature + 1 - from;
+    const double vertex_share = -slope / curvature + 1 - from;
+    *share = fmin(fmax(vertex_share, near / 2), 1 - near / 2);
     *estimate = three[1] - slope * slope / (2 * curvature);
-    return curvature != 0 && *share > 0 && *share < 1;
+    *uncertainty = part * (fabs(slope) + fabs(curvature));
+    return curvature != 0 && vertex_share > -near && vertex_share < 1 + near;
 }
 
-/* Whether an extreme of this value would matter: beyond those known, or beyond the limit. */
-static bool matters(const struct record_limit *limit, double value) {
-    return value > limit->largest || value < limit->smallest || record_is_beyond(&limit->bound, value);
+/* Whether an extreme of this value may matter: beyond those known, or beyond the limit. */
+static bool matters(const struct record_limit *limit, double value, double uncertainty) {
+    return value + uncertainty > limit->largest || value - uncertainty < limit->smallest ||
+           record_is_beyond(&limit->bound, value + uncertainty) ||
+           record_is_beyond(&limit->bound, value - uncertainty);
 }
 
 /* The samples, and the extremes between them that matter. Returns their number. */
@@ -135,9 +133,9 @@ static int list_points(struct record_limits *limits, const struct record_limit *
     for (int k = 0; k <= PIECES; k++) {
         points[count++] = (struct point){t[k], values[k]};
         const int first = k == 0 ? 0 : k < PIECES - 1 ? k - 1 : PIECES - 2;
-        double share, estimate;
-        if (k < PIECES && has_vertex(values + first, k - first, &share, &estimate) &&
-            matters(limit, estimate)) {
+        double share, estimate, uncertainty;
+        if (k < PIECES && has_vertex(values + first, k - first, &share, &estimate, &uncertainty) &&
+            matters(limit, estimate, uncertainty)) {
             const struct point low = {t[k], values[k]}, high = {t[k + 1], values[k + 1]};
             points[count] = extreme_between(limits, limit, low, high, low.t + share * (high.t - low.t),
                                             estimate > values[k] ? 1 : -1, status);
