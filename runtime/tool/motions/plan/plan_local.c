@@ -97,17 +97,22 @@ void plan_multipliers(const struct plan *plan, const struct plan_point *point, d
 
 enum {
     EVALUATIONS_MOST = 100, /* of one search */
-    TIGHTENINGS_MOST = 4
+    ROUNDS_MOST = 5
 };
 
 /* The search ends when x changes by less than this, or the objective by less than this part. */
-static const double x_least = 1e-9, objective_least = 1e-12;
+static const double x_least = 1e-9, objective_least = 1e-10;
 /* Excess up to which NLopt takes a point as one within the limits; half the slack of `sim`. */
 static const double tolerance = 5e-10;
 /* Excess of a motion that does not reach its end, so that the search returns to others. */
 static const double excess_of_failure = 10;
-/* First margin after a result that exceeds a limit, in its size; factor of the next one. */
-static const double margin_first = 2e-9, margin_grows = 8;
+/* First margin after a result that exceeds a limit, in its size; factor of the next one. Motions choose their
+ * steps, so that their extremes scatter by about the tolerance of the motion. */
+static const double margin_first = 4e-9, margin_grows = 8;
+/* Weight of the excess when points are compared that exceed limits by little. */
+static const double merit_weight = 100;
+/* A round is the last one if its best point is worse than others by less than this part. */
+static const double round_gain = 1e-8;
 
 bool plan_has_optimiser(void) {
     return true;
@@ -117,6 +122,9 @@ bool plan_has_optimiser(void) {
 struct problem {
     struct plan *plan;
     struct plan_point *point; /* the last one that was evaluated */
+    struct plan_point *kept;  /* the best one within the limits */
+    bool has_kept;
+    double *near, merit;      /* x of the best one, the excess included */
     nlopt_opt optimiser;
     enum { MINIMISE_OBJECTIVE, MINIMISE_EXCESS, MINIMISE_LARGEST_OBJECTIVE } what;
     double margin;         /* by which limits are tightened */
@@ -128,17 +136,42 @@ static int unknown_count(const struct problem *problem) {
     return problem->plan->count + (problem->what != MINIMISE_OBJECTIVE);
 }
 
+static double worst_excess(const struct plan *plan, const struct plan_point *point) {
+    const int worst = plan_worst(plan, point);
+    return worst < 0 ? 0 : fmax(plan_excess(plan, point, worst), 0);
+}
+
+/* Keeps the point if it is the best one so far. */
+static void keep(struct problem *problem) {
+    const struct plan *plan = problem->plan;
+    const struct plan_point *point = problem->point;
+    if (!point->is_done)
+        return;
+    const double objective = plan_objective(plan, point),
+                 merit = objective / problem->objective_size + merit_weight * worst_excess(plan, point);
+    if (merit < problem->merit) {
+        problem->merit = merit;
+        memcpy(problem->near, point->x, (size_t)plan->count * sizeof *point->x);
+    }
+    if (plan_is_feasible(plan, point) &&
+        (!problem->has_kept || objective < plan_objective(plan, problem->kept))) {
+        plan_point_copy(plan, point, problem->kept);
+        problem->has_kept = true;
+    }
+}
+
 /* Evaluates the motions at x unless that is the last point. */
 static const struct plan_point *evaluate(struct problem *problem, const double *x, bool with_gradients) {
     struct plan *plan = problem->plan;
     struct plan_point *point = problem->point;
     const size_t bytes = (size_t)plan->count * sizeof *x;
-    if (system_interrupted)
+    if (system_interrupted && problem->optimiser)
         nlopt_force_stop(problem->optimiser);
     if (problem->is_new || memcmp(point->x, x, bytes) != 0) {
         memcpy(point->x, x, bytes);
         plan_point_evaluate(plan, point);
         problem->is_new = false;
+        keep(problem);
     }
     if (with_gradients && point->is_done)
         plan_point_differentiate(plan, point);
@@ -217,7 +250,7 @@ static void set_bounds(const struct problem *problem, double *lower, double *upp
 static double first_z(const struct problem *problem) {
     const struct plan *plan = problem->plan;
     return problem->what == MINIMISE_EXCESS
-               ? fmax(plan_excess(plan, problem->point, plan_worst(plan, problem->point)), 0)
+               ? worst_excess(plan, problem->point)
                : plan_objective(plan, problem->point) / problem->objective_size;
 }
 
@@ -250,28 +283,54 @@ static void run(struct problem *problem) {
         nlopt_set_stopval(optimiser, -problem->margin);
     nlopt_optimize(optimiser, x, &least);
     nlopt_destroy(optimiser);
+    problem->optimiser = NULL;
     evaluate(problem, x, false);
 }
 
-void plan_improve(struct plan *plan, struct plan_point *point) {
-    struct problem problem = {.plan = plan, .point = point, .is_new = true};
-    evaluate(&problem, point->x, false);
-    for (int i = 0; i < TIGHTENINGS_MOST && point->is_done && !system_interrupted; i++) {
+/* Starts again from the best point of all rounds; its merit is that for the present objective. */
+static void restart(struct problem *problem) {
+    struct plan *plan = problem->plan;
+    evaluate(problem, problem->near, false);
+    problem->objective_size = fmax(fabs(plan_objective(plan, problem->point)), DBL_MIN);
+    problem->merit = INFINITY;
+    keep(problem);
+}
+
+/* Rounds with growing margins, until the best point within the limits is as good as those beyond them. */
+static void run_rounds(struct problem *problem) {
+    struct plan *plan = problem->plan;
+    struct plan_point *point = problem->point;
+    for (int i = 0; i < ROUNDS_MOST && point->is_done && !system_interrupted; i++) {
         if (!plan_is_feasible(plan, point)) {
-            problem.what = MINIMISE_EXCESS;
-            run(&problem);
+            problem->what = MINIMISE_EXCESS;
+            run(problem);
         }
-        if (!point->is_done || plan_excess(plan, point, plan_worst(plan, point)) > active_most)
+        if (!point->is_done || worst_excess(plan, point) > active_most)
             return;
-        problem.what = plan->case_count > 1 && plan->file->measure != PLAN_PARAMETER
-                           ? MINIMISE_LARGEST_OBJECTIVE
-                           : MINIMISE_OBJECTIVE;
-        problem.objective_size = fmax(fabs(plan_objective(plan, point)), DBL_MIN);
-        run(&problem);
-        if (plan_is_feasible(plan, point))
+        restart(problem);
+        problem->what = plan->case_count > 1 && plan->file->measure != PLAN_PARAMETER
+                            ? MINIMISE_LARGEST_OBJECTIVE
+                            : MINIMISE_OBJECTIVE;
+        run(problem);
+        if (problem->has_kept && plan_objective(plan, problem->kept) / problem->objective_size <=
+                                     problem->merit + round_gain)
             return;
-        problem.margin = i ? margin_grows * problem.margin : margin_first;
+        restart(problem);
+        problem->margin = i ? margin_grows * problem->margin : margin_first;
     }
+}
+
+void plan_improve(struct plan *plan, struct plan_point *point) {
+    struct plan_point kept;
+    struct problem problem = {.plan = plan, .point = point, .kept = &kept, .is_new = true};
+    plan_point_start(plan, &kept);
+    problem.near = format_allocate((size_t)plan->count, sizeof *problem.near);
+    problem.merit = INFINITY;
+    problem.objective_size = 1;
+    evaluate(&problem, point->x, false);
+    run_rounds(&problem);
+    if (problem.has_kept)
+        plan_point_copy(plan, &kept, point);
 }
 
 #else

@@ -20,6 +20,11 @@ enum {
 
 /* Times nearer to each other than this part of the motion share an output. */
 static const double same_part = 1e-9;
+/* Distance from a jump, as a part of the motion, at which the values on one side of it are taken. It is
+ * larger than the changes of copies. */
+static const double aside_part = 1e-4;
+/* Change of a value for the derivative of the time of a jump, as a part of its range. */
+static const double break_part = 1e-6;
 
 /* ---- Points ---- */
 
@@ -291,11 +296,17 @@ static int output_at(const struct plan *plan, const struct outputs *outputs, dou
     return nearest;
 }
 
-static double derivative(struct plan *plan, const struct outputs *outputs, int value, int row, int signal) {
+/* The derivative by x; NAN if there is none. */
+static double derivative(const struct plan *plan, const struct outputs *outputs, int value, int row,
+                         int signal) {
     const size_t width = (size_t)plan->signal_count, rows = (size_t)outputs->count + 2;
     const double by = outputs->by[((size_t)value * rows + (size_t)row) * width + (size_t)signal];
+    return by * (plan->values[value].to - plan->values[value].from);
+}
+
+static double derivative_or_zero(struct plan *plan, double by) {
     plan->lost += isnan(by);
-    return isnan(by) ? 0 : by * (plan->values[value].to - plan->values[value].from);
+    return isnan(by) ? 0 : by;
 }
 
 static void run_outputs(struct plan *plan, struct plan_point *point, const struct motions *motions, int one,
@@ -343,29 +354,99 @@ static void integrate(struct plan *plan, struct plan_point *point, int one, doub
         const double weight = (i == 0 || i == PANELS ? 1 : i % 2 ? 4 : 2) / (3.0 * PANELS);
         sum += weight * outputs->at[row * plan->signal_count + plan->objective];
         for (int k = 0; k < plan->count && outputs->by; k++)
-            by[k] += weight * span * derivative(plan, outputs, k, row, plan->objective);
+            by[k] += weight * span *
+                     derivative_or_zero(plan, derivative(plan, outputs, k, row, plan->objective));
     }
     point->objectives[one] = (struct plan_extreme){span * sum, end};
     if (outputs->by && plan->end_value >= 0)
         by[plan->end_value] += sum * (plan->values[plan->end_value].to - plan->values[plan->end_value].from);
 }
 
-static void differentiate_case(struct plan *plan, struct plan_point *point, int one, double end,
-                               const struct outputs *outputs) {
-    for (int i = 0; i < 2 * plan->limit_count; i++) {
-        const struct plan_extreme *extreme = extremes_of(plan, point, one, 0) + i;
-        const int row = output_at(plan, outputs, extreme->t);
-        double *by = point->extreme_by + (2 * one * plan->limit_count + i) * plan->count;
-        for (int k = 0; k < plan->count; k++)
-            by[k] = derivative(plan, outputs, k, row, plan->limits[i / 2].signal);
+/* ---- Extremes where a value jumps ---- */
+
+/* The derivative by x of the time event at t, such as the end of a programme; 0 if there is none. */
+static double break_rate(const struct plan *plan, const struct motions *motions, int one, int value, double t,
+                         double same) {
+    const struct plan_value *varied = &plan->values[value];
+    struct refdyn_workspace *work = &plan->scene->work;
+    const struct refdyn_model *model = plan->scene->model;
+    const double change = break_part * (varied->to - varied->from), now = motions->values[value * plan->case_count + one];
+    double *times = memory_scratch(&format_memory, ((size_t)model->break_count + 1) * sizeof *times);
+    double *moved = memory_scratch(&format_memory, ((size_t)model->break_count + 1) * sizeof *moved);
+    if (!model->breaks || varied->variable.what != REFDYN_VARIED_PARAMETER)
+        return 0;
+    model->breaks(work->p, work->x, t, plan->scene->q, plan->scene->qd, times);
+    work->p[varied->variable.place] = now + change;
+    refdyn_prepare(work);
+    model->breaks(work->p, work->x, t, plan->scene->q, plan->scene->qd, moved);
+    work->p[varied->variable.place] = now;
+    refdyn_prepare(work);
+    for (int i = 0; i < model->break_count; i++)
+        if (fabs(times[i] - t) <= same)
+            return (moved[i] - times[i]) / change * (varied->to - varied->from);
+    return 0;
+}
+
+/* Derivatives of an extreme at a jump: those of the values on its side, and their rate times that of the
+ * jump. */
+static void differentiate_jump(struct plan *plan, struct plan_point *point, const struct motions *motions,
+                               int one, int signal, struct plan_extreme extreme, double *by) {
+    const double start = plan->batch.t, end = motions->ends[one], span = end - start,
+                 aside = aside_part * span, same = same_part * span;
+    double times[5];
+    struct outputs outputs = {.t = format_allocate_large(5, sizeof(double))};
+    for (int i = -2; i <= 2; i++)
+        times[i + 2] = extreme.t + i * aside;
+    for (int i = 0; i < 5; i++)
+        if (i != 2 && times[i] > start + same && times[i] < end - same)
+            add_time(&outputs, times[i]);
+    add_time(&outputs, end);
+    run_outputs(plan, point, motions, one, true, &outputs);
+    const int rows[] = {output_at(plan, &outputs, times[1]), output_at(plan, &outputs, times[3])};
+    const double *at = outputs.at + signal;
+    const int width = plan->signal_count;
+    const bool is_after = times[3] < end - same && fabs(at[rows[1] * width] - extreme.value) <
+                                                       fabs(at[rows[0] * width] - extreme.value);
+    const int near = rows[is_after], far = output_at(plan, &outputs, times[is_after ? 4 : 0]);
+    const double rate = (at[near * width] - at[far * width]) / (is_after ? -aside : aside);
+    for (int k = 0; k < plan->count && point->is_done; k++) {
+        const double scale = plan->values[k].to - plan->values[k].from,
+                     moves = extreme.t >= end - same
+                                 ? plan->end_rates[k] * scale
+                                 : break_rate(plan, motions, one, k, extreme.t, same),
+                     with_end = plan->end_rates[k] * scale * (extreme.t - start) / span;
+        by[k] = derivative(plan, &outputs, k, near, signal) + rate * (moves - with_end);
     }
+    outputs_release(&outputs);
+}
+
+/* Derivatives of an extreme by x. */
+static void differentiate_extreme(struct plan *plan, struct plan_point *point, const struct motions *motions,
+                                  int one, const struct outputs *outputs, int signal,
+                                  struct plan_extreme extreme, double *by) {
+    const int row = output_at(plan, outputs, extreme.t);
+    bool jumps = false;
+    for (int k = 0; k < plan->count; k++) {
+        by[k] = derivative(plan, outputs, k, row, signal);
+        jumps = jumps || isnan(by[k]);
+    }
+    if (jumps)
+        differentiate_jump(plan, point, motions, one, signal, extreme, by);
+    for (int k = 0; k < plan->count; k++)
+        by[k] = derivative_or_zero(plan, by[k]);
+}
+
+static void differentiate_case(struct plan *plan, struct plan_point *point, const struct motions *motions,
+                               int one, const struct outputs *outputs) {
+    for (int i = 0; i < 2 * plan->limit_count; i++)
+        differentiate_extreme(plan, point, motions, one, outputs, plan->limits[i / 2].signal,
+                              extremes_of(plan, point, one, 0)[i],
+                              point->extreme_by + (2 * one * plan->limit_count + i) * plan->count);
     if (plan->file->measure == PLAN_INTEGRAL)
-        integrate(plan, point, one, end, outputs);
-    else if (plan->file->measure != PLAN_PARAMETER) {
-        const int row = output_at(plan, outputs, point->objectives[one].t);
-        for (int k = 0; k < plan->count; k++)
-            point->objective_by[one * plan->count + k] = derivative(plan, outputs, k, row, plan->objective);
-    }
+        integrate(plan, point, one, motions->ends[one], outputs);
+    else if (plan->file->measure != PLAN_PARAMETER)
+        differentiate_extreme(plan, point, motions, one, outputs, plan->objective, point->objectives[one],
+                              point->objective_by + one * plan->count);
 }
 
 /* ---- All cases ---- */
@@ -416,10 +497,12 @@ void plan_point_differentiate(struct plan *plan, struct plan_point *point) {
                     : 0;
     for (int one = 0; one < plan->case_count && plan->signal_count > 0 && point->is_done; one++) {
         struct outputs outputs;
+        if (place(plan, &motions, one) != REFDYN_OK) /* break_rate reads the scene */
+            break;
         list_times(plan, point, one, motions.ends[one], true, &outputs);
         run_outputs(plan, point, &motions, one, true, &outputs);
         if (point->is_done)
-            differentiate_case(plan, point, one, motions.ends[one], &outputs);
+            differentiate_case(plan, point, &motions, one, &outputs);
         outputs_release(&outputs);
     }
     point->has_gradients = point->is_done;
