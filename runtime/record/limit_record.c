@@ -13,12 +13,16 @@
 
 enum {
     PIECES = 4,                   /* of a step, between which values are sampled */
-    POINTS_MOST = 2 * PIECES + 1, /* samples, and an extreme in each piece */
+    SAMPLES = PIECES + 3,         /* those of the pieces, and both ends */
+    POINTS_MOST = SAMPLES + PIECES, /* samples, and an extreme in each piece */
     PARABOLAS_MOST = 12           /* for an extreme, of which a few suffice where the value is smooth */
 };
 
 /* Smaller excesses, as a part of a limit or of the range between two, are rounding. */
 static const double slack = 1e-9;
+/* Distance of the first and the last piece from the ends of a step, as a part of the step or of the time: at
+ * an end a value may jump, and the value there is that before or after the jump. */
+static const double inside = 1e-11;
 static const char force_lead[] = "force_";
 
 struct point {
@@ -35,7 +39,7 @@ void record_limits_start(struct record_limits *limits, struct record_memory memo
         return;
     record_table_start(&limits->table, memory, integrator, spatial);
     limits->list = memory.get(memory.context, (size_t)count * sizeof *limits->list);
-    limits->samples = memory.get(memory.context, (PIECES + 1) * (size_t)count * sizeof *limits->samples);
+    limits->samples = memory.get(memory.context, SAMPLES * (size_t)count * sizeof *limits->samples);
     bool *wanted = memory.get(memory.context, (size_t)limits->table.count * sizeof *wanted);
     for (int i = 0; i < count; i++) {
         const int place = record_table_find(&limits->table, bounds[i].column, strlen(bounds[i].column));
@@ -126,10 +130,14 @@ static bool matters(const struct record_limit *limit, double value, double uncer
            record_is_beyond(&limit->bound, value - uncertainty);
 }
 
-/* The samples, and the extremes between them that matter. Returns their number. */
+/* The samples, and the extremes between them that matter. Returns their number. Samples 0 and PIECES + 2 are
+ * both ends, the others bound the pieces. */
 static int list_points(struct record_limits *limits, const struct record_limit *limit, const double *t,
                        const double *values, struct point *points, int *status) {
     int count = 0;
+    points[count++] = (struct point){t[0], values[0]};
+    t++;
+    values++;
     for (int k = 0; k <= PIECES; k++) {
         points[count++] = (struct point){t[k], values[k]};
         const int first = k == 0 ? 0 : k < PIECES - 1 ? k - 1 : PIECES - 2;
@@ -142,6 +150,7 @@ static int list_points(struct record_limits *limits, const struct record_limit *
             count += *status == REFDYN_OK;
         }
     }
+    points[count++] = (struct point){t[PIECES + 1], values[PIECES + 1]};
     return count;
 }
 
@@ -196,13 +205,16 @@ static void add_points(struct record_limits *limits, struct record_limit *limit,
 int record_limits_pass(struct record_limits *limits) {
     struct refdyn_integrator *integrator = limits->table.integrator;
     const double t_now = integrator->t, t_before = fmax(limits->t, integrator->t_begin);
-    double t[PIECES + 1], values[PIECES + 1];
+    const double aside = inside * fmax(t_now - t_before, fmax(fabs(t_before), fabs(t_now)));
+    double t[SAMPLES], values[SAMPLES];
     struct point points[POINTS_MOST];
     int status = REFDYN_OK;
     if (!(t_now > t_before))
         return REFDYN_OK;
-    for (int k = 0; k <= PIECES && status == REFDYN_OK; k++) {
-        t[k] = k < PIECES ? t_before + (t_now - t_before) * k / PIECES : t_now;
+    for (int k = 0; k < SAMPLES && status == REFDYN_OK; k++) {
+        const double share = (double)(k - 1) / PIECES, first = fmin(t_before + aside, t_now),
+                     last = fmax(t_now - aside, first);
+        t[k] = k == 0 ? t_before : k == SAMPLES - 1 ? t_now : first + (last - first) * share;
         status = refdyn_integrator_look(integrator, t[k]);
         if (status == REFDYN_OK)
             record_table_fill(&limits->table);
@@ -211,7 +223,7 @@ int record_limits_pass(struct record_limits *limits) {
     }
     for (int i = 0; i < limits->count && status == REFDYN_OK; i++) {
         struct record_limit *limit = &limits->list[i];
-        for (int k = 0; k <= PIECES; k++)
+        for (int k = 0; k < SAMPLES; k++)
             values[k] = limits->samples[k * limits->count + i];
         const int count = list_points(limits, limit, t, values, points, &status);
         add_points(limits, limit, points, count, &status);
