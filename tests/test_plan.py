@@ -144,7 +144,7 @@ def test_for_all_is_the_plan_of_the_worst_case(tmp_path):
 
 
 def test_largest_objective_of_all_cases(tmp_path):
-    """(T - 1)^2 + m-like terms: the force falls with T, the end is bounded; the heaviest case counts."""
+    """The force falls with T up to the end of the range, and grows with the mass."""
     result, _ = plan(tmp_path, slide(force=1000), 'vary = { T = rd.within(0.5, 2) }, t_end = "T", minimise = rd.largest("force_cart_x"), for_all = { m = { 1, 3 } }')
     assert abs(result["objective"] / (3 * PEAK[5] / 4) - 1) < 1e-6 and result["worst_case"] == {"m": 3}
 

@@ -153,7 +153,10 @@ double plan_excess(const struct plan *plan, const struct plan_point *point, int 
 int plan_worst(const struct plan *plan, const struct plan_point *point);
 /* The largest objective of all cases. */
 double plan_objective(const struct plan *plan, const struct plan_point *point);
-/* Whether no limit is exceeded, by the rule of `sim`. */
+/* Whether the value is beyond the limit by more than rounding; for limits of the model by the rule of `sim`.
+ */
+bool plan_is_beyond(const struct plan_limit *limit, double value);
+/* Whether no limit is exceeded. */
 bool plan_is_feasible(const struct plan *plan, const struct plan_point *point);
 /* Objectives and largest excesses of many x (points x count) from outputs alone; INFINITY for a motion that
  * fails. */

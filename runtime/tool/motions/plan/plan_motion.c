@@ -20,6 +20,9 @@ enum {
 
 /* Times nearer to each other than this part of the motion share an output. */
 static const double same_part = 1e-9;
+/* Smaller excesses at the end, as a part of the limit's size, are rounding. A single value may be prescribed
+ * there, so that the range has no width. */
+static const double end_slack = 1e-9;
 /* Distance from a jump, as a part of the motion, at which the values on one side of it are taken. It is
  * larger than the changes of copies. */
 static const double aside_part = 1e-4;
@@ -532,13 +535,16 @@ double plan_objective(const struct plan *plan, const struct plan_point *point) {
     return largest;
 }
 
+bool plan_is_beyond(const struct plan_limit *limit, double value) {
+    const struct record_bound bound = {limit->name, limit->column, limit->from, limit->to};
+    return limit->is_at_end ? fmax(limit->from - value, value - limit->to) > end_slack * limit->size
+                            : record_is_beyond(&bound, value);
+}
+
 bool plan_is_feasible(const struct plan *plan, const struct plan_point *point) {
-    for (int i = 0; i < (int)extreme_count(plan) && point->is_done; i++) {
-        const struct plan_limit *limit = &plan->limits[i / 2 % plan->limit_count];
-        const struct record_bound bound = {limit->name, limit->column, limit->from, limit->to};
-        if (record_is_beyond(&bound, point->extremes[i].value))
+    for (int i = 0; i < (int)extreme_count(plan) && point->is_done; i++)
+        if (plan_is_beyond(&plan->limits[i / 2 % plan->limit_count], point->extremes[i].value))
             return false;
-    }
     return point->is_done;
 }
 

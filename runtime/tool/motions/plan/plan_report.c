@@ -44,8 +44,7 @@ static struct summary_of_limit summarise(const struct plan *plan, const struct p
 }
 
 static bool is_exceeded(const struct plan_limit *limit, const struct summary_of_limit *summary) {
-    const struct record_bound bound = {limit->name, limit->column, limit->from, limit->to};
-    return record_is_beyond(&bound, summary->smallest) || record_is_beyond(&bound, summary->largest);
+    return plan_is_beyond(limit, summary->smallest) || plan_is_beyond(limit, summary->largest);
 }
 
 /* ---- PLAN.json ---- */
@@ -89,12 +88,15 @@ static void put_violation(struct document *document, const struct plan *plan, co
     format_put_close(document, '}');
 }
 
-/* The values of the case in which a limit has the largest excess; without limits, the largest objective. */
+/* The values of the case in which a limit is nearest to its bound. If no limit is active, a measure of a
+ * column chooses the case with its largest value. */
 static void put_worst_case(struct document *document, const struct plan *plan,
                            const struct plan_point *point) {
     const int worst = plan_worst(plan, point);
-    int one = worst < 0 ? 0 : worst / 2 / plan->limit_count;
-    for (int i = 0; i < plan->case_count && worst < 0; i++)
+    const bool is_by_objective = worst < 0 || (plan->file->measure != PLAN_PARAMETER &&
+                                               plan_excess(plan, point, worst) < -active_most);
+    int one = is_by_objective ? 0 : worst / 2 / plan->limit_count;
+    for (int i = 0; i < plan->case_count && is_by_objective; i++)
         one = point->objectives[i].value > point->objectives[one].value ? i : one;
     format_put_open(document, "worst_case", '{');
     for (int k = 0; k < plan->file->varied_count; k++)
@@ -137,8 +139,8 @@ static void print(const struct plan *plan, const struct plan_point *point, const
         const struct summary_of_limit summary = summarise(plan, point, i, multipliers);
         const struct plan_limit *limit = &plan->limits[i];
         if (is_exceeded(limit, &summary))
-            fprintf(stderr, "refdyn: %s: %s: must give way by %.6g, at t = %.6g s; no values within the ranges "
-                            "satisfy all limits\n",
+            fprintf(stderr, "refdyn: %s: %s: must give way by %.6g, at t = %.6g s, or the ranges of the "
+                            "values must grow\n",
                     plan->scene->model->name, limit->name, summary.excess * limit->size, summary.t);
         else if (summary.excess > -active_most)
             fprintf(stderr, "active       %s at t = %.6g s; multiplier %.4g\n", limit->name, summary.t,
