@@ -177,6 +177,7 @@ return rd.sweep { vary = { T = rd.grid(0.8, 3, 40), r = rd.grid(0, 0.8, 40) }, t
     assert all(limit["active"] and limit["multiplier"] > 0 for limit in result["limits"]) and "derivatives do not exist" not in said
     assert 0 < result["parameters"]["r"] < 0.8
     with_end, _ = plan(tmp_path, ARM, fields.replace("t_end = 3.5", 't_end = "T"'))
+    assert sum(abs(reached - with_end["objective"]) < 1e-6 for reached in with_end["starts"]) >= 3
     assert abs(with_end["objective"] - result["objective"]) < 1e-5 and result["evaluations"] < 1600
 
 

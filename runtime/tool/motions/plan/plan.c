@@ -6,6 +6,9 @@
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/support/system/system.h"
 
+/* Tolerance of the motions. Their extremes scatter by some multiple of it, which line searches take for slopes.
+ */
+static const double tol_default = 1e-9;
 /* Cases of for_all, each of which is a motion of every evaluation. */
 static const int cases_most = 1000;
 
@@ -282,8 +285,9 @@ static void take_options(struct options *options, const struct plan_file *file) 
     for (int i = 0; i < 3; i++)
         if (texts[i] && !options_has(options, names[i]))
             options_set_text(options, names[i], texts[i]);
-    if (file->tol > 0 && !options_has(options, "tol"))
-        options_set_number(options, "tol", file->tol);
+    const bool has_steps = options_has(options, "tol") || options_has(options, "step");
+    if (!has_steps)
+        options_set_number(options, "tol", file->tol > 0 ? file->tol : tol_default);
     if (options_number(options, "lanes") == 0)
         options_set_number(options, "lanes", refdyn_batch_widest());
 }
