@@ -58,8 +58,8 @@ static double end_of(const struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
     const struct refdyn_copies *copies = batch->copies;
     const long number = worker->now.number;
-    const double end = batch->ends ? batch->ends[copies ? copies->number : number]
-                                   : batch->times[batch->time_count - 1];
+    const double end =
+        batch->ends ? batch->ends[copies ? copies->number : number] : batch->times[batch->time_count - 1];
     return copies ? end + copies->shifts[number].end_change : end;
 }
 

@@ -12,10 +12,10 @@
 #include <string.h>
 
 enum {
-    PIECES = 4,                   /* of a step, between which values are sampled */
-    SAMPLES = PIECES + 3,         /* those of the pieces, and both ends */
+    PIECES = 4,                     /* of a step, between which values are sampled */
+    SAMPLES = PIECES + 3,           /* those of the pieces, and both ends */
     POINTS_MOST = SAMPLES + PIECES, /* samples, and an extreme in each piece */
-    PARABOLAS_MOST = 12           /* for an extreme, of which a few suffice where the value is smooth */
+    PARABOLAS_MOST = 12             /* for an extreme, of which a few suffice where the value is smooth */
 };
 
 /* Smaller excesses, as a part of a limit or of the range between two, are rounding. */

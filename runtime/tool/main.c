@@ -7,7 +7,7 @@
 #include "runtime/tool/commands/shell/shell.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/motions/fit/fit.h"
-#include "runtime/tool/motions/plan/plan.h"
+#include "runtime/tool/motions/plan/planning.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/results/report/report.h"
 #include "runtime/tool/results/view/view.h"

@@ -44,9 +44,9 @@ void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_p
     repetition->next = repetition->from = 0;
     repetition->to = -1;
     repetition->t_from = repetition->t_start = motion->step.t_begin;
-    repetition->stretch = motion->t_final == t_final ? 1
-                                                     : (motion->t_final - repetition->t_start) /
-                                                           (t_final - repetition->t_start);
+    repetition->stretch = motion->t_final == t_final
+                              ? 1
+                              : (motion->t_final - repetition->t_start) / (t_final - repetition->t_start);
     repetition->is_additional = 0;
     motion->step.settled = settled;
     refdyn_automatic_leave(motion);

@@ -1,9 +1,10 @@
-/* Reads a plan file: from the values of rd.plan to plain data. The file runs in the sandbox of model files. */
+/* Reads a plan file: from the values of rd.plan to plain data. The file runs in the sandbox of model files.
+ */
 #include <math.h>
 #include <stddef.h>
 #include <string.h>
 
-#include "runtime/tool/motions/plan/plan.h"
+#include "runtime/tool/motions/plan/planning.h"
 
 /* Bound of the memory for reading. */
 static const size_t bound_of_reading = (size_t)256 << 20;
@@ -24,9 +25,8 @@ static void refuse(const struct reading *reading, const struct value *value, con
 static void refuse_number(const struct reading *reading, const struct value *value, const char *path,
                           const char *needed) {
     message_error(reading->check.messages, value->place, "%s: value %s; must be %s", path,
-                  isfinite(value->number)
-                      ? memory_format(reading->check.memory, "%.15g", value->number)
-                      : text_not_finite(value->number),
+                  isfinite(value->number) ? memory_format(reading->check.memory, "%.15g", value->number)
+                                          : text_not_finite(value->number),
                   needed);
 }
 
@@ -109,12 +109,12 @@ static void read_range(const struct reading *reading, const struct value *value,
     into->to = value->items[1].number;
     into->start = value->item_count > 2 ? value->items[2].number : NAN;
     if (!isfinite(into->from) || !isfinite(into->to) || !(into->from < into->to))
-        message_error(reading->check.messages, value->place, "%s: rd.within(%.15g, %.15g): the range must ascend",
-                      path, into->from, into->to);
+        message_error(reading->check.messages, value->place,
+                      "%s: rd.within(%.15g, %.15g): the range must ascend", path, into->from, into->to);
     else if (value->item_count > 2 && !(into->start >= into->from && into->start <= into->to))
         message_error(reading->check.messages, value->place,
-                      "%s: rd.within(%.15g, %.15g, %.15g): the start must be within the range", path, into->from,
-                      into->to, into->start);
+                      "%s: rd.within(%.15g, %.15g, %.15g): the start must be within the range", path,
+                      into->from, into->to, into->start);
 }
 
 static void read_vary(const struct reading *reading, const struct value *value, const char *path,
@@ -182,8 +182,10 @@ static void read_end(const struct reading *reading, const struct value *value, c
 
 static void read_objective(const struct reading *reading, const struct value *value, const char *path,
                            void *target) {
-    static const char *const tags[] = {
-        [PLAN_PARAMETER] = "", [PLAN_AT_END] = "at_end", [PLAN_INTEGRAL] = "integral", [PLAN_LARGEST] = "largest"};
+    static const char *const tags[] = {[PLAN_PARAMETER] = "",
+                                       [PLAN_AT_END] = "at_end",
+                                       [PLAN_INTEGRAL] = "integral",
+                                       [PLAN_LARGEST] = "largest"};
     struct plan_file *file = reading->file;
     (void)target;
     file->objective_place = value->place;
@@ -213,8 +215,8 @@ static void read_bounds(const struct reading *reading, const struct value *value
         const char *own = fields_path_name(&reading->check, path, value->fields[i].name);
         const int place = text_index(value->fields[i].name, names, 2);
         if (place < 0)
-            fields_refuse_name(&reading->check, entry->place, own, "unknown field", value->fields[i].name, names,
-                               2);
+            fields_refuse_name(&reading->check, entry->place, own, "unknown field", value->fields[i].name,
+                               names, 2);
         else if (entry->kind != VALUE_NUMBER)
             refuse(reading, entry, own, "a number");
         else
@@ -269,10 +271,17 @@ static const struct field_reader {
     read_field *read;
     size_t target;
 } plan_fields[] = {
-    {"vary", read_vary, 0},          {"t_end", read_end, 0},          {"from", read_text, AT(from)},
-    {"hold", read_names, AT(hold)},  {"method", read_text, AT(method)}, {"tol", read_positive, AT(tol)},
-    {"minimise", read_objective, 0}, {"within", read_limits, 0},      {"for_all", read_for_all, 0},
-    {"starts", read_whole, AT(starts)}, {"seed", read_whole, AT(seed)},
+    {"vary", read_vary, 0},
+    {"t_end", read_end, 0},
+    {"from", read_text, AT(from)},
+    {"hold", read_names, AT(hold)},
+    {"method", read_text, AT(method)},
+    {"tol", read_positive, AT(tol)},
+    {"minimise", read_objective, 0},
+    {"within", read_limits, 0},
+    {"for_all", read_for_all, 0},
+    {"starts", read_whole, AT(starts)},
+    {"seed", read_whole, AT(seed)},
 };
 
 enum { FIELDS = sizeof plan_fields / sizeof *plan_fields };
@@ -294,8 +303,8 @@ static void read_plan(const struct reading *reading, const struct value *plan) {
     const char *known[FIELDS];
     file->place = plan->place;
     if (!fields_has_tag(plan, "plan")) {
-        message_error(reading->check.messages, plan->place, "the file returns %s; must return rd.plan { ... }",
-                      value_kind_text(plan->kind));
+        message_error(reading->check.messages, plan->place,
+                      "the file returns %s; must return rd.plan { ... }", value_kind_text(plan->kind));
         return;
     }
     for (int i = 0; i < FIELDS; i++)
@@ -330,8 +339,9 @@ bool plan_file_read(struct plan_file *file, const char *path) {
     if (setjmp(file->out_of_memory)) {
         file->memory.bound = 0;
         if (!file->messages.errors)
-            format_complain_line(path, 0, format_text("more than %d MB of memory to read the plan",
-                                                      (int)(bound_of_reading >> 20)));
+            format_complain_line(
+                path, 0,
+                format_text("more than %d MB of memory to read the plan", (int)(bound_of_reading >> 20)));
         plan_file_print(file);
         return false;
     }
@@ -339,8 +349,7 @@ bool plan_file_read(struct plan_file *file, const char *path) {
     const struct read_request request = {.file = path, .kind = FILE_PLAN};
     file->script = script_open(&file->memory, &file->graph, &request, &file->messages);
     const struct reading reading = {
-        .file = file,
-        .check = {.memory = &file->memory, .graph = &file->graph, .messages = &file->messages}};
+        .file = file, .check = {.memory = &file->memory, .graph = &file->graph, .messages = &file->messages}};
     if (file->script)
         read_plan(&reading, script_result(file->script));
     return plan_file_print(file);

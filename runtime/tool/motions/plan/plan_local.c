@@ -11,7 +11,7 @@
 
 #include <lapacke.h>
 
-#include "runtime/tool/motions/plan/plan.h"
+#include "runtime/tool/motions/plan/planning.h"
 #include "runtime/tool/support/system/system.h"
 
 /* An inequality is active if it is nearer to its bound than this part of its size. */
@@ -60,9 +60,8 @@ static bool solve_multipliers(const struct plan *plan, const struct plan_point *
     lapack_int rank;
     for (int j = 0; j < count; j++)
         for (int k = 0; k < n; k++)
-            A[j * n + k] = list[j].number >= 0
-                               ? list[j].sign * point->extreme_by[list[j].number * n + k]
-                               : (k == -1 - list[j].number ? list[j].sign : 0);
+            A[j * n + k] = list[j].number >= 0 ? list[j].sign * point->extreme_by[list[j].number * n + k]
+                                               : (k == -1 - list[j].number ? list[j].sign : 0);
     for (int k = 0; k < n; k++)
         b[k] = -gradient[k];
     if (LAPACKE_dgelsd(LAPACK_COL_MAJOR, n, count, 1, A, n, b, rows, singular, rank_least, &rank) != 0)
@@ -124,7 +123,7 @@ struct problem {
     struct plan_point *point; /* the last one that was evaluated */
     struct plan_point *kept;  /* the best one within the limits */
     bool has_kept;
-    double *near, merit;      /* x of the best one, the excess included */
+    double *near, merit; /* x of the best one, the excess included */
     nlopt_opt optimiser;
     enum { MINIMISE_OBJECTIVE, MINIMISE_EXCESS, MINIMISE_LARGEST_OBJECTIVE } what;
     double margin;         /* by which limits are tightened */
@@ -226,8 +225,8 @@ static void inequalities(unsigned rows, double *result, unsigned count, const do
             continue;
         }
         const int one = i - limits;
-        result[i] = point->is_done ? point->objectives[one].value / problem->objective_size - z
-                                   : excess_of_failure;
+        result[i] =
+            point->is_done ? point->objectives[one].value / problem->objective_size - z : excess_of_failure;
         for (int k = 0; k < plan->count && row && point->has_gradients; k++)
             row[k] = point->objective_by[one * plan->count + k] / problem->objective_size;
         if (row)
@@ -249,9 +248,8 @@ static void set_bounds(const struct problem *problem, double *lower, double *upp
 
 static double first_z(const struct problem *problem) {
     const struct plan *plan = problem->plan;
-    return problem->what == MINIMISE_EXCESS
-               ? worst_excess(plan, problem->point)
-               : plan_objective(plan, problem->point) / problem->objective_size;
+    return problem->what == MINIMISE_EXCESS ? worst_excess(plan, problem->point)
+                                            : plan_objective(plan, problem->point) / problem->objective_size;
 }
 
 /* Runs SLSQP from the point, which becomes the result. */
@@ -261,8 +259,8 @@ static void run(struct problem *problem) {
     const int limits = inequality_count(plan),
               rows = limits + (problem->what == MINIMISE_LARGEST_OBJECTIVE ? plan->case_count : 0);
     double *x = format_allocate(count, sizeof *x), *lower = format_allocate(count, sizeof *x),
-           *upper = format_allocate(count, sizeof *x), *tolerances = format_allocate((size_t)rows + 1, sizeof *x),
-           least;
+           *upper = format_allocate(count, sizeof *x),
+           *tolerances = format_allocate((size_t)rows + 1, sizeof *x), least;
     memcpy(x, problem->point->x, (size_t)plan->count * sizeof *x);
     if (problem->what != MINIMISE_OBJECTIVE)
         x[count - 1] = first_z(problem);
@@ -312,8 +310,8 @@ static void run_rounds(struct problem *problem) {
                             ? MINIMISE_LARGEST_OBJECTIVE
                             : MINIMISE_OBJECTIVE;
         run(problem);
-        if (problem->has_kept && plan_objective(plan, problem->kept) / problem->objective_size <=
-                                     problem->merit + round_gain)
+        if (problem->has_kept &&
+            plan_objective(plan, problem->kept) / problem->objective_size <= problem->merit + round_gain)
             return;
         restart(problem);
         problem->margin = i ? margin_grows * problem->margin : margin_first;

@@ -10,11 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "runtime/tool/motions/plan/plan.h"
+#include "runtime/tool/motions/plan/planning.h"
 #include "runtime/tool/support/system/system.h"
 
 enum {
-    PANELS = 200,     /* of Simpson's rule for integrals over the motion */
+    PANELS = 200,      /* of Simpson's rule for integrals over the motion */
     SCAN_OUTPUTS = 200 /* of each motion of the scan */
 };
 
@@ -36,7 +36,8 @@ static size_t extreme_count(const struct plan *plan) {
 }
 
 void plan_point_start(const struct plan *plan, struct plan_point *point) {
-    const size_t count = (size_t)plan->count, extremes = extreme_count(plan), cases = (size_t)plan->case_count;
+    const size_t count = (size_t)plan->count, extremes = extreme_count(plan),
+                 cases = (size_t)plan->case_count;
     *point = (struct plan_point){.x = format_allocate(count, sizeof *point->x)};
     point->extremes = format_allocate(extremes + 1, sizeof *point->extremes);
     point->objectives = format_allocate(cases, sizeof *point->objectives);
@@ -45,7 +46,8 @@ void plan_point_start(const struct plan *plan, struct plan_point *point) {
 }
 
 void plan_point_copy(const struct plan *plan, const struct plan_point *from, struct plan_point *to) {
-    const size_t count = (size_t)plan->count, extremes = extreme_count(plan), cases = (size_t)plan->case_count;
+    const size_t count = (size_t)plan->count, extremes = extreme_count(plan),
+                 cases = (size_t)plan->case_count;
     to->is_done = from->is_done;
     to->has_gradients = from->has_gradients;
     memcpy(to->x, from->x, count * sizeof *to->x);
@@ -64,7 +66,8 @@ double plan_value_at(const struct plan *plan, int value, const double *x) {
 static double end_at(const struct plan *plan, const double *x, int one) {
     if (plan->end_value >= 0)
         return plan_value_at(plan, plan->end_value, x);
-    return plan->end_varied >= 0 ? plan->cases[one * plan->file->varied_count + plan->end_varied] : plan->t_end;
+    return plan->end_varied >= 0 ? plan->cases[one * plan->file->varied_count + plan->end_varied]
+                                 : plan->t_end;
 }
 
 /* ---- Batches ---- */
@@ -116,8 +119,8 @@ static void write_signals(void *context, const struct refdyn_batch_case *one, do
 
 static void note_failure(struct plan *plan, struct plan_point *point, int status, double t) {
     point->is_done = false;
-    plan->failure.status = status;
-    plan->failure.t = t;
+    plan->failed.status = status;
+    plan->failed.t = t;
 }
 
 /* ---- The start of a motion ---- */
@@ -134,8 +137,7 @@ static int take_start(void *context, const struct refdyn_batch_case *one, int nu
     const struct refdyn_model *model = scene->model;
     const struct refdyn_workspace *work = one->integrator->work;
     (void)number;
-    memcpy(scene->work.p, work->p,
-           (size_t)(model->parameter_count + model->derived_count) * sizeof *work->p);
+    memcpy(scene->work.p, work->p, (size_t)(model->parameter_count + model->derived_count) * sizeof *work->p);
     memcpy(scene->work.x, work->x, (size_t)model->input_count * sizeof *work->x);
     memcpy(scene->q, one->integrator->q, (size_t)model->n * sizeof *scene->q);
     memcpy(scene->qd, one->integrator->qd, (size_t)model->n * sizeof *scene->qd);
@@ -230,8 +232,8 @@ static void run_free(struct plan *plan, struct plan_point *point, int one, doubl
     struct motion motion;
     struct record_limits limits;
     int status = simulate_start(&motion, plan->scene, &plan->integration, until, 0);
-    record_limits_start(&limits, simulate_memory(&motion), &motion.integrator,
-                        plan->scene->compiled.spatial, bounds, count);
+    record_limits_start(&limits, simulate_memory(&motion), &motion.integrator, plan->scene->compiled.spatial,
+                        bounds, count);
     if (count > 0)
         motion.record.limits = &limits;
     if (status == REFDYN_OK)
@@ -321,7 +323,8 @@ static void run_outputs(struct plan *plan, struct plan_point *point, const struc
     batch.times = outputs->t;
     batch.time_count = outputs->count;
     outputs->at = format_allocate_large(size, sizeof *outputs->at);
-    outputs->by = with_derivatives ? format_allocate_large(size * (size_t)plan->count, sizeof *outputs->by) : NULL;
+    outputs->by =
+        with_derivatives ? format_allocate_large(size * (size_t)plan->count, sizeof *outputs->by) : NULL;
     struct refdyn_derivatives given = {.batch = &batch,
                                        .number = one,
                                        .count = with_derivatives ? plan->count : 0,
@@ -357,8 +360,8 @@ static void integrate(struct plan *plan, struct plan_point *point, int one, doub
         const double weight = (i == 0 || i == PANELS ? 1 : i % 2 ? 4 : 2) / (3.0 * PANELS);
         sum += weight * outputs->at[row * plan->signal_count + plan->objective];
         for (int k = 0; k < plan->count && outputs->by; k++)
-            by[k] += weight * span *
-                     derivative_or_zero(plan, derivative(plan, outputs, k, row, plan->objective));
+            by[k] +=
+                weight * span * derivative_or_zero(plan, derivative(plan, outputs, k, row, plan->objective));
     }
     point->objectives[one] = (struct plan_extreme){span * sum, end};
     if (outputs->by && plan->end_value >= 0)
@@ -373,7 +376,8 @@ static double break_rate(const struct plan *plan, const struct motions *motions,
     const struct plan_value *varied = &plan->values[value];
     struct refdyn_workspace *work = &plan->scene->work;
     const struct refdyn_model *model = plan->scene->model;
-    const double change = break_part * (varied->to - varied->from), now = motions->values[value * plan->case_count + one];
+    const double change = break_part * (varied->to - varied->from),
+                 now = motions->values[value * plan->case_count + one];
     double *times = memory_scratch(&format_memory, ((size_t)model->break_count + 1) * sizeof *times);
     double *moved = memory_scratch(&format_memory, ((size_t)model->break_count + 1) * sizeof *moved);
     if (!model->breaks || varied->variable.what != REFDYN_VARIED_PARAMETER)
@@ -414,9 +418,8 @@ static void differentiate_jump(struct plan *plan, struct plan_point *point, cons
     const double rate = (at[near * width] - at[far * width]) / (is_after ? -aside : aside);
     for (int k = 0; k < plan->count && point->is_done; k++) {
         const double scale = plan->values[k].to - plan->values[k].from,
-                     moves = extreme.t >= end - same
-                                 ? plan->end_rates[k] * scale
-                                 : break_rate(plan, motions, one, k, extreme.t, same),
+                     moves = extreme.t >= end - same ? plan->end_rates[k] * scale
+                                                     : break_rate(plan, motions, one, k, extreme.t, same),
                      with_end = plan->end_rates[k] * scale * (extreme.t - start) / span;
         by[k] = derivative(plan, &outputs, k, near, signal) + rate * (moves - with_end);
     }
@@ -480,7 +483,8 @@ void plan_point_evaluate(struct plan *plan, struct plan_point *point) {
     point->has_gradients = false;
     for (int one = 0; one < plan->case_count; one++)
         point->objectives[one] = (struct plan_extreme){
-            plan->file->measure == PLAN_PARAMETER ? plan_value_at(plan, plan->objective, point->x) : NAN, NAN};
+            plan->file->measure == PLAN_PARAMETER ? plan_value_at(plan, plan->objective, point->x) : NAN,
+            NAN};
     for (int one = 0; one < plan->case_count && point->is_done; one++)
         evaluate_case(plan, point, &motions, one);
     memory_back(&format_memory, mark);
@@ -560,7 +564,8 @@ struct scan {
 static int see_output(void *context, const struct refdyn_batch_case *one, int number) {
     struct scan *scan = context;
     const struct plan *plan = scan->plan;
-    double *values = scan->values + one->room * plan->signal_count, *objective = &scan->objectives[one->number];
+    double *values = scan->values + one->room * plan->signal_count,
+           *objective = &scan->objectives[one->number];
     const enum plan_measure measure = plan->file->measure;
     const bool is_last = number == SCAN_OUTPUTS;
     write_signals(scan->plan, one, values);
@@ -618,9 +623,10 @@ void plan_scan(struct plan *plan, const double *x, int points, double *objective
     scan.values = memory_scratch(&format_memory, (rooms * (size_t)plan->signal_count + 1) * sizeof(double));
     for (int i = 0; i < total; i++) {
         scan.excesses[i] = -INFINITY;
-        scan.objectives[i] = plan->file->measure == PLAN_PARAMETER
-                                 ? plan_value_at(plan, plan->objective, x + i / plan->case_count * plan->count)
-                                 : 0;
+        scan.objectives[i] =
+            plan->file->measure == PLAN_PARAMETER
+                ? plan_value_at(plan, plan->objective, x + i / plan->case_count * plan->count)
+                : 0;
     }
     for (int i = 0; i < SCAN_OUTPUTS; i++)
         times[i] = plan->batch.t + (motions.ends[0] - plan->batch.t) * (i + 1) / SCAN_OUTPUTS;

@@ -2,7 +2,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/tool/motions/plan/plan.h"
+#include "runtime/tool/motions/plan/planning.h"
 #include "runtime/tool/support/system/system.h"
 
 /* The search counts a limit as active if it is nearer to its bound than this part of its size. */
@@ -139,28 +139,31 @@ static void print(const struct plan *plan, const struct plan_point *point, const
         const struct summary_of_limit summary = summarise(plan, point, i, multipliers);
         const struct plan_limit *limit = &plan->limits[i];
         if (is_exceeded(limit, &summary))
-            fprintf(stderr, "refdyn: %s: %s: must give way by %.6g, at t = %.6g s, or the ranges of the "
-                            "values must grow\n",
+            fprintf(stderr,
+                    "refdyn: %s: %s: must give way by %.6g, at t = %.6g s, or the ranges of the "
+                    "values must grow\n",
                     plan->scene->model->name, limit->name, summary.excess * limit->size, summary.t);
         else if (summary.excess > -active_most)
             fprintf(stderr, "active       %s at t = %.6g s; multiplier %.4g\n", limit->name, summary.t,
                     summary.multiplier);
     }
     if (plan->lost > 0)
-        fprintf(stderr,
-                "refdyn: warning: %ld derivatives do not exist, since a slight change reorders events or ends "
-                "the motion; the result may not be the best\n",
-                plan->lost);
+        fprintf(
+            stderr,
+            "refdyn: warning: %ld derivatives do not exist, since a slight change reorders events or ends "
+            "the motion; the result may not be the best\n",
+            plan->lost);
 }
 
 enum status plan_report(struct plan *plan, struct plan_result *result) {
-    double *multipliers = format_allocate(2 * (size_t)(plan->case_count * plan->limit_count) + 1, sizeof(double));
+    double *multipliers =
+        format_allocate(2 * (size_t)(plan->case_count * plan->limit_count) + 1, sizeof(double));
     if (!result->has_best) {
         if (system_interrupted)
             fprintf(stderr, "refdyn: %s: interrupted before the first result\n", plan->scene->model->name);
         else
             fprintf(stderr, "refdyn: %s: no motion reaches its end; the last one fails at t = %.6g: %s\n",
-                    plan->scene->model->name, plan->failure.t, refdyn_status_text(plan->failure.status));
+                    plan->scene->model->name, plan->failed.t, refdyn_status_text(plan->failed.status));
         return STATUS_NUMBERS;
     }
     plan_point_differentiate(plan, &result->best);
@@ -170,7 +173,7 @@ enum status plan_report(struct plan *plan, struct plan_result *result) {
     const enum status status = write(plan, result, multipliers);
     if (system_interrupted)
         fprintf(stderr, "refdyn: %s: interrupted; this is the best so far\n", plan->scene->model->name);
-    return status != STATUS_DONE                              ? status
+    return status != STATUS_DONE                   ? status
            : plan_is_feasible(plan, &result->best) ? STATUS_DONE
                                                    : STATUS_NUMBERS;
 }

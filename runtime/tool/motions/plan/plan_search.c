@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/tool/motions/plan/plan.h"
+#include "runtime/tool/motions/plan/planning.h"
 #include "runtime/tool/support/system/system.h"
 
 /* Starts of local searches differ by at least this part of some range. */
@@ -38,7 +38,7 @@ static void make_starts(const struct plan *plan, double *x, int starts) {
         const double start = (value->start - value->from) / (value->to - value->from);
         prime = next_prime(prime);
         for (int i = 0; i < starts; i++)
-            x[i * plan->count + k] = i > 0                ? van_der_corput((long)plan->file->seed + i, prime)
+            x[i * plan->count + k] = i > 0                 ? van_der_corput((long)plan->file->seed + i, prime)
                                      : isnan(value->start) ? 0.5
                                                            : start;
     }
@@ -110,8 +110,8 @@ static void print_scan(const struct plan *plan, const double *x, const double *o
 
 static void print_search(const struct plan *plan, const struct plan_point *point, int number) {
     if (!point->is_done)
-        fprintf(stderr, "search %-5d the motion fails at t = %.6g: %s\n", number + 1, plan->failure.t,
-                refdyn_status_text(plan->failure.status));
+        fprintf(stderr, "search %-5d the motion fails at t = %.6g: %s\n", number + 1, plan->failed.t,
+                refdyn_status_text(plan->failed.status));
     else if (plan_is_feasible(plan, point))
         fprintf(stderr, "search %-5d %.9g at %s\n", number + 1, plan_objective(plan, point),
                 plan_values_text(plan, point->x));

@@ -91,7 +91,7 @@ struct plan {
     struct scene *scene;
     struct plan_file *file;
     struct refdyn_options integration;
-    struct refdyn_batch batch; /* the motion, without its times and columns */
+    struct refdyn_batch batch;         /* the motion, without its times and columns */
     struct refdyn_variable *variables; /* (count) of the values */
     double *end_rates;                 /* (count) derivative of the end by each value */
     struct plan_value *values;
@@ -107,19 +107,19 @@ struct plan {
     struct record_table table;   /* columns of a motion */
     struct record_table *tables; /* (threads x rooms_of_thread) of motions computed at the same time */
     int rooms_of_thread;
-    int *signals;                /* (signal_count) columns that limits and objective use */
-    const char **signal_names;   /* (signal_count) */
+    int *signals;              /* (signal_count) columns that limits and objective use */
+    const char **signal_names; /* (signal_count) */
     int signal_count;
 
     int case_count;
     double *cases; /* (case_count x varied_count) */
 
-    long motions;     /* computed in all, copies included */
-    long lost;        /* derivatives that do not exist */
+    long motions; /* computed in all, copies included */
+    long lost;    /* derivatives that do not exist */
     struct {
         int status; /* of the runtime */
         double t;   /* time reached [s] */
-    } failure;      /* of the last motion that failed */
+    } failed;       /* of the last motion that failed */
     struct progress progress;
 };
 
@@ -130,13 +130,13 @@ struct plan_extreme {
 
 /* What the motions at x have. Entries by case: those of case 0, then those of case 1 ... */
 struct plan_point {
-    double *x;                     /* (count) each from 0 to 1 */
-    bool is_done;                  /* all motions reach their ends */
+    double *x;    /* (count) each from 0 to 1 */
+    bool is_done; /* all motions reach their ends */
     bool has_gradients;
-    struct plan_extreme *extremes; /* (cases x limits x 2) smallest and largest */
+    struct plan_extreme *extremes;   /* (cases x limits x 2) smallest and largest */
     struct plan_extreme *objectives; /* (cases) with the time of an objective rd.largest */
-    double *extreme_by;            /* (cases x limits x 2 x count) by x */
-    double *objective_by;          /* (cases x count) by x */
+    double *extreme_by;              /* (cases x limits x 2 x count) by x */
+    double *objective_by;            /* (cases x count) by x */
 };
 
 void plan_point_start(const struct plan *plan, struct plan_point *point);

@@ -1,12 +1,14 @@
-/* `refdyn plan`: finds parameters of a motion that minimise an objective within limits, and writes PLAN.json. */
+/* `refdyn plan`: finds parameters of a motion that minimise an objective within limits, and writes PLAN.json.
+ */
 #include <math.h>
 #include <string.h>
 
-#include "runtime/tool/motions/plan/plan.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/motions/plan/planning.h"
 #include "runtime/tool/support/system/system.h"
 
-/* Tolerance of the motions. Their extremes scatter by some multiple of it, which line searches take for slopes.
+/* Tolerance of the motions. Their extremes scatter by some multiple of it, which line searches take for
+ * slopes.
  */
 static const double tol_default = 1e-9;
 /* Cases of for_all, each of which is a motion of every evaluation. */
@@ -19,10 +21,11 @@ static void refuse_name(struct plan *plan, struct place place, const char *what,
     struct messages *messages = &plan->file->messages;
     for (int i = 0; i < read->option_count; i++)
         if (strcmp(read->options[i].name, name) == 0) {
-            message_error(messages, place,
-                          "%s%s: an option of the model, which fixes its structure; use a parameter, an input or "
-                          "a start value",
-                          what, name);
+            message_error(
+                messages, place,
+                "%s%s: an option of the model, which fixes its structure; use a parameter, an input or "
+                "a start value",
+                what, name);
             return;
         }
     for (int i = 0; i < read->parameter_count; i++)
@@ -71,8 +74,8 @@ static void find_values(struct plan *plan) {
         struct plan_varied *varied = &file->varied[k];
         find_variable(plan, varied->place, "for_all.", varied->name, &varied->variable);
         if (value_named(plan, varied->name) >= 0)
-            message_error(&file->messages, varied->place, "for_all.%s: vary has it as well; remove one of them",
-                          varied->name);
+            message_error(&file->messages, varied->place,
+                          "for_all.%s: vary has it as well; remove one of them", varied->name);
     }
 }
 
@@ -91,9 +94,10 @@ static void find_end(struct plan *plan) {
     if (plan->end_value >= 0) {
         plan->end_rates[plan->end_value] = 1;
         if (!(plan->values[plan->end_value].from > plan->batch.t))
-            message_error(&plan->file->messages, plan->values[plan->end_value].place,
-                          "vary.%s: the end of the motion begins at %.6g; must be after its start at t = %.6g",
-                          file->end_name, plan->values[plan->end_value].from, plan->batch.t);
+            message_error(
+                &plan->file->messages, plan->values[plan->end_value].place,
+                "vary.%s: the end of the motion begins at %.6g; must be after its start at t = %.6g",
+                file->end_name, plan->values[plan->end_value].from, plan->batch.t);
         return;
     }
     const int place = refdyn_find_name(model->parameters, model->parameter_count, file->end_name);
@@ -191,8 +195,8 @@ static void make_cases(struct plan *plan) {
     for (int k = 0; k < width; k++)
         count *= file->varied[k].count;
     if (count > cases_most) {
-        message_error(&file->messages, file->varied[0].place, "for_all: %.0f cases; must be at most %d", count,
-                      cases_most);
+        message_error(&file->messages, file->varied[0].place, "for_all: %.0f cases; must be at most %d",
+                      count, cases_most);
         return;
     }
     plan->case_count = (int)count;
@@ -281,7 +285,8 @@ static enum status run_scene(struct scene *scene, const struct options *options,
 
 /* Options that the file sets, unless the command line has them. */
 static void take_options(struct options *options, const struct plan_file *file) {
-    const char *const names[] = {"from", "method", "hold"}, *const texts[] = {file->from, file->method, file->hold};
+    const char *const names[] = {"from", "method", "hold"}, *const texts[] = {file->from, file->method,
+                                                                              file->hold};
     for (int i = 0; i < 3; i++)
         if (texts[i] && !options_has(options, names[i]))
             options_set_text(options, names[i], texts[i]);
@@ -305,9 +310,10 @@ static enum status plan_with(struct options *options, struct plan_file *file) {
         return options_usage_error(options->command, "plan excludes the methods of GSL");
     integration.balance = 0;
     const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
-    status = scene_open(&scene, options,
-                        NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
-                        options_state_path(options_text(options, "from")));
+    status =
+        scene_open(&scene, options,
+                   NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
+                   options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE)
         status = run_scene(&scene, options, file, &integration);
     scene_close(&scene);
@@ -318,8 +324,8 @@ static enum status run_plan(const struct options *given) {
     struct options own = *given;
     struct plan_file file;
     if (given->operand_count != 2)
-        return options_usage_error(given->command, given->operand_count < 2 ? "PLAN.lua is missing"
-                                                                            : "one PLAN.lua only");
+        return options_usage_error(given->command,
+                                   given->operand_count < 2 ? "PLAN.lua is missing" : "one PLAN.lua only");
     if (!plan_has_optimiser()) {
         fprintf(stderr, "refdyn: plan needs NLopt; build refdyn with it\n");
         return STATUS_FAULT;
@@ -334,7 +340,8 @@ const struct command plan_command = {
     .name = "plan",
     .run = run_plan,
     .operands = "MODEL.lua PLAN.lua",
-    .options = "output! method step tol step-max from stabilise singular start hold release way lanes parameters set",
+    .options = "output! method step tol step-max from stabilise singular start hold release way lanes "
+               "parameters set",
     .tables = {simulate_rules, equilibria_rules, scene_rules},
     .output = "PLAN.json",
     .purpose = "the best parameters of a motion within limits",
