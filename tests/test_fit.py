@@ -204,7 +204,7 @@ def test_columns_without_use(slide, tmp_path):
     data.write_text("\n".join([lines[0] + ",a_xd,b_x"] + [line + ",1,2" for line in lines[1:]]) + "\n")
     done = fit(slide, data, "--vary", "c", "--noise", "a_x=1e-5", folder=tmp_path)[1]
     assert "column a_xd is no column of the motion and is not used; the nearest is" in done.stderr
-    assert "column b_x is not used; to use it, add its noise to --noise" in done.stderr
+    assert "1 column without noise is not used (b_x); to use one, add it to --noise" in done.stderr
 
 
 USAGE = {

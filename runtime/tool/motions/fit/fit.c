@@ -52,21 +52,6 @@ static enum status prepare(struct fit *fit) {
 
 /* ---- The start ---- */
 
-void fit_report_failure(const struct fit *fit) {
-    fprintf(stderr, "refdyn: %s: the motion of the start fails at t = %.6g: %s; choose a start with --set\n",
-            fit->scene->model->name, fit->failure.t,
-            fit->failure.status ? refdyn_status_text(fit->failure.status)
-                                : "it ends before the data");
-}
-
-static enum status report_outcome(const struct fit *fit, enum fit_outcome outcome) {
-    if (outcome == FIT_STOPPED)
-        fprintf(stderr, "refdyn: %s: interrupted\n", fit->scene->model->name);
-    else
-        fit_report_failure(fit);
-    return STATUS_NUMBERS;
-}
-
 /* Compares the data with the motion of the start. */
 static enum status compare(struct fit *fit, const double *from) {
     enum status status = STATUS_DONE;
@@ -74,7 +59,7 @@ static enum status compare(struct fit *fit, const double *from) {
         const struct fit_data *data = &fit->data[i];
         double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
         const enum fit_outcome outcome = fit_motion_values(fit, data, from, model);
-        status = outcome == FIT_DONE ? fit_data_compare(fit, data, model) : report_outcome(fit, outcome);
+        status = outcome == FIT_DONE ? fit_data_compare(fit, data, model) : fit_report_outcome(fit, outcome);
         free(model);
     }
     return status;
@@ -101,8 +86,9 @@ static enum status check_start(struct fit *fit, const double *from) {
     struct fit_solution start = {.rows = (int)rows, .starts = 1};
     struct fit_certainty certainty;
     if (rows < count) {
-        format_complain_line(fit->data[0].path, 0,
-                             format_text("data: %zu measurements for %zu values; must have more", rows, count));
+        format_complain_line(
+            fit->data[0].path, 0,
+            format_text("data: %zu measurements for %zu values; must have more", rows, count));
         return STATUS_FAULT;
     }
     start.u = format_allocate(count, sizeof *start.u);
@@ -110,7 +96,7 @@ static enum status check_start(struct fit *fit, const double *from) {
     start.r = format_allocate_large(rows, sizeof *start.r);
     start.J = format_allocate_large(rows * count, sizeof *start.J);
     const enum fit_outcome outcome = fit_residuals(fit, false, INFINITY, from, start.r, start.J, rows);
-    enum status status = outcome == FIT_DONE ? STATUS_DONE : report_outcome(fit, outcome);
+    enum status status = outcome == FIT_DONE ? STATUS_DONE : fit_report_outcome(fit, outcome);
     if (status == STATUS_DONE) {
         for (size_t i = 0; i < rows; i++)
             start.chi2 += start.r[i] * start.r[i];
@@ -143,7 +129,7 @@ static enum status find(struct fit *fit) {
     fit_search(fit, from, &solution);
     system_progress_end(&fit->progress);
     if (solution.outcome == FIT_STOPPED || !isfinite(solution.chi2))
-        return report_outcome(fit, solution.outcome);
+        return fit_report_outcome(fit, solution.outcome);
     fit_certainty_find(fit, &solution, &certainty);
     fit_report_print(fit, &solution, &certainty);
     status = fit_report_write(fit, &solution, &certainty);
@@ -162,6 +148,9 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     struct fit fit = {.options = options, .scene = scene, .integration = *integration};
     for (int i = 1; i < options->operand_count; i++)
         system_targets_spare(&scene->targets, options->operands[i]);
+    const char **held_out = options_list(options_text(options, "held-out"));
+    for (int i = 0; held_out[i]; i++)
+        system_targets_spare(&scene->targets, held_out[i]);
     enum status status = prepare(&fit);
     if (status == STATUS_DONE)
         status = find(&fit);
@@ -203,9 +192,10 @@ static enum status run_fit(const struct options *given) {
     if (simulate_gsl_has(options_text(options, "method")))
         return options_usage_error(options->command, "fit excludes the methods of GSL");
     const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
-    status = scene_open(&scene, options,
-                        NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
-                        options_state_path(options_text(options, "from")));
+    status =
+        scene_open(&scene, options,
+                   NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
+                   options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE)
         status = run_scene(&scene, options, &integration);
     scene_close(&scene);
@@ -228,14 +218,15 @@ const struct command fit_command = {
     .name = "fit",
     .run = run_fit,
     .operands = "MODEL.lua DATA.csv...",
-    .options = "output! vary! noise! held-out check until every method step tol step-max from stabilise singular start hold "
-               "release way lanes parameters set",
+    .options = "output! vary! noise! held-out check until every method step tol step-max from stabilise "
+               "singular start hold release way lanes parameters set",
     .tables = {fit_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "FIT.json",
     .purpose = "values of a model from measured data",
-    .help = "DATA.csv has the time t and columns named as in `sim`; an empty field is a gap, and columns named "
-            "as inputs move the model.\n"
-            "FIT.json has values, standard errors, correlations, and what the data do not determine.\n\n"
-            "  refdyn fit models/manipulator.lua run.csv --vary E,eta,m_E=1:3 --noise column_psi=2e-4,E_xdd=0.05 "
-            "-o fit.json\n"
-            "  refdyn sim models/manipulator.lua --parameters fit.json --until 2 -o fitted.csv\n"};
+    .help =
+        "DATA.csv has the time t and columns named as in `sim`; an empty field is a gap, and columns named "
+        "as inputs move the model.\n"
+        "FIT.json has values, standard errors, correlations, and what the data do not determine.\n\n"
+        "  refdyn fit models/manipulator.lua run.csv --vary E,eta,m_E=1:3 --noise column_psi=2e-4,E_xdd=0.05 "
+        "-o fit.json\n"
+        "  refdyn sim models/manipulator.lua --parameters fit.json --until 2 -o fitted.csv\n"};

@@ -41,12 +41,12 @@ struct fit_signal {
 /* A file of measurements. */
 struct fit_data {
     const char *path;
-    bool is_held_out;      /* not used for the fit: its residuals validate it */
-    bool has_inputs;       /* `inputs` has samples of the model's inputs */
+    bool is_held_out; /* not used for the fit: its residuals validate it */
+    bool has_inputs;  /* `inputs` has samples of the model's inputs */
     struct inputs inputs;
     int rows;
-    double *t; /* (rows) ascending [s] */
-    double *y; /* (rows x signals) NaN: a gap */
+    double *t;   /* (rows) ascending [s] */
+    double *y;   /* (rows x signals) NaN: a gap */
     long *lines; /* (rows) of the file */
 };
 
@@ -54,9 +54,9 @@ struct fit {
     const struct options *options;
     struct scene *scene;
     struct refdyn_options integration;
-    struct motion motion;                /* whose columns are compared with the data */
-    struct record_table table;           /* its columns */
-    struct record_table *tables;         /* (threads x rooms_of_thread) of motions computed at the same time */
+    struct motion motion;        /* whose columns are compared with the data */
+    struct record_table table;   /* its columns */
+    struct record_table *tables; /* (threads x rooms_of_thread) of motions computed at the same time */
     int rooms_of_thread;
     struct motion_derivatives variables; /* the values as variables of the motion */
     struct refdyn_batch batch;           /* the motion, without times and columns */
@@ -67,12 +67,10 @@ struct fit {
     int asked; /* the first signals: those of --noise; with --check all other columns follow */
     struct fit_data *data;
     int data_count;
-    long motions;       /* computed in all, copies included */
-    struct {
-        int status; /* of the runtime */
-        double t;   /* time reached [s] */
-    } failure; /* of the last motion */
-    int lost;           /* residuals of the last derivatives that lacked one */
+    long motions;   /* computed in all, copies included */
+    int end_status; /* of the last motion: a status of the runtime, and the time reached [s] */
+    double end_t;
+    int lost; /* residuals of the last derivatives that lacked one */
     struct progress progress;
 };
 
@@ -116,16 +114,13 @@ enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data,
 /* chi^2 of many candidates (candidates x values) up to `until`; INFINITY for a motion that fails. */
 enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double *unknowns, int candidates,
                                     double *chi2);
-/* Reports why the motion of the last call has failed. */
-void fit_report_failure(const struct fit *fit);
-
 /* ---- Least squares (least_squares.c) ---- */
 
 /* A problem of least squares with bounds. */
 struct least_squares {
-    int count, rows;            /* unknowns, residuals */
+    int count, rows;             /* unknowns, residuals */
     const double *lower, *upper; /* (count) bounds of the unknowns */
-    double step_most;           /* largest change of an unknown in one step */
+    double step_most;            /* largest change of an unknown in one step */
     int rounds_most;
     enum fit_outcome (*residuals)(void *context, const double *u, double *r, double *J);
     void *context;
@@ -142,9 +137,9 @@ enum fit_outcome least_squares_solve(struct least_squares *problem);
 
 struct fit_solution {
     enum fit_outcome outcome;
-    double *u;   /* (values) unknowns */
-    double *r;   /* (rows) */
-    double *J;   /* (values x rows) */
+    double *u; /* (values) unknowns */
+    double *r; /* (rows) */
+    double *J; /* (values x rows) */
     int rows;
     double chi2;
     int starts; /* starts that the search tried */
@@ -165,7 +160,7 @@ struct fit_certainty {
     const char ***groups; /* lists of names that the data do not determine, each ended by NULL; NULL at the
                              end */
     int group_count;
-    bool is_dependent;    /* columns of J depend on each other, as far as rounding shows */
+    bool is_dependent; /* columns of J depend on each other, as far as rounding shows */
 };
 
 void fit_certainty_find(const struct fit *fit, const struct fit_solution *solution,
@@ -176,6 +171,8 @@ const char *fit_group_text(const char *const *names);
 void fit_put_errors(struct document *document, const struct fit *fit, const struct fit_certainty *certainty);
 /* Puts singular values, and what is not identifiable. */
 void fit_put_groups(struct document *document, const struct fit_certainty *certainty);
+/* Reports why the last motion has failed, or that a signal has ended the search; returns STATUS_NUMBERS. */
+enum status fit_report_outcome(const struct fit *fit, enum fit_outcome outcome);
 /* Writes FIT.json. */
 enum status fit_report_write(struct fit *fit, const struct fit_solution *solution,
                              const struct fit_certainty *certainty);

@@ -79,8 +79,8 @@ static void judge(const struct fit *fit, const struct fit_solution *all, int fur
 }
 
 /* The further column that helps most; -1 if none helps. */
-static int find_best(const struct fit *fit, const struct fit_solution *all,
-                     const struct fit_certainty *asked, struct fit_certainty *best) {
+static int find_best(const struct fit *fit, const struct fit_solution *all, const struct fit_certainty *asked,
+                     struct fit_certainty *best) {
     double largest = asked->singular[fit->count - 1];
     int found = -1;
     for (int k = fit->asked; k < fit->signal_count; k++) {
@@ -148,10 +148,8 @@ enum status fit_check(struct fit *fit, const double *from) {
     all.J = format_allocate_large(rows * (size_t)fit->count, sizeof *all.J);
     if (outcome == FIT_DONE)
         outcome = fit_residuals(fit, false, INFINITY, from, all.r, all.J, rows);
-    if (outcome != FIT_DONE) {
-        fit_report_failure(fit);
-        return STATUS_NUMBERS;
-    }
+    if (outcome != FIT_DONE)
+        return fit_report_outcome(fit, outcome);
     judge(fit, &all, -1, &asked);
     const int further = find_best(fit, &all, &asked, &best);
     print_check(fit, from, &asked, further, &best);

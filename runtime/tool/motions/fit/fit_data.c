@@ -1,7 +1,7 @@
 /*
- * Measurements: CSV files with the time `t` and columns named as in a motion. An empty field is a gap. Columns
- * that are inputs of the model move it. Reports data that cannot be right: constant columns, other units,
- * exchanged columns, another unit of time.
+ * Measurements: CSV files with the time `t` and columns named as in a motion. An empty field is a gap.
+ * Columns that are inputs of the model move it. Reports data that cannot be right: constant columns, other
+ * units, exchanged columns, another unit of time.
  */
 #include <math.h>
 #include <string.h>
@@ -35,16 +35,35 @@ static bool is_input(const struct refdyn_model *model, const char *name) {
             refdyn_find_name(model->inputs, model->input_count, name + lead) >= 0);
 }
 
-/* Warns of a column without a use. */
-static void warn_of_column(const struct reading *reading, const char *name) {
+/* Warns of columns without a use: those of the motion in one line, and each other one. */
+static void warn_of_columns(const struct reading *reading) {
+    enum { SHOWN_MOST = 5 };
     const struct record_table *table = &reading->fit->table;
-    const char *near = message_nearest_name(name, table->names, table->count);
-    const char *text =
-        record_table_find(table, name, strlen(name)) >= 0
-            ? format_text("warning: data: column %s is not used; to use it, add its noise to --noise", name)
-            : format_text("warning: data: column %s is no column of the motion and is not used%s%s", name,
-                          near ? "; the nearest is " : "", near ? near : "");
-    format_complain_line(reading->csv.path, reading->csv.line, text);
+    const struct csv *csv = &reading->csv;
+    struct text unused = {.memory = &format_memory};
+    int count = 0;
+    for (int i = 0; i < csv->count; i++) {
+        const char *name = csv->names[i];
+        if (reading->role[i] != COLUMN_OTHER)
+            continue;
+        if (record_table_find(table, name, strlen(name)) >= 0) {
+            if (count++ < SHOWN_MOST)
+                text_add(&unused, "%s%s", count > 1 ? ", " : "", name);
+            continue;
+        }
+        const char *near = message_nearest_name(name, table->names, table->count);
+        format_complain_line(csv->path, csv->line,
+                             format_text("warning: data: column %s is no column of the motion and is not "
+                                         "used%s%s",
+                                         name, near ? "; the nearest is " : "", near ? near : ""));
+    }
+    if (count > 0)
+        format_complain_line(
+            csv->path, csv->line,
+            format_text("warning: data: %d column%s without noise %s not used (%s%s); to use "
+                        "one, add it to --noise",
+                        count, count > 1 ? "s" : "", count > 1 ? "are" : "is", unused.data,
+                        count > SHOWN_MOST ? ", ..." : ""));
 }
 
 static bool assign_columns(struct reading *reading) {
@@ -65,9 +84,7 @@ static bool assign_columns(struct reading *reading) {
         return format_csv_complain(csv, "no column is called t; add the time of each measurement [s]");
     if (!has_signal)
         return format_csv_complain(csv, "no column of --noise is here; must have at least one of them");
-    for (int i = 0; i < csv->count; i++)
-        if (reading->role[i] == COLUMN_OTHER)
-            warn_of_column(reading, csv->names[i]);
+    warn_of_columns(reading);
     return true;
 }
 
@@ -80,13 +97,14 @@ static bool take_time(struct reading *reading, int column) {
     if (!format_csv_number(&reading->csv, column, t))
         return false;
     if (data->rows > 0 && !(*t > t[-1]))
-        return format_csv_complain(&reading->csv,
-                                   "t = %.9g does not follow %.9g, the time before it; times must ascend: give "
-                                   "each time base its own file",
-                                   *t, t[-1]);
+        return format_csv_complain(
+            &reading->csv,
+            "t = %.9g does not follow %.9g, the time before it; times must ascend: give "
+            "each time base its own file",
+            *t, t[-1]);
     if (*t < begin)
-        return format_csv_complain(&reading->csv, "t = %.9g; must not be before the motion, which starts at %.9g",
-                                   *t, begin);
+        return format_csv_complain(
+            &reading->csv, "t = %.9g; must not be before the motion, which starts at %.9g", *t, begin);
     return true;
 }
 
@@ -95,10 +113,10 @@ static bool take_row(struct reading *reading) {
     const struct csv *csv = &reading->csv;
     const int width = reading->fit->signal_count;
     data->t = memory_room(&format_memory, data->t, data->rows, &reading->room_t, sizeof *data->t);
-    data->y = memory_room(&format_memory, data->y, data->rows, &reading->room_y,
-                          (size_t)width * sizeof *data->y);
-    data->lines = memory_room(&format_memory, data->lines, data->rows, &reading->room_lines,
-                              sizeof *data->lines);
+    data->y =
+        memory_room(&format_memory, data->y, data->rows, &reading->room_y, (size_t)width * sizeof *data->y);
+    data->lines =
+        memory_room(&format_memory, data->lines, data->rows, &reading->room_lines, sizeof *data->lines);
     double *y = data->y + (size_t)data->rows * (size_t)width;
     for (int k = 0; k < width; k++)
         y[k] = NAN;
@@ -119,7 +137,8 @@ static bool take_rows(struct reading *reading) {
     while (answer > 0 && (answer = format_csv_next(&reading->csv)) > 0)
         answer = take_row(reading) ? 1 : -1;
     if (answer == 0 && reading->data->rows < 2)
-        return format_csv_complain(&reading->csv, "fewer than 2 rows; must have a header and at least two rows");
+        return format_csv_complain(&reading->csv,
+                                   "fewer than 2 rows; must have a header and at least two rows");
     return answer == 0;
 }
 
@@ -140,10 +159,11 @@ static bool refuse_constant(const struct reading *reading) {
             count++;
         }
         if (count > 1 && least == most) {
-            format_complain_line(data->path, 1,
-                                 format_text("data: column %s is %.9g in all %ld rows: a sensor that does not "
-                                             "move; omit it from --noise",
-                                             fit->signals[k].name, least, count));
+            format_complain_line(
+                data->path, 1,
+                format_text("data: column %s is %.9g in all %ld rows: a sensor that does not "
+                            "move; omit it from --noise",
+                            fit->signals[k].name, least, count));
             return false;
         }
     }
@@ -162,8 +182,9 @@ static bool refuse_time_base(const struct fit *fit, const struct fit_data *data)
         return true;
     format_complain_line(
         data->path, 1,
-        format_text("data: the rows are %.3g s apart, but %.3g s in %s; times must be in seconds in each file",
-                    spacing(data), spacing(&fit->data[0]), fit->data[0].path));
+        format_text(
+            "data: the rows are %.3g s apart, but %.3g s in %s; times must be in seconds in each file",
+            spacing(data), spacing(&fit->data[0]), fit->data[0].path));
     return false;
 }
 
@@ -253,15 +274,15 @@ static const double cosine_least = 0.9, factor_part = 0.2;
 /* Columns are exchanged if the exchange decreases both sums of squares, one of them by this factor. */
 static const double exchange_gain = 30;
 
-static enum status refuse_unit(const struct fit *fit, const struct fit_data *data, const double *model, int k) {
+static enum status refuse_unit(const struct fit *fit, const struct fit_data *data, const double *model,
+                               int k) {
     const struct sums sums = sum_over(fit, data, model, k, k);
     const double factor = sums.dm / sums.mm, cosine = sums.dm / sqrt(sums.dd * sums.mm);
     for (size_t i = 0; i < sizeof units / sizeof *units; i++)
         if (cosine > cosine_least && fabs(factor / units[i].factor - 1) < factor_part) {
-            format_complain_line(
-                data->path, 1,
-                format_text("data: column %s is %.3g times the motion: it seems to be in %s",
-                            fit->signals[k].name, factor, units[i].text));
+            format_complain_line(data->path, 1,
+                                 format_text("data: column %s is %.3g times the motion: it seems to be in %s",
+                                             fit->signals[k].name, factor, units[i].text));
             return STATUS_FAULT;
         }
     return STATUS_DONE;

@@ -27,7 +27,8 @@ static const double entry_least = 0.2;
 static void factor(const struct fit_solution *solution, int count, double *R) {
     const int rows = solution->rows;
     const size_t size = (size_t)rows * (size_t)count;
-    double *A = format_allocate_large(size + 1, sizeof *A), *tau = format_allocate((size_t)count, sizeof *tau);
+    double *A = format_allocate_large(size + 1, sizeof *A),
+           *tau = format_allocate((size_t)count, sizeof *tau);
     memcpy(A, solution->J, size * sizeof *A);
     LAPACKE_dgeqrf(LAPACK_COL_MAJOR, rows, count, A, rows, tau);
     for (int k = 0; k < count; k++)
@@ -232,7 +233,8 @@ static bool is_at_bound(const struct fit_value *value, double unknown) {
     return fabs(number - value->lower) <= near || fabs(number - value->upper) <= near;
 }
 
-static void put_bounds(struct document *document, const struct fit *fit, const struct fit_solution *solution) {
+static void put_bounds(struct document *document, const struct fit *fit,
+                       const struct fit_solution *solution) {
     format_put_open(document, "at_bounds", '[');
     for (int k = 0; k < fit->count; k++)
         if (is_at_bound(&fit->values[k], solution->u[k]))
@@ -273,6 +275,19 @@ enum status fit_report_write(struct fit *fit, const struct fit_solution *solutio
     return scene_finish(fit->scene, &document);
 }
 
+/* ---- Messages ---- */
+
+enum status fit_report_outcome(const struct fit *fit, enum fit_outcome outcome) {
+    if (outcome == FIT_STOPPED)
+        fprintf(stderr, "refdyn: %s: interrupted\n", fit->scene->model->name);
+    else
+        fprintf(stderr,
+                "refdyn: %s: the motion of the start fails at t = %.6g: %s; choose a start with --set\n",
+                fit->scene->model->name, fit->end_t,
+                fit->end_status ? refdyn_status_text(fit->end_status) : "it ends before the data");
+    return STATUS_NUMBERS;
+}
+
 /* ---- The summary ---- */
 
 /* chi^2 by degree of freedom from which on the model does not explain the data, whatever their number. */
@@ -290,16 +305,18 @@ void fit_report_print(struct fit *fit, const struct fit_solution *solution,
             solution->chi2 / freedom, freedom, fit->motions, solution->starts,
             solution->starts > 1 ? "s" : "");
     if (solution->chi2 / freedom > unexplained_least)
-        fprintf(stderr,
-                "refdyn: warning: the residuals are %.3g times the noise: the model does not explain the data, "
-                "or --noise is too small\n",
-                sqrt(solution->chi2 / freedom));
+        fprintf(
+            stderr,
+            "refdyn: warning: the residuals are %.3g times the noise: the model does not explain the data, "
+            "or --noise is too small\n",
+            sqrt(solution->chi2 / freedom));
     for (int i = 0; i < certainty->group_count; i++)
         fprintf(stderr, "refdyn: warning: the data do not determine %s\n",
                 fit_group_text(certainty->groups[i]));
     if (fit->lost > 0)
-        fprintf(stderr,
-                "refdyn: warning: %d derivatives do not exist, since a slight change reorders events or ends the "
-                "motion; the standard errors omit them\n",
-                fit->lost);
+        fprintf(
+            stderr,
+            "refdyn: warning: %d derivatives do not exist, since a slight change reorders events or ends the "
+            "motion; the standard errors omit them\n",
+            fit->lost);
 }

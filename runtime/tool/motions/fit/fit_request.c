@@ -7,7 +7,7 @@
 
 #include "runtime/tool/motions/fit/fit.h"
 
-/* Bounds of a positive value without bounds of its own, as factors of its start: far beyond any start that
+/* Bounds of a positive value without bounds given by the user, as factors of its start: far beyond any start that
  * the search recovers from. */
 static const double factor_most = 1e6;
 
@@ -43,14 +43,15 @@ static double present_value(const struct fit *fit, const struct refdyn_variable 
 
 static enum status set_range(const struct fit *fit, struct fit_value *value, const char *range) {
     const struct options *options = fit->options;
-    const bool is_state = value->variable.what == REFDYN_VARIED_COORDINATE ||
-                          value->variable.what == REFDYN_VARIED_RATE;
+    const bool is_state =
+        value->variable.what == REFDYN_VARIED_COORDINATE || value->variable.what == REFDYN_VARIED_RATE;
     const char *colon = range ? strchr(range, ':') : NULL;
     value->start = present_value(fit, &value->variable);
     value->lower = -INFINITY;
     value->upper = INFINITY;
-    if (range && (!colon || !text_to_number(format_text("%.*s", (int)(colon - range), range), &value->lower) ||
-                  !text_to_number(colon + 1, &value->upper)))
+    if (range &&
+        (!colon || !text_to_number(format_text("%.*s", (int)(colon - range), range), &value->lower) ||
+         !text_to_number(colon + 1, &value->upper)))
         return options_error(options, "vary", ": %s=%s: must be NAME or NAME=FROM:TO with two numbers",
                              value->name, range);
     if (!(value->lower < value->upper))
@@ -60,7 +61,8 @@ static enum status set_range(const struct fit *fit, struct fit_value *value, con
                              ": %s is 0, which says nothing about its size; give its range, %s=FROM:TO",
                              value->name, value->name);
     if (value->start < value->lower || value->start > value->upper)
-        value->start = value->lower > 0 ? sqrt(value->lower * value->upper) : (value->lower + value->upper) / 2;
+        value->start =
+            value->lower > 0 ? sqrt(value->lower * value->upper) : (value->lower + value->upper) / 2;
     value->is_log = !is_state && value->start > 0 && (!range || value->lower > 0);
     value->unit = unit_of(value->start, value->lower, value->upper);
     if (value->is_log && !range) {
@@ -100,8 +102,7 @@ static enum status read_values(struct fit *fit) {
     enum status status = simulate_derivatives_name(variables, fit->scene, fit->options);
     for (int i = 0; i < fit->count && status == STATUS_DONE; i++) {
         split(list[i], &range);
-        fit->values[i] =
-            (struct fit_value){.name = variables->names[i], .variable = variables->variables[i]};
+        fit->values[i] = (struct fit_value){.name = variables->names[i], .variable = variables->variables[i]};
         status = set_range(fit, &fit->values[i], range);
     }
     return status;
@@ -119,8 +120,8 @@ static enum status read_signal(struct fit *fit, const char *item, struct fit_sig
         return options_error(fit->options, "noise", ": %s=%s: must be positive", signal->name, text);
     if (signal->column > 0)
         return STATUS_DONE;
-    const char *near = signal->column == 0 ? NULL
-                                           : message_nearest_name(signal->name, table->names, table->count);
+    const char *near =
+        signal->column == 0 ? NULL : message_nearest_name(signal->name, table->names, table->count);
     return options_error(fit->options, "noise", ": %s %s%s%s", signal->name,
                          signal->column == 0 ? "is the time, which has no noise"
                                              : "is no column of the motion",
@@ -137,8 +138,8 @@ static enum status read_signals(struct fit *fit) {
         status = read_signal(fit, list[i], signal);
         for (int k = 0; k < i && status == STATUS_DONE; k++)
             if (fit->signals[k].column == signal->column)
-                status = options_error(fit->options, "noise", ": %s is given twice; give it once",
-                                       signal->name);
+                status =
+                    options_error(fit->options, "noise", ": %s is given twice; give it once", signal->name);
     }
     fit->signal_count = fit->asked = count;
     return status;

@@ -1,8 +1,8 @@
 /*
  * Residuals of the motions, (y_model - y_data)/sigma at each datum, and their derivatives by the unknowns.
  *
- * In: the unknowns. The motion of each file starts anew, with the inputs of that file, and gives its columns
- * at the times of the data. Out: residuals file by file, row by row, column by column; gaps have none.
+ * In: the unknowns. The motion of each file starts at the start of the model, with the inputs of that file;
+ * its columns are taken at the times of the data. Out: residuals file by file, row by row, column by column; gaps have none.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -66,11 +66,11 @@ static void describe(const struct fit *fit, const struct fit_data *data, int row
         double *values = file->values + (size_t)k * (size_t)cases;
         for (int i = 0; i < cases; i++)
             values[i] = fit_value_of(&fit->values[k], unknowns[i * count + k]);
-        file->columns[k] = (struct refdyn_batch_column){fit->values[k].variable.what,
-                                                        fit->values[k].variable.place, values};
+        file->columns[k] =
+            (struct refdyn_batch_column){fit->values[k].variable.what, fit->values[k].variable.place, values};
     }
-    file->columns[count] = (struct refdyn_batch_column){
-        REFDYN_VARIED_SAMPLES, 0, file->values + (size_t)count * (size_t)cases};
+    file->columns[count] =
+        (struct refdyn_batch_column){REFDYN_VARIED_SAMPLES, 0, file->values + (size_t)count * (size_t)cases};
     file->first = data->t[0] > fit->batch.t;
     file->batch.column_count = count + data->has_inputs;
     file->batch.columns = file->columns;
@@ -107,8 +107,8 @@ static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *fil
         return FIT_STOPPED;
     const int status = refdyn_derivatives_run(&given);
     fit->motions += 1 + given.copies;
-    fit->failure.status = status ? status : given.motion.status;
-    fit->failure.t = given.motion.t;
+    fit->end_status = status ? status : given.motion.status;
+    fit->end_t = given.motion.t;
     return status || given.outputs < file->batch.time_count + 1 ? FIT_FAILED : FIT_DONE;
 }
 
@@ -151,7 +151,8 @@ static enum fit_outcome residuals_of(struct fit *fit, const struct fit_data *dat
     describe(fit, data, rows, unknowns, 1, &file);
     const size_t size = (size_t)(file.batch.time_count + 2) * (size_t)fit->signal_count;
     double *at = format_allocate_large(size, sizeof *at),
-           *derivatives = place->J ? format_allocate_large(size * (size_t)fit->count, sizeof *derivatives) : NULL;
+           *derivatives =
+               place->J ? format_allocate_large(size * (size_t)fit->count, sizeof *derivatives) : NULL;
     const enum fit_outcome outcome = run_motion(fit, &file, at, derivatives);
     if (outcome == FIT_DONE)
         add_residuals(fit, data, rows, file.first, unknowns, at, derivatives, place);
@@ -161,8 +162,8 @@ static enum fit_outcome residuals_of(struct fit *fit, const struct fit_data *dat
     return outcome;
 }
 
-enum fit_outcome fit_residuals(struct fit *fit, bool is_held_out, double until, const double *unknowns, double *r,
-                               double *J, size_t apart) {
+enum fit_outcome fit_residuals(struct fit *fit, bool is_held_out, double until, const double *unknowns,
+                               double *r, double *J, size_t apart) {
     struct entry place = {r, J, apart};
     enum fit_outcome outcome = FIT_DONE;
     fit->lost = 0;

@@ -2,10 +2,10 @@
  * The search for the values.
  *
  * It begins with least squares from the given start over all data. If chi^2 then exceeds what noise explains,
- * or the solution is far from the start, it may be one of many local minima: a motion that drifts out of phase
- * with the data and back. The search then tries many starts on the first part of the data, where phases still
- * agree, solves for the best of them, and continues the better ones with longer and longer parts. A short part
- * does not determine every value: there, each unknown is also drawn to its start.
+ * or the solution is far from the start, it may be one of many local minima: a motion that drifts out of
+ * phase with the data and back. The search then tries many starts on the first part of the data, where phases
+ * still agree, solves for the best of them, and continues the better ones with longer and longer parts. A
+ * short part does not determine every value: there, each unknown is also drawn to its start.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -39,8 +39,8 @@ static const double draw = 0.5;
 
 struct fit_search {
     struct fit *fit;
-    double until; /* the end of the present part [s] */
-    const double *from; /* (values) the start to which unknowns are drawn; NULL on all data */
+    double until;          /* the end of the present part [s] */
+    const double *from;    /* (values) the start to which unknowns are drawn; NULL on all data */
     double *lower, *upper; /* (values) bounds of the unknowns */
 };
 
@@ -143,11 +143,11 @@ static void make_candidates(const struct fit_search *search, const double *from,
     const struct fit *fit = search->fit;
     for (int k = 0, prime = 1; k < fit->count; k++) {
         const double wide = fit->values[k].is_log ? log(factor_of_starts) : units_of_starts,
-                     low = fmax(from[k] - wide, search->lower[k]), high = fmin(from[k] + wide, search->upper[k]);
+                     low = fmax(from[k] - wide, search->lower[k]),
+                     high = fmin(from[k] + wide, search->upper[k]);
         prime = next_prime(prime);
         for (int i = 0; i < CANDIDATES; i++)
-            unknowns[i * fit->count + k] =
-                i == 0 ? from[k] : low + (high - low) * van_der_corput(i, prime);
+            unknowns[i * fit->count + k] = i == 0 ? from[k] : low + (high - low) * van_der_corput(i, prime);
     }
 }
 
@@ -195,7 +195,8 @@ static void try_starts(struct fit_search *search, const double *from, double fir
                        struct fit_solution *solution) {
     struct fit *fit = search->fit;
     const int width = fit->count;
-    double *unknowns = format_allocate_matrix(CANDIDATES, width), *chi2 = format_allocate_matrix(CANDIDATES, 1);
+    double *unknowns = format_allocate_matrix(CANDIDATES, width),
+           *chi2 = format_allocate_matrix(CANDIDATES, 1);
     int count = 0;
     make_candidates(search, from, unknowns);
     if (fit_try_candidates(fit, end_of_part(fit, first_part), unknowns, CANDIDATES, chi2) != FIT_DONE)
@@ -222,7 +223,8 @@ void fit_search(struct fit *fit, const double *from, struct fit_solution *soluti
     solution->starts = 1;
     solve(&search, u, ROUNDS, solution);
     bool is_found = is_explained(fit, solution) && is_near(fit, from, solution);
-    for (size_t i = 0; i < sizeof first_parts / sizeof *first_parts && !is_found && !system_interrupted; i++) {
+    for (size_t i = 0; i < sizeof first_parts / sizeof *first_parts && !is_found && !system_interrupted;
+         i++) {
         try_starts(&search, from, first_parts[i], solution);
         is_found = is_explained(fit, solution);
     }
