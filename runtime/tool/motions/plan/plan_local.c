@@ -289,7 +289,8 @@ static void run(struct problem *problem) {
 static void restart(struct problem *problem) {
     struct plan *plan = problem->plan;
     evaluate(problem, problem->near, false);
-    problem->objective_size = fmax(fabs(plan_objective(plan, problem->point)), DBL_MIN);
+    const double size = fabs(plan_objective(plan, problem->point));
+    problem->objective_size = size > DBL_EPSILON ? size : 1;
     problem->merit = INFINITY;
     keep(problem);
 }
