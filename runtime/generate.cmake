@@ -25,7 +25,7 @@ function(_refdyn_build_program result)
     set(alone ${CMAKE_COMMAND} -E env --unset=MAKEFLAGS --unset=MFLAGS --unset=MAKELEVEL ${CMAKE_COMMAND})
     execute_process(
         COMMAND ${alone} -S ${source} -B ${build} -DCMAKE_BUILD_TYPE=Release -DBUILD_TESTING=OFF -DREFDYN_SHARED=OFF
-                -DREFDYN_GSL=OFF -DREFDYN_HDF5=OFF
+                -DREFDYN_GSL=OFF -DREFDYN_NLOPT=OFF -DREFDYN_HDF5=OFF
         RESULT_VARIABLE status OUTPUT_VARIABLE said ERROR_VARIABLE said)
     if(status EQUAL 0)
         execute_process(COMMAND ${alone} --build ${build} --target refdyn --parallel ${cores}

@@ -19,7 +19,7 @@ PLACE = re.compile(r"^[^:\n]+:\d+: [^:\n]+: .+", re.M)  # FILE:LINE: what: fact
 @pytest.mark.quick
 def test_help_and_version():
     lines = refdyn("--version").stdout.splitlines()
-    assert lines[0] == f"refdyn {VERSION}" and re.fullmatch(r"with LAPACK(, (GSL|HDF5|URDF|FMUs))*", lines[-1])
+    assert lines[0] == f"refdyn {VERSION}" and re.fullmatch(r"with LAPACK(, (GSL|HDF5|URDF|FMUs|NLopt))*", lines[-1])
     assert lines[1:-1] == [] or re.fullmatch(r"commit [0-9a-f]{12}\+?", lines[1])
     help_text = refdyn("--help").stdout
     for command in COMMANDS:

@@ -216,6 +216,11 @@ def test_methods_of_gsl_are_not_in_the_wheel(package):
         assert done.returncode == 2 and f"--method: '{method}' needs GSL; build refdyn with it\n" in done.stderr
 
 
+def test_planning_is_not_in_the_wheel(package, tmp_path):
+    done = subprocess.run([package.prefix / "bin" / "refdyn", "plan", REFERENCE, tmp_path / "plan.lua", "-o", tmp_path / "plan.json"], capture_output=True, text=True)
+    assert done.returncode == 1 and done.stderr == "refdyn: plan needs NLopt; build refdyn with it\n"
+
+
 def test_imports_are_light(package, wheel):
     """The command and `import refdyn` load no package, quantities no xarray."""
     heavy = "{'numpy', 'xarray', 'h5py', 'subprocess', 'typing'} & set(sys.modules)"

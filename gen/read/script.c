@@ -42,8 +42,10 @@ static const char *kind_at(lua_State *L, int index) {
 
 /* Example of a call that takes a table. */
 static const char *form_of_tag(struct memory *memory, const char *tag) {
-    const char *form = strcmp(tag, SWEEP_TAG) == 0 ? "{ vary = { m = rd.grid(1, 3, 5) }, t_end = 10 }"
-                                                   : fields_tag_form(tag);
+    const char *form = strcmp(tag, SWEEP_TAG) == 0  ? "{ vary = { m = rd.grid(1, 3, 5) }, t_end = 10 }"
+                       : strcmp(tag, PLAN_TAG) == 0 ? "{ vary = { T = rd.within(0.5, 2) }, t_end = \"T\", "
+                                                      "minimise = \"T\" }"
+                                                    : fields_tag_form(tag);
     return memory_format(memory, "rd.%s %s", tag, form);
 }
 
@@ -107,9 +109,13 @@ static int refuse_field(lua_State *L) {
     struct memory *memory = script_of(L)->memory;
     if (script_of(L)->kind == FILE_SWEEP)
         return luaL_error(L, "%s", script_unknown_in_sweep(memory, name));
+    if (script_of(L)->kind == FILE_PLAN)
+        return luaL_error(L, "%s", script_unknown_in_plan(memory, name));
     if (script_is_of_sweeps(name))
         return luaL_error(L, "rd.%s: belongs to sweep files; run them by refdyn batch MODEL.lua SWEEP.lua",
                           name);
+    if (script_is_of_plans(name))
+        return luaL_error(L, "rd.%s: belongs to plan files; run them by refdyn plan MODEL.lua PLAN.lua", name);
     return luaL_error(L, "%s", module_unknown(memory, name));
 }
 
@@ -147,6 +153,9 @@ static void push_module(lua_State *L) {
     if (script_of(L)->kind == FILE_SWEEP) {
         add_tag(L, SWEEP_TAG);
         script_add_sweep_functions(L);
+    } else if (script_of(L)->kind == FILE_PLAN) {
+        add_tag(L, PLAN_TAG);
+        script_add_plan_functions(L);
     } else {
         add_model_functions(L);
     }

@@ -86,6 +86,13 @@ const char *script_unknown_in_sweep(struct memory *memory, const char *name);
 /* Whether the module has a function of this name in sweep files only. */
 bool script_is_of_sweeps(const char *name);
 
+/* ---- script_plan.c: the same for plan files ---- */
+
+#define PLAN_TAG "plan"
+void script_add_plan_functions(lua_State *L);
+const char *script_unknown_in_plan(struct memory *memory, const char *name);
+bool script_is_of_plans(const char *name);
+
 /* ---- script_metatable.c: expressions, groups of values and authors' tables ---- */
 
 /* The metatables of expressions and of groups of values. */

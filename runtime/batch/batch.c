@@ -227,6 +227,11 @@ static int are_times(const struct refdyn_batch *batch) {
     for (int i = 0; i < batch->time_count; before = batch->times[i++])
         if (!(batch->times[i] > before && isfinite(batch->times[i])))
             return 0;
+    for (long i = 0; batch->ends && i < batch->count && !batch->copies; i++) {
+        const double end = batch->ends[batch->numbers ? batch->numbers[i] : i];
+        if (!(end > batch->t && isfinite(end)))
+            return 0;
+    }
     return batch->time_count > 0 && isfinite(batch->t);
 }
 

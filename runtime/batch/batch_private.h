@@ -75,6 +75,7 @@ struct shift {
     enum refdyn_varied what;
     int place;
     double change;
+    double end_change; /* of the end of the motion [s] */
 };
 
 /* The cases of a batch are copies of case `number`, which repeat its steps. */
@@ -94,7 +95,7 @@ struct worker {
     struct refdyn_integrator integrator;
     struct refdyn_batch_case now;
     const struct refdyn_samples *samples; /* of the case; NULL: constant inputs */
-    double next_sample;                   /* [s] */
+    double next_sample, end;              /* the end of the motion [s] */
     double *q, *qd;                       /* (n) start of the case */
     int *given;                           /* (anchored_count) */
     void *statics;                        /* memory of refdyn_statics */

@@ -53,6 +53,25 @@ static double value_of(const struct worker *worker, const struct refdyn_batch_co
     return column->values[copies ? copies->number : worker->now.number];
 }
 
+/* The end of the motion: that of all cases, or its own. */
+static double end_of(const struct worker *worker) {
+    const struct refdyn_batch *batch = worker->batch;
+    const struct refdyn_copies *copies = batch->copies;
+    const long number = worker->now.number;
+    const double end =
+        batch->ends ? batch->ends[copies ? copies->number : number] : batch->times[batch->time_count - 1];
+    return copies ? end + copies->shifts[number].end_change : end;
+}
+
+/* The time of output number i + 1: it keeps its fraction of the motion. */
+static double output_time(const struct worker *worker, int i) {
+    const struct refdyn_batch *batch = worker->batch;
+    const double t = batch->times[i], last = batch->times[batch->time_count - 1];
+    if (worker->end == last || i == batch->time_count - 1)
+        return i == batch->time_count - 1 ? worker->end : t;
+    return batch->t + (t - batch->t) / (last - batch->t) * (worker->end - batch->t);
+}
+
 /* Adds the copy's change if it is of this kind. */
 static void shift(const struct worker *worker, enum refdyn_varied what, double *values) {
     const struct refdyn_copies *copies = worker->batch->copies;
@@ -163,7 +182,8 @@ static void meet_sample(struct worker *worker, double t) {
 static void join_copies(struct worker *worker) {
     const struct refdyn_copies *copies = worker->batch->copies;
     if (copies && copies->pattern)
-        refdyn_repetition_start(worker->integrator.motion, copies->pattern);
+        refdyn_repetition_start(worker->integrator.motion, copies->pattern,
+                                worker->end - copies->shifts[worker->now.number].end_change);
     worker->integrator.motion->watch = copies ? copies->watch : NULL;
     if (copies && copies->watch)
         copies->watch->note(copies->watch->context, worker->integrator.motion, NULL);
@@ -192,8 +212,8 @@ static int begin(struct worker *worker) {
     if (is_shifted_late(worker))
         shift(worker, REFDYN_VARIED_PARAMETER, worker->work.p);
     status = refdyn_integrator_start(integrator, batch->t, worker->q, worker->qd);
+    refdyn_integrator_until(integrator, worker->end);
     join_copies(worker);
-    refdyn_integrator_until(integrator, batch->times[batch->time_count - 1]);
     refdyn_integrator_limit(integrator, worker->next_sample);
     return status;
 }
@@ -242,6 +262,7 @@ enum turn refdyn_worker_begin(struct worker *worker, long index) {
         return TURN_LEFT;
     worker->now.index = index;
     worker->now.number = batch->numbers ? batch->numbers[index] : index;
+    worker->end = end_of(worker);
     worker->integrator.t = batch->t;
     worker->integrator.statistics =
         (struct refdyn_statistics){.steps = 0}; /* not those of the previous case */
@@ -260,7 +281,7 @@ enum turn refdyn_worker_begin(struct worker *worker, long index) {
 
 /* Returns the time that the motion is to reach next. */
 static double goal(const struct worker *worker) {
-    return fmin(worker->batch->times[worker->output], worker->next_sample);
+    return fmin(output_time(worker, worker->output), worker->next_sample);
 }
 
 /* Handles the time that was reached: a sample, an output, or both. */
@@ -270,7 +291,7 @@ static int arrive(struct worker *worker, int *left) {
         status = take_sample(worker);
         worker->is_new = 1;
     }
-    if (!status && worker->integrator.t == worker->batch->times[worker->output])
+    if (!status && worker->integrator.t == output_time(worker, worker->output))
         *left = show(worker, ++worker->output);
     return status;
 }

@@ -101,6 +101,8 @@ struct refdyn_batch {
     const double
         *times;     /**< (time_count) times of the outputs, ascending and after t; the last is the end [s] */
     int time_count; /**< number of times */
+    const double *ends; /**< by number of the case: its own end [s]; its outputs keep their fractions of the
+                             motion. NULL: all cases end at the last of `times` */
     const struct refdyn_samples *samples; /**< (sample_count) for columns of REFDYN_VARIED_SAMPLES */
     int sample_count;                     /**< number of samples */
 
@@ -177,6 +179,9 @@ struct refdyn_derivatives {
      * threads, for cases with different `room`. NULL: q and qd; width is then 2 n. */
     void (*values)(void *context, const struct refdyn_batch_case *one, double *values);
     void *context; /**< first argument of `values` */
+    /** (count) derivative of the motion's end by each variable [s]: outputs keep their fractions of the
+     * motion. NULL: the end is fixed. */
+    const double *end_rates;
 
     double *at;          /**< ((time_count + 2) x width) values of the motion; NULL: not needed */
     double *derivatives; /**< (count x (time_count + 2) x width) */

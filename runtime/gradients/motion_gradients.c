@@ -263,8 +263,10 @@ static void set_shifts(struct run *run) {
     for (int i = 0; i < run->count; i++)
         for (int side = 0; side < SIDES; side++) {
             const struct refdyn_variable *variable = &run->given->variables[run->first + i];
+            const double change = change_of(&run->differences[i], side);
             run->shifts[SIDES * i + side] =
-                (struct shift){variable->what, variable->place, change_of(&run->differences[i], side)};
+                (struct shift){variable->what, variable->place, change,
+                               run->given->end_rates ? run->given->end_rates[run->first + i] * change : 0};
         }
     run->shifts[SIDES * BLOCK] = (struct shift){.what = REFDYN_VARIED_SAMPLES};
 }

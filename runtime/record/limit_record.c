@@ -12,22 +12,18 @@
 #include <string.h>
 
 enum {
-    PIECES = 4,                   /* of a step, between which values are sampled */
-    POINTS_MOST = 2 * PIECES + 1, /* samples, and an extreme in each piece */
-    PARABOLAS_MOST = 12           /* for an extreme, of which a few suffice where the value is smooth */
+    PIECES = 4,                     /* of a step, between which values are sampled */
+    SAMPLES = PIECES + 3,           /* those of the pieces, and both ends */
+    POINTS_MOST = SAMPLES + PIECES, /* samples, and an extreme in each piece */
+    PARABOLAS_MOST = 12             /* for an extreme, of which a few suffice where the value is smooth */
 };
 
 /* Smaller excesses, as a part of a limit or of the range between two, are rounding. */
 static const double slack = 1e-9;
+/* Distance of the first and the last piece from the ends of a step, as a part of the step or of the time: at
+ * an end a value may jump, and the value there is that before or after the jump. */
+static const double inside = 1e-11;
 static const char force_lead[] = "force_";
-
-struct record_limit {
-    struct record_bound bound;
-    int place; /* of its column */
-    const char *unit;
-    double smallest, t_smallest, largest, t_largest; /* extremes and their times */
-    double t_first, duration; /* first time beyond the limit, NAN: none; all of that time [s] */
-};
 
 struct point {
     double t, value;
@@ -43,7 +39,7 @@ void record_limits_start(struct record_limits *limits, struct record_memory memo
         return;
     record_table_start(&limits->table, memory, integrator, spatial);
     limits->list = memory.get(memory.context, (size_t)count * sizeof *limits->list);
-    limits->samples = memory.get(memory.context, (PIECES + 1) * (size_t)count * sizeof *limits->samples);
+    limits->samples = memory.get(memory.context, SAMPLES * (size_t)count * sizeof *limits->samples);
     bool *wanted = memory.get(memory.context, (size_t)limits->table.count * sizeof *wanted);
     for (int i = 0; i < count; i++) {
         const int place = record_table_find(&limits->table, bounds[i].column, strlen(bounds[i].column));
@@ -115,35 +111,46 @@ static struct point extreme_between(struct record_limits *limits, const struct r
 }
 
 /* Whether the parabola through three samples at equal distances has its vertex between samples `from` and
- * `from` + 1: at *share of their distance, with value *estimate. */
-static bool has_vertex(const double *three, int from, double *share, double *estimate) {
+ * `from` + 1, or near one of them: at *share of their distance, with value *estimate and its uncertainty. An
+ * extreme may be on either side of a sample at which the parabola has its vertex. */
+static bool has_vertex(const double *three, int from, double *share, double *estimate, double *uncertainty) {
+    const double near = 0.1, part = 0.1;
     const double slope = (three[2] - three[0]) / 2, curvature = three[2] - 2 * three[1] + three[0];
-    *share = -slope / curvature + 1 - from;
+    const double vertex_share = -slope / curvature + 1 - from;
+    *share = fmin(fmax(vertex_share, near / 2), 1 - near / 2);
     *estimate = three[1] - slope * slope / (2 * curvature);
-    return curvature != 0 && *share > 0 && *share < 1;
+    *uncertainty = part * (fabs(slope) + fabs(curvature));
+    return curvature != 0 && vertex_share > -near && vertex_share < 1 + near;
 }
 
-/* Whether an extreme of this value would matter: beyond those known, or beyond the limit. */
-static bool matters(const struct record_limit *limit, double value) {
-    return value > limit->largest || value < limit->smallest || record_is_beyond(&limit->bound, value);
+/* Whether an extreme of this value may matter: beyond those known, or beyond the limit. */
+static bool matters(const struct record_limit *limit, double value, double uncertainty) {
+    return value + uncertainty > limit->largest || value - uncertainty < limit->smallest ||
+           record_is_beyond(&limit->bound, value + uncertainty) ||
+           record_is_beyond(&limit->bound, value - uncertainty);
 }
 
-/* The samples, and the extremes between them that matter. Returns their number. */
+/* The samples, and the extremes between them that matter. Returns their number. Samples 0 and PIECES + 2 are
+ * both ends, the others bound the pieces. */
 static int list_points(struct record_limits *limits, const struct record_limit *limit, const double *t,
                        const double *values, struct point *points, int *status) {
     int count = 0;
+    points[count++] = (struct point){t[0], values[0]};
+    t++;
+    values++;
     for (int k = 0; k <= PIECES; k++) {
         points[count++] = (struct point){t[k], values[k]};
         const int first = k == 0 ? 0 : k < PIECES - 1 ? k - 1 : PIECES - 2;
-        double share, estimate;
-        if (k < PIECES && has_vertex(values + first, k - first, &share, &estimate) &&
-            matters(limit, estimate)) {
+        double share, estimate, uncertainty;
+        if (k < PIECES && has_vertex(values + first, k - first, &share, &estimate, &uncertainty) &&
+            matters(limit, estimate, uncertainty)) {
             const struct point low = {t[k], values[k]}, high = {t[k + 1], values[k + 1]};
             points[count] = extreme_between(limits, limit, low, high, low.t + share * (high.t - low.t),
                                             estimate > values[k] ? 1 : -1, status);
             count += *status == REFDYN_OK;
         }
     }
+    points[count++] = (struct point){t[PIECES + 1], values[PIECES + 1]};
     return count;
 }
 
@@ -198,13 +205,16 @@ static void add_points(struct record_limits *limits, struct record_limit *limit,
 int record_limits_pass(struct record_limits *limits) {
     struct refdyn_integrator *integrator = limits->table.integrator;
     const double t_now = integrator->t, t_before = fmax(limits->t, integrator->t_begin);
-    double t[PIECES + 1], values[PIECES + 1];
+    const double aside = inside * fmax(t_now - t_before, fmax(fabs(t_before), fabs(t_now)));
+    double t[SAMPLES], values[SAMPLES];
     struct point points[POINTS_MOST];
     int status = REFDYN_OK;
     if (!(t_now > t_before))
         return REFDYN_OK;
-    for (int k = 0; k <= PIECES && status == REFDYN_OK; k++) {
-        t[k] = k < PIECES ? t_before + (t_now - t_before) * k / PIECES : t_now;
+    for (int k = 0; k < SAMPLES && status == REFDYN_OK; k++) {
+        const double share = (double)(k - 1) / PIECES, first = fmin(t_before + aside, t_now),
+                     last = fmax(t_now - aside, first);
+        t[k] = k == 0 ? t_before : k == SAMPLES - 1 ? t_now : first + (last - first) * share;
         status = refdyn_integrator_look(integrator, t[k]);
         if (status == REFDYN_OK)
             record_table_fill(&limits->table);
@@ -213,7 +223,7 @@ int record_limits_pass(struct record_limits *limits) {
     }
     for (int i = 0; i < limits->count && status == REFDYN_OK; i++) {
         struct record_limit *limit = &limits->list[i];
-        for (int k = 0; k <= PIECES; k++)
+        for (int k = 0; k < SAMPLES; k++)
             values[k] = limits->samples[k * limits->count + i];
         const int count = list_points(limits, limit, t, values, points, &status);
         add_points(limits, limit, points, count, &status);

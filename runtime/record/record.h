@@ -172,6 +172,14 @@ struct record_bound {
 /* Whether the value is beyond a bound by more than rounding. */
 bool record_is_beyond(const struct record_bound *bound, double value);
 
+struct record_limit {
+    struct record_bound bound;
+    int place; /* of its column */
+    const char *unit;
+    double smallest, t_smallest, largest, t_largest; /* extremes and their times */
+    double t_first, duration; /* first time beyond the limit, NAN: none; all of that time [s] */
+};
+
 struct record_limits {
     struct record_limit *list;
     int count;

@@ -7,6 +7,7 @@
 #include "runtime/tool/commands/shell/shell.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/motions/fit/fit.h"
+#include "runtime/tool/motions/plan/planning.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/results/report/report.h"
 #include "runtime/tool/results/live/live.h"
@@ -25,6 +26,7 @@ static const struct command *const commands[] = {&gen_command,
                                                  &linearise_command,
                                                  &sim_command,
                                                  &fit_command,
+                                                 &plan_command,
                                                  &batch_command,
                                                  &plot_command,
                                                  &view_command,

@@ -619,15 +619,18 @@ struct refdyn_repetition {
     int status;                           /* why the copy has left the pattern; 0: it has not */
     int next, from, to;                   /* step; last waypoint; next waypoint of time, -1: not known */
     double t_from, t_to;                  /* own times of these waypoints [s] */
+    double t_start, stretch;              /* start; length of the copy relative to the recorded motion */
     int is_additional;                    /* the next step is not in the pattern */
     double *breaks;                       /* (break_count) scratch: own times of known time events [s] */
 };
 
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,
                                struct layout *layout);
-/* The first function lets a motion choose its steps; after the second it repeats a pattern from its start. */
+/* The first function lets a motion choose its steps; after the second it repeats a pattern from its start.
+ * t_final: the end of the recorded motion; call refdyn_integrator_until before, which sets the copy's. */
 void refdyn_repetition_clear(struct refdyn_motion *motion);
-void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_pattern *pattern);
+void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_pattern *pattern,
+                             double t_final);
 /* Before and after each step; error: NO_DERIVATIVE where the events differ from those of the pattern. They do
  * nothing in a motion that chooses its steps. */
 int refdyn_repetition_begin_step(struct refdyn_motion *motion);

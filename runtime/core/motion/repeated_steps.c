@@ -37,12 +37,16 @@ void refdyn_repetition_clear(struct refdyn_motion *motion) {
     refdyn_programme_hold(&motion->programme, 0);
 }
 
-void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_pattern *pattern) {
+void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_pattern *pattern,
+                             double t_final) {
     struct refdyn_repetition *repetition = &motion->repetition;
     repetition->pattern = pattern;
     repetition->next = repetition->from = 0;
     repetition->to = -1;
-    repetition->t_from = motion->step.t_begin;
+    repetition->t_from = repetition->t_start = motion->step.t_begin;
+    repetition->stretch = motion->t_final == t_final
+                              ? 1
+                              : (motion->t_final - repetition->t_start) / (t_final - repetition->t_start);
     repetition->is_additional = 0;
     motion->step.settled = settled;
     refdyn_automatic_leave(motion);
@@ -139,12 +143,19 @@ int refdyn_repetition_end_step(struct refdyn_motion *motion) {
 
 /* ---- Waypoints of time ---- */
 
+/* Outputs and the end keep their fractions of the motion. */
+static double fixed_time(const struct refdyn_repetition *repetition, const struct refdyn_waypoint *waypoint) {
+    return repetition->stretch == 1
+               ? waypoint->t
+               : repetition->t_start + (waypoint->t - repetition->t_start) * repetition->stretch;
+}
+
 /* When this copy reaches a later waypoint: the earliest of the waypoint's times. */
 static double own_time(struct refdyn_motion *motion, const struct refdyn_waypoint *waypoint) {
     struct refdyn_repetition *repetition = &motion->repetition;
     const struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;
-    double t = waypoint->is_fixed ? waypoint->t : INFINITY;
+    double t = waypoint->is_fixed ? fixed_time(repetition, waypoint) : INFINITY;
     if (waypoint->break_count > 0)
         work->model->breaks(work->p, work->x, step->t_begin, step->state, step->state + step->n,
                             repetition->breaks);
@@ -181,7 +192,8 @@ static double find_additional(struct refdyn_motion *motion, double least) {
         const double moved = repetition->breaks[repetition->pattern->places[there->first_break + k]];
         t = moved > begin ? fmin(t, moved) : t;
     }
-    return there->is_fixed && there->t > begin ? fmin(t, there->t) : t;
+    const double fixed = fixed_time(repetition, there);
+    return there->is_fixed && fixed > begin ? fmin(t, fixed) : t;
 }
 
 /* ---- The next step ---- */

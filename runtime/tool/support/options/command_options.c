@@ -559,6 +559,9 @@ static void print_version(void) {
 #ifdef REFDYN_HAS_MINIZIP
     fputs(", FMUs", stdout);
 #endif
+#ifdef REFDYN_HAS_NLOPT
+    fputs(", NLopt", stdout);
+#endif
     putchar('\n');
 }
 

@@ -1,0 +1,345 @@
+/*
+ * Local search by SLSQP of NLopt: first until no limit is exceeded, then for the least objective.
+ *
+ * If limits are exceeded at the start, the largest excess z is minimised under excess_i <= z. If it cannot
+ * become 0, the limits contradict each other near this start. A program that was built without NLopt reports
+ * that instead.
+ */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include <lapacke.h>
+
+#include "runtime/tool/motions/plan/planning.h"
+#include "runtime/tool/support/system/system.h"
+
+/* An inequality is active if it is nearer to its bound than this part of its size. */
+static const double active_most = 1e-6;
+
+static int inequality_count(const struct plan *plan) {
+    return 2 * plan->case_count * plan->limit_count;
+}
+
+/* ---- Multipliers ---- */
+
+/* The gradient of the objective by x: that of the case with the largest one. */
+static const double *objective_gradient(const struct plan *plan, const struct plan_point *point) {
+    int worst = 0;
+    for (int one = 1; one < plan->case_count; one++)
+        if (point->objectives[one].value > point->objectives[worst].value)
+            worst = one;
+    return point->objective_by + worst * plan->count;
+}
+
+/* The gradient of an inequality, or of a bound of x, is a column of the matrix. */
+struct active {
+    int number; /* of the inequality; -1 - k: of a bound of x[k] */
+    double sign;
+    double multiplier;
+};
+
+static int list_active(const struct plan *plan, const struct plan_point *point, struct active *list) {
+    int count = 0;
+    for (int i = 0; i < inequality_count(plan); i++)
+        if (fabs(plan_excess(plan, point, i)) < active_most)
+            list[count++] = (struct active){i, i % 2 ? 1 : -1, 0};
+    for (int k = 0; k < plan->count; k++)
+        if (point->x[k] <= active_most || point->x[k] >= 1 - active_most)
+            list[count++] = (struct active){-1 - k, point->x[k] <= active_most ? -1 : 1, 0};
+    return count;
+}
+
+/* Least squares of gradient + sum of multiplier x gradient of each active inequality. */
+static bool solve_multipliers(const struct plan *plan, const struct plan_point *point, struct active *list,
+                              int count) {
+    const int n = plan->count, rows = n > count ? n : count;
+    double *A = format_allocate_matrix(n, count), *b = format_allocate_matrix(rows, 1),
+           *singular = format_allocate_matrix(n + count, 1);
+    const double *gradient = objective_gradient(plan, point), rank_least = 1e-9;
+    lapack_int rank;
+    for (int j = 0; j < count; j++)
+        for (int k = 0; k < n; k++)
+            A[j * n + k] = list[j].number >= 0 ? list[j].sign * point->extreme_by[list[j].number * n + k]
+                                               : (k == -1 - list[j].number ? list[j].sign : 0);
+    for (int k = 0; k < n; k++)
+        b[k] = -gradient[k];
+    if (LAPACKE_dgelsd(LAPACK_COL_MAJOR, n, count, 1, A, n, b, rows, singular, rank_least, &rank) != 0)
+        return false;
+    for (int j = 0; j < count; j++)
+        list[j].multiplier = b[j];
+    return true;
+}
+
+void plan_multipliers(const struct plan *plan, const struct plan_point *point, double *multipliers) {
+    const size_t most = (size_t)inequality_count(plan) + (size_t)plan->count;
+    struct active *list = format_allocate(most, sizeof *list);
+    int count = list_active(plan, point, list), least = 0;
+    memset(multipliers, 0, (size_t)inequality_count(plan) * sizeof *multipliers);
+    /* an inequality with a negative multiplier does not act */
+    while (count > 0 && point->has_gradients && solve_multipliers(plan, point, list, count)) {
+        least = 0;
+        for (int j = 1; j < count; j++)
+            if (list[j].multiplier < list[least].multiplier)
+                least = j;
+        if (list[least].multiplier >= 0)
+            break;
+        list[least] = list[--count];
+    }
+    for (int j = 0; j < count; j++)
+        if (list[j].number >= 0)
+            multipliers[list[j].number] = fmax(list[j].multiplier, 0);
+}
+
+#ifdef REFDYN_HAS_NLOPT
+#include <nlopt.h>
+
+enum {
+    EVALUATIONS_MOST = 100, /* of one search */
+    ROUNDS_MOST = 5
+};
+
+/* The search ends when x changes by less than this, or the objective by less than this part. */
+static const double x_least = 1e-9, objective_least = 1e-10;
+/* Excess up to which NLopt takes a point as one within the limits; half the slack of `sim`. */
+static const double tolerance = 5e-10;
+/* Excess of a motion that does not reach its end, so that the search returns to others. */
+static const double excess_of_failure = 10;
+/* First margin after a result that exceeds a limit, in its size; factor of the next one. Motions choose their
+ * steps, so that their extremes scatter by about the tolerance of the motion. */
+static const double margin_first = 4e-9, margin_grows = 8;
+/* Weight of the excess when points are compared that exceed limits by little. */
+static const double merit_weight = 100;
+/* A round is the last one if its best point is worse than others by less than this part. */
+static const double round_gain = 1e-8;
+
+bool plan_has_optimiser(void) {
+    return true;
+}
+
+/* What one search minimises. Its last unknown is z unless the objective is plain. */
+struct problem {
+    struct plan *plan;
+    struct plan_point *point; /* the last one that was evaluated */
+    struct plan_point *kept;  /* the best one within the limits */
+    bool has_kept;
+    double *near, merit; /* x of the best one, the excess included */
+    nlopt_opt optimiser;
+    enum { MINIMISE_OBJECTIVE, MINIMISE_EXCESS, MINIMISE_LARGEST_OBJECTIVE } what;
+    double margin;         /* by which limits are tightened */
+    double objective_size; /* the objective is divided by it */
+    bool is_new;           /* nothing was evaluated yet */
+};
+
+static int unknown_count(const struct problem *problem) {
+    return problem->plan->count + (problem->what != MINIMISE_OBJECTIVE);
+}
+
+static double worst_excess(const struct plan *plan, const struct plan_point *point) {
+    const int worst = plan_worst(plan, point);
+    return worst < 0 ? 0 : fmax(plan_excess(plan, point, worst), 0);
+}
+
+/* Keeps the point if it is the best one so far. */
+static void keep(struct problem *problem) {
+    const struct plan *plan = problem->plan;
+    const struct plan_point *point = problem->point;
+    if (!point->is_done)
+        return;
+    const double objective = plan_objective(plan, point),
+                 merit = objective / problem->objective_size + merit_weight * worst_excess(plan, point);
+    if (merit < problem->merit) {
+        problem->merit = merit;
+        memcpy(problem->near, point->x, (size_t)plan->count * sizeof *point->x);
+    }
+    if (plan_is_feasible(plan, point) &&
+        (!problem->has_kept || objective < plan_objective(plan, problem->kept))) {
+        plan_point_copy(plan, point, problem->kept);
+        problem->has_kept = true;
+    }
+}
+
+/* Evaluates the motions at x unless that is the last point. */
+static const struct plan_point *evaluate(struct problem *problem, const double *x, bool with_gradients) {
+    struct plan *plan = problem->plan;
+    struct plan_point *point = problem->point;
+    const size_t bytes = (size_t)plan->count * sizeof *x;
+    if (system_interrupted && problem->optimiser)
+        nlopt_force_stop(problem->optimiser);
+    if (problem->is_new || memcmp(point->x, x, bytes) != 0) {
+        memcpy(point->x, x, bytes);
+        plan_point_evaluate(plan, point);
+        problem->is_new = false;
+        keep(problem);
+    }
+    if (with_gradients && point->is_done)
+        plan_point_differentiate(plan, point);
+    return point;
+}
+
+static double minimised(unsigned count, const double *x, double *gradient, void *context) {
+    struct problem *problem = context;
+    const struct plan *plan = problem->plan;
+    const bool has_z = problem->what != MINIMISE_OBJECTIVE;
+    if (gradient)
+        memset(gradient, 0, count * sizeof *gradient);
+    if (has_z) {
+        if (gradient)
+            gradient[count - 1] = 1;
+        return x[count - 1];
+    }
+    const struct plan_point *point = evaluate(problem, x, gradient != NULL);
+    if (gradient && point->has_gradients)
+        for (int k = 0; k < plan->count; k++)
+            gradient[k] = objective_gradient(plan, point)[k] / problem->objective_size;
+    return point->is_done ? plan_objective(plan, point) / problem->objective_size : excess_of_failure;
+}
+
+/* Writes inequality number i of the limits. */
+static double limit_excess(const struct problem *problem, const struct plan_point *point, int i,
+                           double *gradient) {
+    const struct plan *plan = problem->plan;
+    const struct plan_limit *limit = &plan->limits[i / 2 % plan->limit_count];
+    const double excess = point->is_done ? plan_excess(plan, point, i) : excess_of_failure;
+    for (int k = 0; k < plan->count && gradient && point->has_gradients; k++)
+        gradient[k] = (i % 2 ? 1 : -1) * point->extreme_by[i * plan->count + k] / limit->size;
+    return fmax(excess, -excess_of_failure) + problem->margin;
+}
+
+static void inequalities(unsigned rows, double *result, unsigned count, const double *x, double *gradient,
+                         void *context) {
+    struct problem *problem = context;
+    const struct plan *plan = problem->plan;
+    const int limits = inequality_count(plan);
+    const double z = x[count - 1];
+    const struct plan_point *point = evaluate(problem, x, gradient != NULL);
+    if (gradient)
+        memset(gradient, 0, rows * count * sizeof *gradient);
+    for (int i = 0; i < (int)rows; i++) {
+        double *row = gradient ? gradient + (size_t)i * count : NULL;
+        if (i < limits) {
+            const bool has_z = problem->what == MINIMISE_EXCESS;
+            result[i] = limit_excess(problem, point, i, row) - (has_z ? z : 0);
+            if (row && has_z)
+                row[count - 1] = -1;
+            continue;
+        }
+        const int one = i - limits;
+        result[i] =
+            point->is_done ? point->objectives[one].value / problem->objective_size - z : excess_of_failure;
+        for (int k = 0; k < plan->count && row && point->has_gradients; k++)
+            row[k] = point->objective_by[one * plan->count + k] / problem->objective_size;
+        if (row)
+            row[count - 1] = -1;
+    }
+}
+
+static void set_bounds(const struct problem *problem, double *lower, double *upper) {
+    const int count = problem->plan->count;
+    for (int k = 0; k < count; k++) {
+        lower[k] = 0;
+        upper[k] = 1;
+    }
+    if (problem->what == MINIMISE_OBJECTIVE)
+        return;
+    lower[count] = problem->what == MINIMISE_EXCESS ? 0 : -HUGE_VAL;
+    upper[count] = HUGE_VAL;
+}
+
+static double first_z(const struct problem *problem) {
+    const struct plan *plan = problem->plan;
+    return problem->what == MINIMISE_EXCESS ? worst_excess(plan, problem->point)
+                                            : plan_objective(plan, problem->point) / problem->objective_size;
+}
+
+/* Runs SLSQP from the point, which becomes the result. */
+static void run(struct problem *problem) {
+    struct plan *plan = problem->plan;
+    const unsigned count = (unsigned)unknown_count(problem);
+    const int limits = inequality_count(plan),
+              rows = limits + (problem->what == MINIMISE_LARGEST_OBJECTIVE ? plan->case_count : 0);
+    double *x = format_allocate(count, sizeof *x), *lower = format_allocate(count, sizeof *x),
+           *upper = format_allocate(count, sizeof *x),
+           *tolerances = format_allocate((size_t)rows + 1, sizeof *x), least;
+    memcpy(x, problem->point->x, (size_t)plan->count * sizeof *x);
+    if (problem->what != MINIMISE_OBJECTIVE)
+        x[count - 1] = first_z(problem);
+    for (int i = 0; i < rows; i++)
+        tolerances[i] = tolerance;
+    set_bounds(problem, lower, upper);
+    nlopt_opt optimiser = nlopt_create(NLOPT_LD_SLSQP, count);
+    problem->optimiser = optimiser;
+    nlopt_set_lower_bounds(optimiser, lower);
+    nlopt_set_upper_bounds(optimiser, upper);
+    nlopt_set_min_objective(optimiser, minimised, problem);
+    if (rows > 0)
+        nlopt_add_inequality_mconstraint(optimiser, (unsigned)rows, inequalities, problem, tolerances);
+    nlopt_set_xtol_abs1(optimiser, x_least);
+    nlopt_set_ftol_rel(optimiser, objective_least);
+    nlopt_set_maxeval(optimiser, EVALUATIONS_MOST);
+    if (problem->what == MINIMISE_EXCESS)
+        nlopt_set_stopval(optimiser, -problem->margin);
+    nlopt_optimize(optimiser, x, &least);
+    nlopt_destroy(optimiser);
+    problem->optimiser = NULL;
+    evaluate(problem, x, false);
+}
+
+/* Starts again from the best point of all rounds; its merit is that for the present objective. */
+static void restart(struct problem *problem) {
+    struct plan *plan = problem->plan;
+    evaluate(problem, problem->near, false);
+    const double size = fabs(plan_objective(plan, problem->point));
+    problem->objective_size = size > DBL_EPSILON ? size : 1;
+    problem->merit = INFINITY;
+    keep(problem);
+}
+
+/* Rounds with growing margins, until the best point within the limits is as good as those beyond them. */
+static void run_rounds(struct problem *problem) {
+    struct plan *plan = problem->plan;
+    struct plan_point *point = problem->point;
+    for (int i = 0; i < ROUNDS_MOST && point->is_done && !system_interrupted; i++) {
+        if (!plan_is_feasible(plan, point)) {
+            problem->what = MINIMISE_EXCESS;
+            run(problem);
+        }
+        if (!point->is_done || worst_excess(plan, point) > active_most)
+            return;
+        restart(problem);
+        problem->what = plan->case_count > 1 && plan->file->measure != PLAN_PARAMETER
+                            ? MINIMISE_LARGEST_OBJECTIVE
+                            : MINIMISE_OBJECTIVE;
+        run(problem);
+        if (problem->has_kept &&
+            plan_objective(plan, problem->kept) / problem->objective_size <= problem->merit + round_gain)
+            return;
+        restart(problem);
+        problem->margin = i ? margin_grows * problem->margin : margin_first;
+    }
+}
+
+void plan_improve(struct plan *plan, struct plan_point *point) {
+    struct plan_point kept;
+    struct problem problem = {.plan = plan, .point = point, .kept = &kept, .is_new = true};
+    plan_point_start(plan, &kept);
+    problem.near = format_allocate((size_t)plan->count, sizeof *problem.near);
+    problem.merit = INFINITY;
+    problem.objective_size = 1;
+    evaluate(&problem, point->x, false);
+    run_rounds(&problem);
+    if (problem.has_kept)
+        plan_point_copy(plan, &kept, point);
+}
+
+#else
+
+bool plan_has_optimiser(void) {
+    return false;
+}
+
+void plan_improve(struct plan *plan, struct plan_point *point) {
+    plan_point_evaluate(plan, point);
+}
+
+#endif

@@ -1,0 +1,249 @@
+"""Plans: least times against closed forms and scans, multipliers, local minima, jumps, cases, infeasible tasks, wrong files, Ctrl-C."""
+import csv
+import json
+import math
+import os
+import signal
+import subprocess
+import time
+
+import pytest
+
+from program import REFDYN, refdyn
+
+pytestmark = pytest.mark.skipif("NLopt" not in refdyn("--version").stdout, reason="built without NLopt")
+
+# A slide from rest to rest; its largest force is m d k/T^2, its largest rate 15/8 d/T with a law of degree 5.
+SLIDE = """local rd = require "refdyn"
+local p = rd.parameters {{ {{ "m", 2, "kg" }}, {{ "T", 1, "s" }}, {{ "d", 1, "m" }}, {{ "idle", 1 }} }}
+local degree = rd.option("degree", 5)
+return rd.model {{
+  name = "slide", gravity = {{ 0, 0, 0 }},
+  links = {{ {{ "cart", joint = "x", mass = p.m, limits = {{ x = {{ rate = {rate}, force = {force} }} }} }} }},
+  constraints = function(s) return {{ rd.drive {{ "cart_x", p.d * rd.smoothstep(s.t, 0, p.T, degree), alpha = 0, beta = 0 }} }} end,
+}}"""
+# Largest acceleration of each law for d = T = 1.
+PEAK = {3: 6, 5: 10 / math.sqrt(3)}
+FREE = "vary = { T = rd.within(0.2, 5) }, t_end = \"T\", minimise = \"T\""
+
+# The reference manipulator with a rigid arm turns a quarter, and lifts its arm by r on the way.
+ARM = """local rd = require "refdyn"
+local p = rd.parameters {
+  { "m_base", 18.54331045, "kg" }, { "s_sup", 1e4, "N/m" }, { "d_sup", 2.5, "N s/m" }, { "m_col", 10, "kg" }, { "h", 1.1, "m" },
+  { "Izz_col", 0.05, "kg m^2" }, { "L", 2, "m" }, { "d", 0.01413200743, "m" }, { "m_E", 2, "kg" }, { "T", 1.5, "s" }, { "r", 0.2, "rad" },
+}
+local function lift(t) local c = rd.min(t / p.T, 1) return p.r * 16 * c^2 * (1 - c)^2 end
+return rd.model {
+  name = "quarter_turn", gravity = { 0, 0, -9.81 },
+  links = {
+    { "base", joint = { "z" }, mass = p.m_base, spring = { z = p.s_sup }, damper = { z = p.d_sup } },
+    { "column", on = "base", joint = { "psi" }, mass = p.m_col, inertia = { zz = p.Izz_col }, limits = { psi = { force = 25 } } },
+    { "arm", on = "column", at = { 0, 0, p.h }, turn = { { "x", rd.pi / 2 } }, joint = { "psi" }, start = { psi = rd.pi / 6 },
+      beam = { length = p.L, section = rd.round(p.d), E = 2.1e11, nu = 0.3, rho = 7801, rfe = 1 }, limits = { psi = { force = 65 } } },
+    { "effector", on = "arm.tip", turn = { { "y", rd.pi / 2 } }, joint = { "z" }, mass = p.m_E },
+  },
+  constraints = function(s)
+    return { rd.drive { "column_psi", rd.pi / 2 * rd.smoothstep(s.t, 0, p.T, 5), alpha = 0, beta = 0 },
+             rd.drive { "arm_psi", rd.pi / 6 + lift(s.t), alpha = 0, beta = 0 }, rd.drive { "effector_z", 0, alpha = 0, beta = 0 } }
+  end,
+  hold = { "column_psi", "arm_psi", "effector_z" },
+}"""
+
+# A force that changes its sign at the fraction s of the motion: its kink moves with two values.
+THRUST = """local rd = require "refdyn"
+local p = rd.parameters { { "m", 2, "kg" }, { "F", 5, "N" }, { "T", 1, "s" }, { "s", 0.4 } }
+return rd.model {
+  name = "thrust", gravity = { 0, 0, 0 }, links = { { "cart", joint = "x", mass = p.m } },
+  forces = function(s) return { cart_x = rd.where(rd.less(s.t, p.s * p.T), p.F, -p.F) } end,
+}"""
+
+
+def write(folder, name, text):
+    (folder / name).write_text(text)
+    return folder / name
+
+
+def plan(folder, model, fields, *arguments, status=0):
+    """The result and what was said; `fields` are those of rd.plan."""
+    text = f'local rd = require "refdyn"\nreturn rd.plan {{\n  {fields}\n}}\n'
+    out = folder / "plan.json"
+    out.unlink(missing_ok=True)
+    done = refdyn("plan", write(folder, "model.lua", model), write(folder, "plan.lua", text), "-o", out, *arguments, status=status)
+    return (json.loads(out.read_text()) if out.exists() else None), done.stderr
+
+
+def slide(rate=100, force=20):
+    return SLIDE.format(rate=rate, force=force)
+
+
+def limit(result, name):
+    return next(limit for limit in result["limits"] if limit["name"] == name)
+
+
+# ---- Closed forms ----
+
+@pytest.mark.parametrize("degree", PEAK)
+def test_least_time_under_a_limit_of_force(degree, tmp_path):
+    """With degree 3 the force is largest at both ends, where it jumps."""
+    result, said = plan(tmp_path, slide(), FREE, "--set", f"degree={degree}")
+    exact = math.sqrt(2 * PEAK[degree] / 20)
+    assert result["feasible"] and result["violation"] == {}
+    assert abs(result["parameters"]["T"] / exact - 1) < 1e-7 and result["objective"] == result["parameters"]["T"]
+    force = limit(result, "force_cart_x")
+    assert force["active"] and not limit(result, "cart_x_d")["active"] and abs(force["largest"] - 20) < 1e-6
+    assert all(abs(reached / exact - 1) < 1e-7 for reached in result["starts"]) and "derivatives do not exist" not in said
+    # dT/dF = -T/(2 F), also as a difference quotient of plans
+    assert abs(force["multiplier"] / (exact / 40) - 1) < 1e-4
+    more, _ = plan(tmp_path, slide(force=20.2), FREE, "--set", f"degree={degree}")
+    assert abs((result["objective"] - more["objective"]) / 0.2 / force["multiplier"] - 1) < 1e-2
+
+
+def test_least_time_under_a_limit_of_rate(tmp_path):
+    result, _ = plan(tmp_path, slide(rate=2), FREE)
+    assert abs(result["objective"] - 15 / 16) < 1e-7 and limit(result, "cart_x_d")["active"]
+    assert abs(limit(result, "cart_x_d")["t"] - 15 / 32) < 1e-4
+
+
+def test_fixed_end(tmp_path):
+    result, _ = plan(tmp_path, slide(), FREE.replace('t_end = "T"', "t_end = 5.5"))
+    assert abs(result["objective"] / math.sqrt(PEAK[5] / 10) - 1) < 1e-7
+
+
+def test_sim_confirms_the_plan(tmp_path):
+    result, _ = plan(tmp_path, slide(), FREE)
+    done = refdyn("sim", tmp_path / "model.lua", "--parameters", tmp_path / "plan.json", "--until", repr(result["parameters"]["T"]), "-o", tmp_path / "run.csv")
+    assert "exceeds its limits" not in done.stderr
+    assert abs(float(list(csv.DictReader((tmp_path / "run.csv").open()))[-1]["cart_x"]) - 1) < 1e-9
+
+
+@pytest.mark.parametrize("objective, exact", [('rd.largest("force_cart_x")', PEAK[5] * 2), ('rd.integral("energy")', 10 / 7), ('rd.at_end("cart_x")', 1)])
+def test_measures_of_columns(objective, exact, tmp_path):
+    """The kinetic energy m/2 (30 c^2 (1 - c)^2)^2 (d/T)^2 has the mean 10/7 m/2 (d/T)^2."""
+    result, _ = plan(tmp_path, slide(), f'vary = {{ T = rd.within(0.8, 1), m = rd.within(2, 3) }}, t_end = "T", minimise = {objective}')
+    assert abs(result["objective"] / exact - 1) < 1e-6
+    if "at_end" not in objective:
+        assert abs(result["parameters"]["T"] - 1) < 1e-7 and abs(result["parameters"]["m"] - 2) < 1e-7
+
+
+def test_bounds_at_the_end(tmp_path):
+    """Thrust for s T, then braking: x = F/m T^2 (2 s - s^2 - 1/2), v = F/m T (2 s - 1)."""
+    result, said = plan(tmp_path, THRUST, """vary = { T = rd.within(0.2, 5), s = rd.within(0.2, 0.8) }, t_end = "T", minimise = "T",
+      within = { rd.at_end("cart_x", { from = 1 }), rd.at_end("cart_x_d", { from = 0, to = 0 }) }""")
+    T, s = result["parameters"]["T"], result["parameters"]["s"]
+    assert abs(T - 2 * math.sqrt(0.4)) < 1e-6 and abs(s - 0.5) < 1e-6 and "derivatives do not exist" not in said
+    assert [limit["name"] for limit in result["limits"]] == ["cart_x at end", "cart_x_d at end"]
+
+
+# ---- Cases ----
+
+def test_for_all_is_the_plan_of_the_worst_case(tmp_path):
+    result, _ = plan(tmp_path, slide(), FREE + ", for_all = { m = { 1.8, 2, 2.2 }, d = { 0.9, 1.1 } }")
+    worst, _ = plan(tmp_path, slide(), FREE, "--set", "m=2.2", "--set", "d=1.1")
+    assert result["worst_case"] == {"d": 1.1, "m": 2.2}
+    assert abs(result["objective"] / worst["objective"] - 1) < 1e-7
+
+
+def test_largest_objective_of_all_cases(tmp_path):
+    """The force falls with T up to the end of the range, and grows with the mass."""
+    result, _ = plan(tmp_path, slide(force=1000), 'vary = { T = rd.within(0.5, 2) }, t_end = "T", minimise = rd.largest("force_cart_x"), for_all = { m = { 1, 3 } }')
+    assert abs(result["objective"] / (3 * PEAK[5] / 4) - 1) < 1e-6 and result["worst_case"] == {"m": 3}
+
+
+# ---- Contradicting limits ----
+
+def test_infeasible(tmp_path):
+    """The force must give way; the plan is the least violation."""
+    result, said = plan(tmp_path, slide(), FREE.replace("5)", "0.7)"), status=3)
+    amount = 2 * PEAK[5] / 0.49 - 20
+    assert not result["feasible"] and abs(result["violation"]["force_cart_x"] - amount) < 1e-5 and result["starts"] == [None] * len(result["starts"])
+    assert abs(result["parameters"]["T"] - 0.7) < 1e-7
+    assert f"refdyn: slide: force_cart_x: must give way by {amount:.6g}, at t = " in said
+
+
+# ---- The manipulator ----
+
+def test_manipulator_against_a_scan(tmp_path):
+    """Two values, with a local minimum at r = 0; the least time of a grid of 40 x 40 lies just above."""
+    fields = 'vary = { T = rd.within(0.8, 3), r = rd.within(0, 0.8) }, t_end = 3.5, from = "statics", minimise = "T"'
+    result, said = plan(tmp_path, ARM, fields)
+    sweep = """local rd = require "refdyn"
+return rd.sweep { vary = { T = rd.grid(0.8, 3, 40), r = rd.grid(0, 0.8, 40) }, t_end = 3.5, from = "statics", keep = { limits = true } }"""
+    refdyn("batch", tmp_path / "model.lua", write(tmp_path, "sweep.lua", sweep), "-o", tmp_path / "scan.csv")
+    rows = [{name: float(value or "nan") for name, value in row.items()} for row in csv.DictReader((tmp_path / "scan.csv").open())]
+    within = [row["T"] for row in rows if all(-most <= row[f"limit_force_{name}_min"] and row[f"limit_force_{name}_max"] <= most
+                                              for name, most in (("column_psi", 25), ("arm_psi", 65)))]
+    assert len(rows) == 1600 and len(within) > 50
+    assert 0 <= min(within) - result["objective"] < 2.2 / 39
+    assert all(limit["active"] and limit["multiplier"] > 0 for limit in result["limits"]) and "derivatives do not exist" not in said
+    assert 0 < result["parameters"]["r"] < 0.8
+    with_end, _ = plan(tmp_path, ARM, fields.replace("t_end = 3.5", 't_end = "T"'))
+    assert sum(abs(reached - with_end["objective"]) < 1e-6 for reached in with_end["starts"]) >= 3
+    assert abs(with_end["objective"] - result["objective"]) < 1e-5 and result["evaluations"] < 1600
+
+
+def test_the_same_plan_again(tmp_path):
+    """Bytes do not depend on threads; another seed has other starts."""
+    fields = 'vary = { T = rd.within(0.8, 3), r = rd.within(0, 0.8) }, t_end = 3.5, from = "statics", minimise = "T", starts = 30'
+    first, again, other = (plan(tmp_path, ARM, fields + more)[0] for more in ("", "", ", seed = 7"))
+    assert first == again and first != other and abs(first["objective"] - other["objective"]) < 1e-5
+
+
+def test_interrupt_keeps_the_best(tmp_path):
+    """Ctrl-C after the first search: PLAN.json has its result."""
+    text = """local rd = require "refdyn"
+return rd.plan { vary = { T = rd.within(0.8, 3), r = rd.within(0, 0.8) }, t_end = "T", from = "statics", minimise = "T", tol = 1e-13 }"""
+    refdyn("compile", write(tmp_path, "model.lua", ARM))
+    with subprocess.Popen([REFDYN, "plan", tmp_path / "model.lua", write(tmp_path, "plan.lua", text), "-o", tmp_path / "plan.json"],
+                          stderr=subprocess.PIPE, text=True, env={**os.environ}) as process:
+        for line in process.stderr:
+            if line.startswith("search 1 "):
+                process.send_signal(signal.SIGINT)
+                break
+        said = process.stderr.read()
+    result = json.loads((tmp_path / "plan.json").read_text())
+    assert result["feasible"] and len(result["starts"]) < 5 and "interrupted; this is the best so far" in said, said
+
+
+# ---- Wrong files ----
+
+ONE = 'vary = { T = rd.within(1, 2) }, t_end = "T"'
+WRONG = {
+    FREE.replace("0.2, 5", "2, 1"): "vary.T: rd.within(2, 1): the range must ascend",
+    FREE.replace("0.2, 5", "1, 2, 3"): "vary.T: rd.within(1, 2, 3): the start must be within the range",
+    FREE.replace("rd.within(0.2, 5)", "{ 1, 2 }"): "vary.T: a table; must be rd.within(from, to)",
+    FREE.replace("0.2, 5", "1"): "rd.within: 1 argument; must be as in rd.within(0.5, 2) or, with a start, rd.within(0.5, 2, 1)",
+    FREE.replace("0.2, 5", "1, \"2\""): "rd.within: argument 2 is of type string; must be a number, as in rd.within(0.5, 2) or, with a start, rd.within(0.5, 2, 1)",
+    FREE.replace("0.2", "0"): "vary.T: the end of the motion begins at 0; must be after its start at t = 0",
+    FREE.replace("T = rd", "degree = rd").replace('"T"', "1", 1).replace('"T"', '"degree"'):
+        "vary.degree: an option of the model, which fixes its structure; use a parameter, an input or a start value",
+    FREE.replace("T = rd", "idle = rd").replace('"T"', "1", 1).replace('"T"', '"idle"'): "vary.idle: nothing in this model reads it; remove it",
+    ONE + ', minimise = "d"': 'minimise: d does not vary; name a value of vary, or a column as in rd.at_end("d")',
+    ONE + ', minimise = rd.largest("cart_y")': 'minimise: cart_y is no column of the motion; did you mean "cart_x"?',
+    ONE + ', minimise = rd.at_end("cart_x", { to = 1 })': "minimise: rd.at_end: bounds belong to the field within; remove them",
+    ONE + ", minimise = 3": "minimise: a number; must be the name of a varied value, rd.at_end, rd.integral or rd.largest",
+    FREE + ', within = { "cart_force" }': "within: cart_force is no limit of the model; use one of cart_x_d, force_cart_x",
+    FREE + ', within = { rd.at_end("cart_x") }': 'within[1]: rd.at_end: no bounds; add them, as in rd.at_end("E_z", { to = 0.01 })',
+    FREE + ', within = { rd.at_end("cart_x", { from = 2, to = 1 }) }': "within[1]: from 2 is above to 1; must ascend",
+    FREE + ", for_all = { T = { 1, 2 } }": "for_all.T: vary has it as well; remove one of them",
+    FREE + ", for_all = { m = 2 }": "for_all.m: a number; must be a list of numbers such as { 1.8, 2.2 }",
+    FREE + ", starts = 0": "starts: value 0; must be a whole number from 1 to 1000000",
+    FREE + ", start = 3": 'start: unknown field; did you mean "starts"?',
+    FREE.replace("within(0.2, 5)", "grid(1, 2, 3)"): "rd.grid: unknown function; use one of plan, within, at_end, integral, largest, pi",
+    FREE.replace("within(0.2, 5)", "sin(1)"): "rd.sin: belongs to model files; in a plan use one of plan, within, at_end, integral, largest, pi",
+}
+
+
+@pytest.mark.parametrize("fields", WRONG)
+def test_wrong_fields(fields, tmp_path):
+    result, said = plan(tmp_path, slide(), fields, status=1)
+    assert result is None and f"{tmp_path / 'plan.lua'}:3: {WRONG[fields]}\n" in said, said
+
+
+def test_missing_fields_and_files(tmp_path):
+    _, said = plan(tmp_path, slide(), "t_end = 1", status=1)
+    place = f"{tmp_path / 'plan.lua'}:2: rd.plan: "
+    assert said == (place + "vary is missing; add vary = { T = rd.within(0.5, 2) }\n" + place +
+                    'minimise is missing; add minimise = "T", or a measure of a column such as rd.at_end("E_z")\n')
+    assert "refdyn plan: PLAN.lua is missing\n" in refdyn("plan", tmp_path / "model.lua", "-o", tmp_path / "plan.json", status=2).stderr
+    model = write(tmp_path, "model.lua", slide().replace("rd.model", "rd.plan"))
+    assert refdyn("check", model, status=1).stderr.endswith("rd.plan: belongs to plan files; run them by refdyn plan MODEL.lua PLAN.lua\n")
