@@ -29,10 +29,6 @@ void script_stop_at_bound(lua_State *L) {
     lua_error(L);
 }
 
-const char *script_noun(const struct script *script) {
-    return script->kind == FILE_SWEEP ? "sweep" : "model";
-}
-
 struct place script_place(lua_State *L) {
     struct script *script = script_of(L);
     struct place place = {.file = script->file};
@@ -275,7 +271,7 @@ void script_convert(lua_State *L, int index, struct place place, int depth, stru
     *value = (struct value){.place = place};
     if (++script->value_count > VALUE_BOUND)
         stop_at(L, place, VALUE_BOUND,
-                script->kind == FILE_SWEEP ? "values in the sweep" : "values in the model");
+                memory_format(script->memory, "values in the %s", script_noun(script)));
     switch (lua_type(L, index)) {
     case LUA_TNUMBER:
         value->kind = VALUE_NUMBER;
