@@ -1,7 +1,7 @@
 /*
- * Measurements: CSV files with the time `t` and columns named as in a motion. An empty field is a gap. Columns
- * that are inputs of the model move it. Reports data that cannot be right: constant columns, other units,
- * exchanged columns, another unit of time.
+ * Measurements: CSV files with the time `t` and columns named as in a motion. An empty field is a gap.
+ * Columns that are inputs of the model move it. Reports data that cannot be right: constant columns, other
+ * units, exchanged columns, another unit of time.
  */
 #include <math.h>
 #include <string.h>
@@ -41,7 +41,8 @@ static void warn_of_column(const struct reading *reading, const char *name) {
     const char *near = message_nearest_name(name, table->names, table->count);
     const char *text =
         record_table_find(table, name, strlen(name)) >= 0
-            ? format_text("warning: data: column %s is not used; to use it, add its noise to --noise", name)
+            ? format_text("warning: data: column %s is not used; to use it, add its noise to %s", name,
+                          fit_option_text(reading->fit, "noise"))
             : format_text("warning: data: column %s is no column of the motion and is not used%s%s", name,
                           near ? "; the nearest is " : "", near ? near : "");
     format_complain_line(reading->csv.path, reading->csv.line, text);
@@ -64,7 +65,8 @@ static bool assign_columns(struct reading *reading) {
     if (format_csv_column(csv, "t") < 0)
         return format_csv_complain(csv, "no column is called t; add the time of each measurement [s]");
     if (!has_signal)
-        return format_csv_complain(csv, "no column of --noise is here; must have at least one of them");
+        return format_csv_complain(csv, "no column of %s is here; must have at least one of them",
+                                   fit_option_text(reading->fit, "noise"));
     for (int i = 0; i < csv->count; i++)
         if (reading->role[i] == COLUMN_OTHER)
             warn_of_column(reading, csv->names[i]);
@@ -80,13 +82,14 @@ static bool take_time(struct reading *reading, int column) {
     if (!format_csv_number(&reading->csv, column, t))
         return false;
     if (data->rows > 0 && !(*t > t[-1]))
-        return format_csv_complain(&reading->csv,
-                                   "t = %.9g does not follow %.9g, the time before it; times must ascend: give "
-                                   "each time base its own file",
-                                   *t, t[-1]);
+        return format_csv_complain(
+            &reading->csv,
+            "t = %.9g does not follow %.9g, the time before it; times must ascend: give "
+            "each time base its own file",
+            *t, t[-1]);
     if (*t < begin)
-        return format_csv_complain(&reading->csv, "t = %.9g; must not be before the motion, which starts at %.9g",
-                                   *t, begin);
+        return format_csv_complain(
+            &reading->csv, "t = %.9g; must not be before the motion, which starts at %.9g", *t, begin);
     return true;
 }
 
@@ -95,10 +98,10 @@ static bool take_row(struct reading *reading) {
     const struct csv *csv = &reading->csv;
     const int width = reading->fit->signal_count;
     data->t = memory_room(&format_memory, data->t, data->rows, &reading->room_t, sizeof *data->t);
-    data->y = memory_room(&format_memory, data->y, data->rows, &reading->room_y,
-                          (size_t)width * sizeof *data->y);
-    data->lines = memory_room(&format_memory, data->lines, data->rows, &reading->room_lines,
-                              sizeof *data->lines);
+    data->y =
+        memory_room(&format_memory, data->y, data->rows, &reading->room_y, (size_t)width * sizeof *data->y);
+    data->lines =
+        memory_room(&format_memory, data->lines, data->rows, &reading->room_lines, sizeof *data->lines);
     double *y = data->y + (size_t)data->rows * (size_t)width;
     for (int k = 0; k < width; k++)
         y[k] = NAN;
@@ -119,7 +122,8 @@ static bool take_rows(struct reading *reading) {
     while (answer > 0 && (answer = format_csv_next(&reading->csv)) > 0)
         answer = take_row(reading) ? 1 : -1;
     if (answer == 0 && reading->data->rows < 2)
-        return format_csv_complain(&reading->csv, "fewer than 2 rows; must have a header and at least two rows");
+        return format_csv_complain(&reading->csv,
+                                   "fewer than 2 rows; must have a header and at least two rows");
     return answer == 0;
 }
 
@@ -140,10 +144,11 @@ static bool refuse_constant(const struct reading *reading) {
             count++;
         }
         if (count > 1 && least == most) {
-            format_complain_line(data->path, 1,
-                                 format_text("data: column %s is %.9g in all %ld rows: a sensor that does not "
-                                             "move; omit it from --noise",
-                                             fit->signals[k].name, least, count));
+            format_complain_line(
+                data->path, 1,
+                format_text("data: column %s is %.9g in all %ld rows: a sensor that does not "
+                            "move; omit it from %s",
+                            fit->signals[k].name, least, count, fit_option_text(fit, "noise")));
             return false;
         }
     }
@@ -162,8 +167,9 @@ static bool refuse_time_base(const struct fit *fit, const struct fit_data *data)
         return true;
     format_complain_line(
         data->path, 1,
-        format_text("data: the rows are %.3g s apart, but %.3g s in %s; times must be in seconds in each file",
-                    spacing(data), spacing(&fit->data[0]), fit->data[0].path));
+        format_text(
+            "data: the rows are %.3g s apart, but %.3g s in %s; times must be in seconds in each file",
+            spacing(data), spacing(&fit->data[0]), fit->data[0].path));
     return false;
 }
 
@@ -178,21 +184,9 @@ static bool read_file(struct fit *fit, struct fit_data *data) {
 }
 
 enum status fit_data_read(struct fit *fit) {
-    const struct options *options = fit->options;
-    const char **held_out = options_list(options_text(options, "held-out"));
-    int held_count = 0;
-    while (held_out[held_count])
-        held_count++;
-    fit->data_count = options->operand_count - 1 + held_count;
-    fit->data = format_allocate((size_t)fit->data_count, sizeof *fit->data);
-    for (int i = 0; i < fit->data_count; i++) {
-        struct fit_data *data = &fit->data[i];
-        const int held = i - (options->operand_count - 1);
-        data->is_held_out = held >= 0;
-        data->path = held >= 0 ? held_out[held] : options->operands[1 + i];
-        if (!read_file(fit, data))
+    for (int i = 0; i < fit->data_count; i++)
+        if (!read_file(fit, &fit->data[i]))
             return STATUS_FAULT;
-    }
     return STATUS_DONE;
 }
 
@@ -203,14 +197,12 @@ enum status fit_data_imagine(struct fit *fit) {
     if (status != STATUS_DONE)
         return status;
     const double every = record_distance(length, options_number(options, "every"));
-    struct fit_data *data = format_allocate(1, sizeof *data);
+    struct fit_data *data = &fit->data[0];
     data->rows = (int)record_count_outputs(length, every);
     data->t = format_allocate((size_t)data->rows, sizeof *data->t);
     data->y = format_allocate((size_t)data->rows * (size_t)fit->signal_count, sizeof *data->y);
     for (int i = 0; i < data->rows; i++)
         data->t[i] = i + 1 < data->rows ? begin + i * every : begin + length;
-    fit->data = data;
-    fit->data_count = 1;
     return STATUS_DONE;
 }
 
@@ -253,15 +245,15 @@ static const double cosine_least = 0.9, factor_part = 0.2;
 /* Columns are exchanged if the exchange decreases both sums of squares, one of them by this factor. */
 static const double exchange_gain = 30;
 
-static enum status refuse_unit(const struct fit *fit, const struct fit_data *data, const double *model, int k) {
+static enum status refuse_unit(const struct fit *fit, const struct fit_data *data, const double *model,
+                               int k) {
     const struct sums sums = sum_over(fit, data, model, k, k);
     const double factor = sums.dm / sums.mm, cosine = sums.dm / sqrt(sums.dd * sums.mm);
     for (size_t i = 0; i < sizeof units / sizeof *units; i++)
         if (cosine > cosine_least && fabs(factor / units[i].factor - 1) < factor_part) {
-            format_complain_line(
-                data->path, 1,
-                format_text("data: column %s is %.3g times the motion: it seems to be in %s",
-                            fit->signals[k].name, factor, units[i].text));
+            format_complain_line(data->path, 1,
+                                 format_text("data: column %s is %.3g times the motion: it seems to be in %s",
+                                             fit->signals[k].name, factor, units[i].text));
             return STATUS_FAULT;
         }
     return STATUS_DONE;
@@ -286,8 +278,10 @@ enum status fit_data_compare(const struct fit *fit, const struct fit_data *data,
     enum status status = STATUS_DONE;
     for (int a = 0; a < fit->signal_count; a++)
         for (int b = a + 1; b < fit->signal_count && status == STATUS_DONE; b++)
-            status = refuse_exchange(fit, data, model, a, b);
+            if (!fit_sensor_is_scaled(fit, a) && !fit_sensor_is_scaled(fit, b))
+                status = refuse_exchange(fit, data, model, a, b);
     for (int k = 0; k < fit->signal_count && status == STATUS_DONE; k++)
-        status = refuse_unit(fit, data, model, k);
+        if (!fit_sensor_is_scaled(fit, k))
+            status = refuse_unit(fit, data, model, k);
     return status;
 }

@@ -27,7 +27,8 @@ static const double entry_least = 0.2;
 static void factor(const struct fit_solution *solution, int count, double *R) {
     const int rows = solution->rows;
     const size_t size = (size_t)rows * (size_t)count;
-    double *A = format_allocate_large(size + 1, sizeof *A), *tau = format_allocate((size_t)count, sizeof *tau);
+    double *A = format_allocate_large(size + 1, sizeof *A),
+           *tau = format_allocate((size_t)count, sizeof *tau);
     memcpy(A, solution->J, size * sizeof *A);
     LAPACKE_dgeqrf(LAPACK_COL_MAJOR, rows, count, A, rows, tau);
     for (int k = 0; k < count; k++)
@@ -143,7 +144,7 @@ static struct spread spread_of(const struct fit *fit, bool is_held_out, int sign
             for (int k = 0; k < fit->signal_count; k++) {
                 if (isnan(fit->data[i].y[(size_t)row * (size_t)fit->signal_count + (size_t)k]))
                     continue;
-                const double residual = *r++ * fit->signals[k].noise;
+                const double residual = *r++ * fit->signals[k].noise / sqrt(fit->data[i].weight);
                 if (k != signal)
                     continue;
                 spread.count++;
@@ -180,20 +181,28 @@ static double square_sum(const double *r, int count) {
 }
 
 /* The residuals of the files that were held out; returns their number, 0 if there are none or they failed. */
-static int validate(struct fit *fit, const struct fit_solution *solution, double **r) {
+static int validate(struct fit *fit, double *u, double **r) {
     const int count = fit_residual_count(fit, true, INFINITY);
     *r = format_allocate_large((size_t)count + 1, sizeof **r);
-    return count > 0 && fit_residuals(fit, true, INFINITY, solution->u, *r, NULL, 0) == FIT_DONE ? count : 0;
+    return count > 0 && fit_validate(fit, u, *r) == FIT_DONE ? count : 0;
 }
 
 /* ---- FIT.json ---- */
 
-static void put_values(struct document *document, const struct fit *fit,
-                       const struct fit_solution *solution) {
-    format_put_open(document, "values", '{');
-    for (int k = 0; k < fit->count; k++)
-        format_put_number(document, fit->values[k].name, fit_value_of(&fit->values[k], solution->u[k]));
-    format_put_close(document, '}');
+/* Puts the values of kinds `first` to `last`, if there are any. */
+static void put_kinds(struct document *document, const struct fit *fit, const double *u, const char *key,
+                      enum fit_kind first, enum fit_kind last) {
+    int count = 0;
+    for (int j = 0; j < fit->all_count; j++) {
+        const struct fit_value *value = &fit->values[j];
+        if (value->kind < first || value->kind > last)
+            continue;
+        if (count++ == 0)
+            format_put_open(document, key, '{');
+        format_put_number(document, value->name, fit_value_of(value, u[j]));
+    }
+    if (count > 0)
+        format_put_close(document, '}');
 }
 
 void fit_put_errors(struct document *document, const struct fit *fit, const struct fit_certainty *certainty) {
@@ -232,7 +241,8 @@ static bool is_at_bound(const struct fit_value *value, double unknown) {
     return fabs(number - value->lower) <= near || fabs(number - value->upper) <= near;
 }
 
-static void put_bounds(struct document *document, const struct fit *fit, const struct fit_solution *solution) {
+static void put_bounds(struct document *document, const struct fit *fit,
+                       const struct fit_solution *solution) {
     format_put_open(document, "at_bounds", '[');
     for (int k = 0; k < fit->count; k++)
         if (is_at_bound(&fit->values[k], solution->u[k]))
@@ -240,36 +250,46 @@ static void put_bounds(struct document *document, const struct fit *fit, const s
     format_put_close(document, ']');
 }
 
-static void put_validation(struct document *document, struct fit *fit, const struct fit_solution *solution) {
-    double *r;
-    const int count = validate(fit, solution, &r);
-    if (count > 0) {
-        format_put_open(document, "validation", '{');
-        format_put_number(document, "chi2_dof", square_sum(r, count) / count);
-        put_residuals(document, fit, true, r);
-        format_put_close(document, '}');
-    }
-    free(r);
+static void put_validation(struct document *document, const struct fit *fit, const double *r, int count) {
+    if (count == 0)
+        return;
+    format_put_open(document, "validation", '{');
+    format_put_number(document, "chi2_dof", square_sum(r, count) / count);
+    put_residuals(document, fit, true, r);
+    format_put_close(document, '}');
+}
+
+/* The unknowns of all values, with those of files that are held out at their start. */
+static double *all_unknowns(const struct fit *fit, const struct fit_solution *solution) {
+    double *u = format_allocate((size_t)fit->all_count, sizeof *u);
+    for (int j = 0; j < fit->all_count; j++)
+        u[j] = j < fit->count ? solution->u[j] : fit_unknown_of(&fit->values[j], fit->values[j].start);
+    return u;
 }
 
 enum status fit_report_write(struct fit *fit, const struct fit_solution *solution,
                              const struct fit_certainty *certainty) {
     struct document document;
     const double freedom = fmax(solution->rows - fit->count, 1);
+    double *u = all_unknowns(fit, solution), *r;
+    const int held_out = validate(fit, u, &r);
     format_document_open(&document);
     format_put_open(&document, NULL, '{');
     format_put_text(&document, "name", fit->scene->model->name);
-    put_values(&document, fit, solution);
+    put_kinds(&document, fit, u, "values", FIT_OF_MODEL, FIT_OF_MODEL);
+    put_kinds(&document, fit, u, "sensors", FIT_OFFSET, FIT_DELAY);
+    put_kinds(&document, fit, u, "starts", FIT_START, FIT_START);
     fit_put_errors(&document, fit, certainty);
     format_put_number(&document, "chi2_dof", solution->chi2 / freedom);
     format_put_whole(&document, "degrees_of_freedom", (long)freedom);
     put_residuals(&document, fit, false, solution->r);
     fit_put_groups(&document, certainty);
     put_bounds(&document, fit, solution);
-    put_validation(&document, fit, solution);
-    format_put_whole(&document, "starts", solution->starts);
+    put_validation(&document, fit, r, held_out);
+    format_put_whole(&document, "starts_tried", solution->starts);
     format_put_whole(&document, "evaluations", fit->motions);
     format_put_close(&document, '}');
+    free(r);
     return scene_finish(fit->scene, &document);
 }
 
@@ -290,16 +310,18 @@ void fit_report_print(struct fit *fit, const struct fit_solution *solution,
             solution->chi2 / freedom, freedom, fit->motions, solution->starts,
             solution->starts > 1 ? "s" : "");
     if (solution->chi2 / freedom > unexplained_least)
-        fprintf(stderr,
-                "refdyn: warning: the residuals are %.3g times the noise: the model does not explain the data, "
-                "or --noise is too small\n",
-                sqrt(solution->chi2 / freedom));
+        fprintf(
+            stderr,
+            "refdyn: warning: the residuals are %.3g times the noise: the model does not explain the data, "
+            "or --noise is too small\n",
+            sqrt(solution->chi2 / freedom));
     for (int i = 0; i < certainty->group_count; i++)
         fprintf(stderr, "refdyn: warning: the data do not determine %s\n",
                 fit_group_text(certainty->groups[i]));
     if (fit->lost > 0)
-        fprintf(stderr,
-                "refdyn: warning: %d derivatives do not exist, since a slight change reorders events or ends the "
-                "motion; the standard errors omit them\n",
-                fit->lost);
+        fprintf(
+            stderr,
+            "refdyn: warning: %d derivatives do not exist, since a slight change reorders events or ends the "
+            "motion; the standard errors omit them\n",
+            fit->lost);
 }

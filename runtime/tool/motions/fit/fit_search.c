@@ -2,10 +2,10 @@
  * The search for the values.
  *
  * It begins with least squares from the given start over all data. If chi^2 then exceeds what noise explains,
- * or the solution is far from the start, it may be one of many local minima: a motion that drifts out of phase
- * with the data and back. The search then tries many starts on the first part of the data, where phases still
- * agree, solves for the best of them, and continues the better ones with longer and longer parts. A short part
- * does not determine every value: there, each unknown is also drawn to its start.
+ * or the solution is far from the start, it may be one of many local minima: a motion that drifts out of
+ * phase with the data and back. The search then tries many starts on the first part of the data, where phases
+ * still agree, solves for the best of them, and continues the better ones with longer and longer parts. A
+ * short part does not determine every value: there, each unknown is also drawn to its start.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -38,8 +38,8 @@ static const double draw = 1;
 
 struct fit_search {
     struct fit *fit;
-    double until; /* the end of the present part [s] */
-    const double *from; /* (values) the start to which unknowns are drawn; NULL on all data */
+    double until;          /* the end of the present part [s] */
+    const double *from;    /* (values) the start to which unknowns are drawn; NULL on all data */
     double *lower, *upper; /* (values) bounds of the unknowns */
 };
 
@@ -48,7 +48,7 @@ static enum fit_outcome part_residuals(void *context, const double *u, double *r
     const struct fit_search *search = context;
     const int count = search->fit->count, rows = fit_residual_count(search->fit, false, search->until);
     const size_t all = (size_t)rows + (search->from ? (size_t)count : 0);
-    const enum fit_outcome outcome = fit_residuals(search->fit, false, search->until, u, r, J, all);
+    const enum fit_outcome outcome = fit_residuals(search->fit, search->until, u, r, J, all);
     for (int k = 0; k < count && search->from; k++) {
         r[rows + k] = (u[k] - search->from[k]) / draw;
         for (int j = 0; J && j < count; j++)
@@ -142,11 +142,13 @@ static void make_candidates(const struct fit_search *search, const double *from,
     const struct fit *fit = search->fit;
     for (int k = 0, prime = 1; k < fit->count; k++) {
         const double wide = fit->values[k].is_log ? log(factor_of_starts) : units_of_starts,
-                     low = fmax(from[k] - wide, search->lower[k]), high = fmin(from[k] + wide, search->upper[k]);
+                     low = fmax(from[k] - wide, search->lower[k]),
+                     high = fmin(from[k] + wide, search->upper[k]);
         prime = next_prime(prime);
+        const bool is_kept = fit->values[k].kind == FIT_DELAY; /* all candidates have the same outputs */
         for (int i = 0; i < CANDIDATES; i++)
             unknowns[i * fit->count + k] =
-                i == 0 ? from[k] : low + (high - low) * van_der_corput(i, prime);
+                i == 0 || is_kept ? from[k] : low + (high - low) * van_der_corput(i, prime);
     }
 }
 
@@ -192,7 +194,8 @@ static void ascend(struct fit_search *search, const double *from, double *unknow
 static void try_starts(struct fit_search *search, const double *from, struct fit_solution *solution) {
     struct fit *fit = search->fit;
     const int width = fit->count;
-    double *unknowns = format_allocate_matrix(CANDIDATES, width), *chi2 = format_allocate_matrix(CANDIDATES, 1);
+    double *unknowns = format_allocate_matrix(CANDIDATES, width),
+           *chi2 = format_allocate_matrix(CANDIDATES, 1);
     int count = 0;
     make_candidates(search, from, unknowns);
     if (fit_try_candidates(fit, end_of_part(fit, first_part), unknowns, CANDIDATES, chi2) != FIT_DONE)
@@ -222,4 +225,62 @@ void fit_search(struct fit *fit, const double *from, struct fit_solution *soluti
         try_starts(&search, from, solution);
     if (system_interrupted)
         solution->outcome = FIT_STOPPED;
+}
+
+/* ---- Files that are held out ---- */
+
+struct held_out {
+    struct fit *fit;
+    const struct fit_data *data;
+    double *u; /* (all_count) */
+};
+
+static enum fit_outcome held_out_residuals(void *context, const double *starts, double *r, double *J) {
+    const struct held_out *held = context;
+    const int count = held->fit->request.start_count;
+    memcpy(held->u + held->data->first_start, starts, (size_t)count * sizeof *starts);
+    return fit_file_residuals(held->fit, held->data, held->u, held->data->first_start, count, r, J);
+}
+
+/* Finds the unknown starts of a file, with all other values as they are. */
+static enum fit_outcome find_starts(struct held_out *held, int rows) {
+    const size_t count = (size_t)held->fit->request.start_count;
+    double *bounds = format_allocate(2 * count, sizeof *bounds), *u = format_allocate(count, sizeof *u);
+    struct least_squares problem = {.count = (int)count,
+                                    .rows = rows,
+                                    .lower = bounds,
+                                    .upper = bounds + count,
+                                    .step_most = step_most,
+                                    .rounds_most = ROUNDS,
+                                    .residuals = held_out_residuals,
+                                    .context = held,
+                                    .u = u};
+    for (size_t k = 0; k < count; k++) {
+        bounds[k] = -INFINITY;
+        bounds[count + k] = INFINITY;
+    }
+    memcpy(u, held->u + held->data->first_start, count * sizeof *u);
+    problem.r = format_allocate_large((size_t)rows, sizeof *problem.r);
+    problem.J = format_allocate_large((size_t)rows * count, sizeof *problem.J);
+    const enum fit_outcome outcome = least_squares_solve(&problem);
+    memcpy(held->u + held->data->first_start, u, count * sizeof *u);
+    free(problem.r);
+    free(problem.J);
+    return outcome == FIT_STUCK ? FIT_DONE : outcome;
+}
+
+enum fit_outcome fit_validate(struct fit *fit, double *u, double *r) {
+    enum fit_outcome outcome = FIT_DONE;
+    for (int i = 0; i < fit->data_count && outcome == FIT_DONE; i++) {
+        struct held_out held = {fit, &fit->data[i], u};
+        const int rows = fit_file_residual_count(fit, held.data, INFINITY);
+        if (!held.data->is_held_out)
+            continue;
+        if (fit->request.start_count > 0 && rows >= fit->request.start_count)
+            outcome = find_starts(&held, rows);
+        if (outcome == FIT_DONE)
+            outcome = fit_file_residuals(fit, held.data, u, 0, 0, r, NULL);
+        r += rows;
+    }
+    return outcome;
 }

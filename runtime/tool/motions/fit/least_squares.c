@@ -24,10 +24,10 @@ static const double decrease_least = 1e-4, decrease_part = 1e-9;
 /* A round: the factors of J, and scratch for steps. */
 struct round {
     const struct least_squares *problem;
-    double *R, *c;       /* (count x count, columns first), (count): the factor, and Q^T r */
-    double *D;           /* (count) largest norms of the columns so far */
-    bool *is_held;       /* (count) at a bound that the step would cross */
-    double *d, *tried, *r; /* (count), (count), (rows) */
+    double *R, *c;          /* (count x count, columns first), (count): the factor, and Q^T r */
+    double *D;              /* (count) largest norms of the columns so far */
+    bool *is_held;          /* (count) at a bound that the step would cross */
+    double *d, *tried, *r;  /* (count), (count), (rows) */
     double *matrix, *right; /* (2 count x count), (2 count) */
 };
 
@@ -50,8 +50,7 @@ static bool factor(struct round *round) {
     memcpy(A, problem->J, (size_t)m * (size_t)n * sizeof *A);
     memcpy(A + (size_t)m * (size_t)n, problem->r, (size_t)m * sizeof *A);
     /* the last column becomes Q^T r */
-    const bool is_good =
-        LAPACKE_dgeqrf(LAPACK_COL_MAJOR, m, n + 1, A, m, scratch(n + 1)) == 0;
+    const bool is_good = LAPACKE_dgeqrf(LAPACK_COL_MAJOR, m, n + 1, A, m, scratch(n + 1)) == 0;
     memset(round->R, 0, (size_t)n * (size_t)n * sizeof *round->R);
     for (int k = 0; k <= n; k++)
         for (int i = 0; i < n && i < m && (i <= k || k == n); i++)
