@@ -205,10 +205,11 @@ static void find_near(struct run *run) {
     for (int i = 1, first = 1; i <= last; i++) {
         while (first < pattern->waypoint_count && pattern->waypoints[first].t < run->times[i] - width)
             first++;
-        for (int k = first; k < pattern->waypoint_count && pattern->waypoints[k].t <= run->times[i] + width; k++) {
+        for (int k = first; k < pattern->waypoint_count && pattern->waypoints[k].t <= run->times[i] + width;
+             k++) {
             const struct refdyn_waypoint *there = &pattern->waypoints[k];
-            run->is_near[i] |= there->break_count + there->is_switch + there->due_count > 0 &&
-                               !(is_ended && i == last);
+            run->is_near[i] |=
+                there->break_count + there->is_switch + there->due_count > 0 && !(is_ended && i == last);
         }
     }
     for (int i = 1; i <= last; i++)

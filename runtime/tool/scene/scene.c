@@ -456,9 +456,8 @@ static bool take_found(struct scene *scene, const char *path) {
     if (!scene_found_read(state, path, &scene->generation))
         return false;
     const size_t count = (size_t)state->found_count, size = sizeof *state->inputs;
-    state->parameters =
-        memory_grow(&format_memory, state->parameters, (size_t)state->parameter_count * size,
-                    ((size_t)state->parameter_count + count) * size);
+    state->parameters = memory_grow(&format_memory, state->parameters, (size_t)state->parameter_count * size,
+                                    ((size_t)state->parameter_count + count) * size);
     state->inputs = memory_grow(&format_memory, state->inputs, (size_t)state->input_count * size,
                                 ((size_t)state->input_count + count) * size);
     for (int i = 0; i < state->found_count; i++) {

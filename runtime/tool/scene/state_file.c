@@ -251,7 +251,8 @@ static void complain_of_syntax(struct reading *reading, const char *what, const 
 
 /* Reads the file as an object; `what` names its purpose. Calls `take` for each member. */
 static bool read_object(struct reading *reading, const char *what,
-                        void take(struct reading *reading, struct state *state, const char *key, json_t *value),
+                        void take(struct reading *reading, struct state *state, const char *key,
+                                  json_t *value),
                         struct state *state) {
     static const char mark[] = "\xEF\xBB\xBF"; /* byte order mark of UTF-8, which some editors write first */
     const char *text = format_read_file(reading->path, what);

@@ -53,20 +53,6 @@ static enum status prepare(struct fit *fit) {
 
 /* ---- The start ---- */
 
-void fit_report_failure(const struct fit *fit) {
-    fprintf(stderr, "refdyn: %s: the motion of the start fails at t = %.6g: %s; choose a start with --set\n",
-            fit->scene->model->name, fit->failure.t,
-            fit->failure.status ? refdyn_status_text(fit->failure.status) : "it ends before the data");
-}
-
-static enum status report_outcome(const struct fit *fit, enum fit_outcome outcome) {
-    if (outcome == FIT_STOPPED)
-        fprintf(stderr, "refdyn: %s: interrupted\n", fit->scene->model->name);
-    else
-        fit_report_failure(fit);
-    return STATUS_NUMBERS;
-}
-
 /* Compares the data with the motion of the start. */
 static enum status compare(struct fit *fit, const double *from) {
     enum status status = STATUS_DONE;
@@ -74,7 +60,7 @@ static enum status compare(struct fit *fit, const double *from) {
         const struct fit_data *data = &fit->data[i];
         double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
         const enum fit_outcome outcome = fit_motion_values(fit, data, from, model);
-        status = outcome == FIT_DONE ? fit_data_compare(fit, data, model) : report_outcome(fit, outcome);
+        status = outcome == FIT_DONE ? fit_data_compare(fit, data, model) : fit_report_outcome(fit, outcome);
         free(model);
     }
     return status;
@@ -112,7 +98,7 @@ static enum status check_start(struct fit *fit, const double *from) {
     start.r = format_allocate_large(rows, sizeof *start.r);
     start.J = format_allocate_large(rows * count, sizeof *start.J);
     const enum fit_outcome outcome = fit_residuals(fit, INFINITY, from, start.r, start.J, rows);
-    enum status status = outcome == FIT_DONE ? STATUS_DONE : report_outcome(fit, outcome);
+    enum status status = outcome == FIT_DONE ? STATUS_DONE : fit_report_outcome(fit, outcome);
     if (status == STATUS_DONE) {
         for (size_t i = 0; i < rows; i++)
             start.chi2 += start.r[i] * start.r[i];
@@ -145,7 +131,7 @@ static enum status find(struct fit *fit) {
     fit_search(fit, from, &solution);
     system_progress_end(&fit->progress);
     if (solution.outcome == FIT_STOPPED || !isfinite(solution.chi2))
-        return report_outcome(fit, solution.outcome);
+        return fit_report_outcome(fit, solution.outcome);
     fit_certainty_find(fit, &solution, &certainty);
     fit_report_print(fit, &solution, &certainty);
     status = fit_report_write(fit, &solution, &certainty);
@@ -283,8 +269,7 @@ const struct command fit_command = {
     .run = run_fit,
     .operands = "MODEL.lua FIT.lua|DATA.csv...",
     .options = "output! vary noise held-out check until every method step tol step-max from stabilise "
-               "singular start hold "
-               "release way lanes parameters set",
+               "singular start hold release way lanes parameters set",
     .tables = {fit_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "FIT.json",
     .purpose = "values of a model from measured data",

@@ -134,12 +134,10 @@ struct fit {
     int asked; /* the first signals: those of --noise; with --check all other columns follow */
     struct fit_data *data;
     int data_count;
-    long motions; /* computed in all, copies included */
-    struct {
-        int status; /* of the runtime */
-        double t;   /* time reached [s] */
-    } failure;      /* of the last motion */
-    int lost;       /* residuals of the last derivatives that lacked one */
+    long motions;   /* computed in all, copies included */
+    int end_status; /* of the last motion: a status of the runtime, and the time reached [s] */
+    double end_t;
+    int lost; /* residuals of the last derivatives that lacked one */
     struct progress progress;
 };
 
@@ -199,9 +197,6 @@ enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data,
 /* chi^2 of many candidates (candidates x values) up to `until`; INFINITY for a motion that fails. */
 enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double *unknowns, int candidates,
                                     double *chi2);
-/* Reports why the motion of the last call has failed. */
-void fit_report_failure(const struct fit *fit);
-
 /* ---- Least squares (least_squares.c) ---- */
 
 /* A problem of least squares with bounds. */
@@ -261,6 +256,8 @@ const char *fit_group_text(const char *const *names);
 void fit_put_errors(struct document *document, const struct fit *fit, const struct fit_certainty *certainty);
 /* Puts singular values, and what is not identifiable. */
 void fit_put_groups(struct document *document, const struct fit_certainty *certainty);
+/* Reports why the last motion has failed, or that a signal has ended the search; returns STATUS_NUMBERS. */
+enum status fit_report_outcome(const struct fit *fit, enum fit_outcome outcome);
 /* Writes FIT.json. */
 enum status fit_report_write(struct fit *fit, const struct fit_solution *solution,
                              const struct fit_certainty *certainty);

@@ -149,10 +149,8 @@ enum status fit_check(struct fit *fit, const double *from) {
     all.J = format_allocate_large(rows * (size_t)fit->count, sizeof *all.J);
     if (outcome == FIT_DONE)
         outcome = fit_residuals(fit, INFINITY, from, all.r, all.J, rows);
-    if (outcome != FIT_DONE) {
-        fit_report_failure(fit);
-        return STATUS_NUMBERS;
-    }
+    if (outcome != FIT_DONE)
+        return fit_report_outcome(fit, outcome);
     judge(fit, &all, -1, &asked);
     const int further = find_best(fit, &all, &asked, &best);
     print_check(fit, from, &asked, further, &best);

@@ -35,17 +35,35 @@ static bool is_input(const struct refdyn_model *model, const char *name) {
             refdyn_find_name(model->inputs, model->input_count, name + lead) >= 0);
 }
 
-/* Warns of a column without a use. */
-static void warn_of_column(const struct reading *reading, const char *name) {
+/* Warns of columns without a use: those of the motion in one line, and each other one. */
+static void warn_of_columns(const struct reading *reading) {
+    enum { SHOWN_MOST = 5 };
     const struct record_table *table = &reading->fit->table;
-    const char *near = message_nearest_name(name, table->names, table->count);
-    const char *text =
-        record_table_find(table, name, strlen(name)) >= 0
-            ? format_text("warning: data: column %s is not used; to use it, add its noise to %s", name,
-                          fit_option_text(reading->fit, "noise"))
-            : format_text("warning: data: column %s is no column of the motion and is not used%s%s", name,
-                          near ? "; the nearest is " : "", near ? near : "");
-    format_complain_line(reading->csv.path, reading->csv.line, text);
+    const struct csv *csv = &reading->csv;
+    struct text unused = {.memory = &format_memory};
+    int count = 0;
+    for (int i = 0; i < csv->count; i++) {
+        const char *name = csv->names[i];
+        if (reading->role[i] != COLUMN_OTHER)
+            continue;
+        if (record_table_find(table, name, strlen(name)) >= 0) {
+            if (count++ < SHOWN_MOST)
+                text_add(&unused, "%s%s", count > 1 ? ", " : "", name);
+            continue;
+        }
+        const char *near = message_nearest_name(name, table->names, table->count);
+        format_complain_line(csv->path, csv->line,
+                             format_text("warning: data: column %s is no column of the motion and is not "
+                                         "used%s%s",
+                                         name, near ? "; the nearest is " : "", near ? near : ""));
+    }
+    if (count > 0)
+        format_complain_line(
+            csv->path, csv->line,
+            format_text("warning: data: %d column%s without noise %s not used (%s%s); to use "
+                        "one, add it to %s",
+                        count, count > 1 ? "s" : "", count > 1 ? "are" : "is", unused.data,
+                        count > SHOWN_MOST ? ", ..." : "", fit_option_text(reading->fit, "noise")));
 }
 
 static bool assign_columns(struct reading *reading) {
@@ -67,9 +85,7 @@ static bool assign_columns(struct reading *reading) {
     if (!has_signal)
         return format_csv_complain(csv, "no column of %s is here; must have at least one of them",
                                    fit_option_text(reading->fit, "noise"));
-    for (int i = 0; i < csv->count; i++)
-        if (reading->role[i] == COLUMN_OTHER)
-            warn_of_column(reading, csv->names[i]);
+    warn_of_columns(reading);
     return true;
 }
 

@@ -293,6 +293,19 @@ enum status fit_report_write(struct fit *fit, const struct fit_solution *solutio
     return scene_finish(fit->scene, &document);
 }
 
+/* ---- Messages ---- */
+
+enum status fit_report_outcome(const struct fit *fit, enum fit_outcome outcome) {
+    if (outcome == FIT_STOPPED)
+        fprintf(stderr, "refdyn: %s: interrupted\n", fit->scene->model->name);
+    else
+        fprintf(stderr,
+                "refdyn: %s: the motion of the start fails at t = %.6g: %s; choose a start with --set\n",
+                fit->scene->model->name, fit->end_t,
+                fit->end_status ? refdyn_status_text(fit->end_status) : "it ends before the data");
+    return STATUS_NUMBERS;
+}
+
 /* ---- The summary ---- */
 
 /* chi^2 by degree of freedom from which on the model does not explain the data, whatever their number. */

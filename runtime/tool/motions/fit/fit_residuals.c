@@ -216,8 +216,8 @@ static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *fil
         return FIT_STOPPED;
     const int status = refdyn_derivatives_run(&given);
     fit->motions += 1 + given.copies;
-    fit->failure.status = status ? status : given.motion.status;
-    fit->failure.t = given.motion.t;
+    fit->end_status = status ? status : given.motion.status;
+    fit->end_t = given.motion.t;
     return status || given.outputs < file->batch.time_count + 1 ? FIT_FAILED : FIT_DONE;
 }
 

@@ -21,8 +21,9 @@ enum {
     ROUNDS = 40,     /* of least squares on all data */
     ROUNDS_PART = 8  /* on a part */
 };
-/* The first part of the data, and the factor from each part to the next one. Factor 2 misses minima. */
-static const double first_part = 0.1, growth = 1.5;
+/* The first parts of the data, one after the other until noise explains chi^2, and the factor from each part
+ * to the next one. Factor 2 misses minima. */
+static const double first_parts[] = {0.2, 0.1}, growth = 1.5;
 /* Starts are within this factor of the given one, or this many units, unless bounds are closer. */
 static const double factor_of_starts = 3, units_of_starts = 1;
 /* Largest change of an unknown in one step: a factor of 2, or 0.7 of a unit. */
@@ -34,7 +35,7 @@ static const double near_most = 0.25;
 /* From each part to the next one, this share of the starts goes on. */
 static const double kept_share = 0.7;
 /* On a part, an unknown that is this far from its start adds 1 to chi^2. */
-static const double draw = 1;
+static const double draw = 0.5;
 
 struct fit_search {
     struct fit *fit;
@@ -172,7 +173,7 @@ static void choose_best(double *unknowns, double *chi2, int count, int wanted, i
 
 /* Continues `count` starts (count x values) from the first part of the data to all of them. */
 static void ascend(struct fit_search *search, const double *from, double *unknowns, int count,
-                   struct fit_solution *solution) {
+                   double first_part, struct fit_solution *solution) {
     const int width = search->fit->count;
     double *chi2 = format_allocate_matrix(count, 1);
     search->from = from;
@@ -191,7 +192,9 @@ static void ascend(struct fit_search *search, const double *from, double *unknow
         solve(search, unknowns + i * width, ROUNDS, solution);
 }
 
-static void try_starts(struct fit_search *search, const double *from, struct fit_solution *solution) {
+/* Tries many starts, from this first part of the data on. */
+static void try_starts(struct fit_search *search, const double *from, double first_part,
+                       struct fit_solution *solution) {
     struct fit *fit = search->fit;
     const int width = fit->count;
     double *unknowns = format_allocate_matrix(CANDIDATES, width),
@@ -204,7 +207,7 @@ static void try_starts(struct fit_search *search, const double *from, struct fit
     choose_best(unknowns, chi2, CANDIDATES, CHOSEN, width);
     while (count < CHOSEN && isfinite(chi2[count]))
         count++;
-    ascend(search, from, unknowns, count, solution);
+    ascend(search, from, unknowns, count, first_part, solution);
 }
 
 void fit_search(struct fit *fit, const double *from, struct fit_solution *solution) {
@@ -221,8 +224,12 @@ void fit_search(struct fit *fit, const double *from, struct fit_solution *soluti
     }
     solution->starts = 1;
     solve(&search, u, ROUNDS, solution);
-    if (!system_interrupted && !(is_explained(fit, solution) && is_near(fit, from, solution)))
-        try_starts(&search, from, solution);
+    bool is_found = is_explained(fit, solution) && is_near(fit, from, solution);
+    for (size_t i = 0; i < sizeof first_parts / sizeof *first_parts && !is_found && !system_interrupted;
+         i++) {
+        try_starts(&search, from, first_parts[i], solution);
+        is_found = is_explained(fit, solution);
+    }
     if (system_interrupted)
         solution->outcome = FIT_STOPPED;
 }

@@ -11,8 +11,8 @@
 
 #include "runtime/tool/motions/fit/fit.h"
 
-/* Bounds of a positive value without bounds of its own, as factors of its start: far beyond any start that
- * the search recovers from. */
+/* Bounds of a positive value without bounds given by the user, as factors of its start: far beyond any start
+ * that the search recovers from. */
 static const double factor_most = 1e6;
 
 /* ---- Unknowns ---- */

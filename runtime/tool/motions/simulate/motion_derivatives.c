@@ -53,8 +53,7 @@ static enum status refuse_name(const struct scene *scene, const struct options *
                 name);
     for (int i = 0; i < model->parameter_count; i++)
         if (strcmp(model->parameters[i].name, name) == 0)
-            return options_error(options, option, ": %s: nothing in this model reads it; omit it",
-                                 name);
+            return options_error(options, option, ": %s: nothing in this model reads it; omit it", name);
     int count;
     const char **known = known_names(scene->model, &count);
     const char *nearest = message_nearest_name(name, known, count);
@@ -106,8 +105,8 @@ enum status simulate_derivatives_name(struct motion_derivatives *derivatives, co
 
 enum status simulate_derivatives_read(struct motion_derivatives *derivatives, const struct scene *scene,
                                       const struct options *options) {
-    *derivatives = (struct motion_derivatives){
-        .option = "derivatives", .names = options_list(options_text(options, "derivatives"))};
+    *derivatives = (struct motion_derivatives){.option = "derivatives",
+                                               .names = options_list(options_text(options, "derivatives"))};
     while (derivatives->names[derivatives->count])
         derivatives->count++;
     return simulate_derivatives_name(derivatives, scene, options);
@@ -178,8 +177,7 @@ static void describe_times(const struct trial *trial, double until, struct refdy
 
 enum status simulate_derivatives_batch(const struct motion_derivatives *derivatives, struct scene *scene,
                                        const struct options *options,
-                                       const struct refdyn_options *integration,
-                                       struct refdyn_batch *batch) {
+                                       const struct refdyn_options *integration, struct refdyn_batch *batch) {
     *batch = (struct refdyn_batch){.model = scene->model,
                                    .lanes = scene->compiled.lanes,
                                    .options = *integration,

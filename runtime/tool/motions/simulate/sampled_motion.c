@@ -223,8 +223,8 @@ enum status simulate_check_lanes(const struct options *options) {
     const double lanes = options_number(options, "lanes");
     return lanes == 0 || lanes == 1 || lanes == 2 || lanes == 4 || lanes == 8
                ? STATUS_DONE
-               : options_usage_error(options->command,
-                                     "--lanes: %.0f is not a lane width; use 1, 2, 4 or 8", lanes);
+               : options_usage_error(options->command, "--lanes: %.0f is not a lane width; use 1, 2, 4 or 8",
+                                     lanes);
 }
 
 enum status simulate_fit(const struct scene *scene, const struct options *options,
