@@ -438,3 +438,46 @@ def test_other_files_in_place_of_a_fit(slide, tmp_path):
     assert "none.lua: cannot be read: No such file or directory" in fit(slide, tmp_path / "none.lua", folder=tmp_path, status=1)[1].stderr
     assert "--vary NAME,... is missing; add it or FIT.lua" in fit(slide, tmp_path / "d.csv", folder=tmp_path, status=2)[1].stderr
     assert "--noise COLUMN=SIGMA,... is missing; add it or FIT.lua" in fit(slide, tmp_path / "d.csv", "--vary", "c", folder=tmp_path, status=2)[1].stderr
+
+
+# ---- Figures ----
+
+def test_series(slide, tmp_path):
+    """Data and model by file and column; every k-th row of many, gaps left out."""
+    few = slide_data(tmp_path / "a.csv", slide_rows(count=200), keep=lambda number: number % 4)
+    many = slide_data(tmp_path / "b.csv", slide_rows(count=5000, step=1e-3))
+    found, _ = fit(slide, few, many, "--held-out", few, "--vary", "c", "--noise", "a_x=1e-5", "--tol", 1e-9, folder=tmp_path)
+    series = found["series"]
+    assert series["every"] == 3 and [(one["file"], one["held_out"]) for one in series["files"]] == [(str(few), False), (str(many), False), (str(few), True)]
+    columns = [one["columns"]["a_x"] for one in series["files"]]
+    assert [len(column["t"]) for column in columns] == [50, 1667, 50] and columns[0]["t"] == columns[2]["t"]
+    assert columns[0]["noise"] == 1e-5 and columns[0]["unit"] == "m"
+    for column in columns:
+        assert all(abs(a - b) < 6e-5 for a, b in zip(column["data"], column["model"])) and len(column["model"]) == len(column["data"]) == len(column["t"])
+
+
+def test_figure(slide, tmp_path):
+    """Three charts for each column of each file, with bands and keys."""
+    for name in ("a.csv", "b.csv"):
+        slide_data(tmp_path / name, slide_rows())
+    refdyn("fit", slide, tmp_path / "a.csv", tmp_path / "b.csv", "--vary", "c", "--noise", "a_x=1e-5", "-o", tmp_path / "fit.json")
+    refdyn("plot", tmp_path / "fit.json", "-o", tmp_path / "fit.svg")
+    text = (tmp_path / "fit.svg").read_text()
+    for name in ("a.csv", "b.csv"):
+        assert all(f"{title}, {tmp_path / name}"[:100] in text for title in ("a_x", "Residuals of a_x", "Autocorrelation of residuals"))
+    assert text.count(">2 sigma<") == 4 and text.count(">95 %<") == 2 and text.count(">lag [rows]<") == 2 and text.count(">a_x [m]<") == 2
+    assert text.count(">data - model, a_x [m]<") == 2 and "nan" not in text
+
+
+def test_wrong_figures(slide, tmp_path):
+    slide_data(tmp_path / "d.csv", slide_rows(count=40))
+    path = tmp_path / "fit.json"
+    refdyn("fit", slide, tmp_path / "d.csv", "--vary", "c", "--noise", "a_x=1e-5", "-o", path)
+    out = ["-o", tmp_path / "fit.svg"]
+    assert "--panel: a fit has its own panels; omit it" in refdyn("plot", path, "--panel", "path", *out, status=2).stderr
+    assert "--units: a fit has its own units; omit it" in refdyn("plot", path, "--units", path, *out, status=2).stderr
+    assert f"{path}: a fit must be the only operand" in refdyn("plot", path, path, *out, status=2).stderr
+    for text, message in {'{"values": {}}': "fit: no object 'series' with files; give a FIT.json of refdyn fit", "[": "fit: ",
+                          '{"series": {"every": 1, "files": [{"file": "a", "columns": {"x": {"noise": 1, "t": [0, 1], "data": [0], "model": [0, 1]}}}]}}': "fit: no object"}.items():
+        path.write_text(text)
+        assert f"{path}:1: {message}" in refdyn("plot", path, *out, status=1).stderr

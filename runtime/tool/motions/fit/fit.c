@@ -276,7 +276,8 @@ const struct command fit_command = {
     .help =
         "DATA.csv has the time t and columns named as in `sim`; an empty field is a gap, and columns named "
         "as inputs move the model.\n"
-        "FIT.lua, rd.fit { vary = ..., noise = ..., data = ... }, replaces --vary, --noise, --held-out and the "
+        "FIT.lua, rd.fit { vary = ..., noise = ..., data = ... }, replaces --vary, --noise, --held-out and "
+        "the "
         "data; it also knows sensors, and starts of each file.\n"
         "FIT.json has values, standard errors, correlations, and what the data do not determine.\n\n"
         "  refdyn fit models/manipulator.lua run.csv --vary E,eta,m_E=1:3 --noise column_psi=2e-4,E_xdd=0.05 "

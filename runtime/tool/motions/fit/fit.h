@@ -258,6 +258,8 @@ void fit_put_errors(struct document *document, const struct fit *fit, const stru
 void fit_put_groups(struct document *document, const struct fit_certainty *certainty);
 /* Reports why the last motion has failed, or that a signal has ended the search; returns STATUS_NUMBERS. */
 enum status fit_report_outcome(const struct fit *fit, enum fit_outcome outcome);
+/* Puts data and model over time (fit_series.c); u (all_count). */
+void fit_put_series(struct document *document, struct fit *fit, const double *u);
 /* Writes FIT.json. */
 enum status fit_report_write(struct fit *fit, const struct fit_solution *solution,
                              const struct fit_certainty *certainty);

@@ -288,6 +288,7 @@ enum status fit_report_write(struct fit *fit, const struct fit_solution *solutio
     put_validation(&document, fit, r, held_out);
     format_put_whole(&document, "starts_tried", solution->starts);
     format_put_whole(&document, "evaluations", fit->motions);
+    fit_put_series(&document, fit, u);
     format_put_close(&document, '}');
     free(r);
     return scene_finish(fit->scene, &document);
