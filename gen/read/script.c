@@ -543,6 +543,7 @@ struct script *script_open(struct memory *memory, struct graph *graph, const str
     struct script *script = memory_get(memory, sizeof *script);
     *script = (struct script){.memory = memory, .graph = graph, .messages = messages, .file = request->file};
     script->kind = request->kind;
+    script->noun = script_kind_noun(request->kind);
     script->has_samples = request->kind == FILE_SWEEP; /* a list may have a value for each case */
     script->work.millions = WORK_MILLIONS;
     script->pool = (struct pool){.memory = memory};

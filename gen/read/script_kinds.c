@@ -43,8 +43,8 @@ static const struct kind {
                   "refdyn fit MODEL.lua FIT.lua", fit_functions, COUNT(fit_functions)},
 };
 
-const char *script_noun(const struct script *script) {
-    return kinds[script->kind].noun;
+const char *script_kind_noun(enum file_kind kind) {
+    return kinds[kind].noun;
 }
 
 const char *script_kind_tag(enum file_kind kind) {

@@ -21,6 +21,7 @@ struct script {
     struct messages *messages;
     const char *file;
     enum file_kind kind;
+    const char *noun; /* the word for the file in messages */
     struct pool pool;
     struct work work;
     struct declarations declarations;
@@ -75,8 +76,8 @@ void *script_job(lua_State *L);
 
 /* ---- script_kinds.c: kinds of files, and the functions of sweep and fit files ---- */
 
-/* The word for the file in messages: "model", "sweep" or "fit". */
-const char *script_noun(const struct script *script);
+/* The word for such a file in messages: "model", "sweep" or "fit". */
+const char *script_kind_noun(enum file_kind kind);
 /* Name of the function that makes the result of such a file; NULL for models. */
 const char *script_kind_tag(enum file_kind kind);
 /* Example of the argument of this function; NULL if no kind of file has it. */
