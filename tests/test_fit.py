@@ -78,7 +78,7 @@ def test_far_starts(true_rows, factors, tmp_path):
     found = fit_arm(data, {name: factor * value for (name, value), factor in zip(TRUTH.items(), factors)}, tmp_path)
     for name in TRUTH:
         assert abs(found["values"][name] - near["values"][name]) < 0.05 * near["standard_errors"][name]
-    assert found["starts"] > 1
+    assert found["starts_tried"] > 1
 
 
 def slide_rows(m=2.0, c=50.0, d=0.6, x=0.0, v=0.0, push=1.0, count=400, step=0.01):
@@ -266,3 +266,218 @@ def test_many_rows(slide, tmp_path):
     rows = slide_rows(count=20_000, step=1e-3)
     found, _ = fit(slide, slide_data(tmp_path / "d.csv", rows), "--vary", "c,d", "--noise", "a_x=1e-5", "--set", "c=49", folder=tmp_path)
     assert abs(found["values"]["c"] - 50) < 4 * found["standard_errors"]["c"] + 1e-3 and found["degrees_of_freedom"] == 19998
+
+
+# ---- FIT.lua ----
+
+def lua_file(folder, text, name="fit.lua"):
+    path = folder / name
+    path.write_text(f'local rd = require "refdyn"\nreturn rd.fit {{\n{text}\n}}\n')
+    return path
+
+
+def slide_at(t, m=2.0, c=50.0, d=0.6, x=0.0, v=0.0, push=1.0):
+    """x(t) of the slide; before the start it is at rest at x."""
+    w, a, rest = math.sqrt(c / m - (d / 2 / m) ** 2), d / 2 / m, push / c
+    b = (v + a * (x - rest)) / w
+    return x if t <= 0 else rest + math.exp(-a * t) * ((x - rest) * math.cos(w * t) + b * math.sin(w * t))
+
+
+def sensor_data(path, seed=0, sigma=1e-5, gain=1.0, offset=0.0, delay=0.0, count=400, start=0.0, **motion):
+    noise = random.Random(seed)
+    times = [start + 0.01 * i for i in range(count)]
+    lines = ["t,a_x"] + [f"{t!r},{gain * slide_at(t - delay, **motion) + offset + noise.gauss(0, sigma)!r}" for t in times]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+def test_file_in_place_of_options(slide, tmp_path):
+    """FIT.lua finds what the same options find, with paths relative to its folder, a file held out, and weights."""
+    for i in range(3):
+        slide_data(tmp_path / f"{i}.csv", slide_rows(push=1.0 + i), seed=i)
+    options, _ = fit(slide, tmp_path / "0.csv", tmp_path / "1.csv", "--held-out", tmp_path / "2.csv", "--vary", "m=1:9,c", "--noise", "a_x=1e-5", folder=tmp_path)
+    text = 'vary = { c = rd.free(), m = rd.within(1, 9) }, noise = { a_x = 1e-5 }, data = { "0.csv", { "1.csv", weight = %s } }, held_out = { "2.csv" },'
+    found, _ = fit(slide, lua_file(tmp_path, text % 1), folder=tmp_path)
+    for name in ("m", "c"):
+        assert found["values"][name] == pytest.approx(options["values"][name], rel=1e-9)
+        assert found["standard_errors"][name] == pytest.approx(options["standard_errors"][name], rel=1e-6)
+    assert found["validation"]["chi2_dof"] == pytest.approx(options["validation"]["chi2_dof"])
+    light, _ = fit(slide, lua_file(tmp_path, text % 0.01), folder=tmp_path)
+    alone, _ = fit(slide, tmp_path / "0.csv", "--vary", "m=1:9,c", "--noise", "a_x=1e-5", folder=tmp_path)
+    assert abs(light["values"]["c"] - alone["values"]["c"]) < 0.2 * alone["standard_errors"]["c"]
+    assert light["residuals"]["a_x"]["rms"] == pytest.approx(found["residuals"]["a_x"]["rms"], rel=0.05)
+    data = lua_file(tmp_path, 'vary = { c = rd.within(20, 80, 45) }, noise = { a_x = 1e-5 },')
+    before, _ = fit(slide, data, "--check", "--until", 3.99, "--every", 0.01, "--set", "push=1", folder=tmp_path)
+    assert before["standard_errors"]["c"] > 0
+
+
+SENSORS = {"offset": (0.02, "rd.free()"), "gain": (1.1, "rd.within(0.5, 2)"), "delay": (0.0123, "rd.within(0, 0.05)")}
+
+
+@pytest.mark.parametrize("unknown", [(), ("offset",), ("gain",), ("delay",), ("offset", "gain", "delay")])
+def test_sensors(slide, unknown, tmp_path):
+    """Properties of a sensor that are known or to be found: values within their errors, chi^2 of the noise."""
+    truth = {name: value for name, (value, _) in SENSORS.items()}
+    sensor_data(tmp_path / "d.csv", seed=3, **truth)
+    fields = ", ".join(f"{name} = {SENSORS[name][1] if name in unknown else value}" for name, value in truth.items())
+    text = f'vary = {{ c = rd.free(), d = rd.free() }}, noise = {{ a_x = 1e-5 }}, sensors = {{ a_x = {{ {fields} }} }}, data = {{ "d.csv" }},'
+    found, _ = fit(slide, lua_file(tmp_path, text), "--set", "push=1", "--set", "c=52", "--tol", 1e-9, folder=tmp_path)
+    assert 0.8 < found["chi2_dof"] < 1.2 and list(found["values"]) == ["c", "d"]
+    assert set(found.get("sensors", {})) == {f"a_x_{name}" for name in unknown}
+    for name, value in {"c": 50, "d": 0.3, **{f"a_x_{name}": truth[name] for name in unknown}}.items():
+        assert abs({**found["values"], **found.get("sensors", {})}[name] - value) < 4.5 * found["standard_errors"][name], name
+    refdyn("sim", slide, "--parameters", tmp_path / "fit.json", "--until", 1, "-o", tmp_path / "run.csv")
+
+
+def test_derivative_by_delay(slide, tmp_path):
+    """The standard error of a delay is that of dy/dt in closed form."""
+    numpy = pytest.importorskip("numpy")
+    sensor_data(tmp_path / "d.csv", delay=0.02)
+    text = 'vary = {}, noise = { a_x = 1e-5 }, sensors = { a_x = { delay = rd.within(0, 0.05) } }, data = { "d.csv" },'
+    found, _ = fit(slide, lua_file(tmp_path, text), "--set", "push=1", "--tol", 1e-9, folder=tmp_path)
+    slopes = [(slide_at(0.01 * i - 0.02 + 1e-6) - slide_at(0.01 * i - 0.02 - 1e-6)) / 2e-6 for i in range(400)]
+    assert found["standard_errors"]["a_x_delay"] == pytest.approx(1e-5 / numpy.linalg.norm(slopes), rel=1e-3)
+
+
+def test_far_starts_with_sensors(slide, tmp_path):
+    """Many starts, of which all have the delay of the start: a stiffness 60 % off drifts out of phase."""
+    sensor_data(tmp_path / "d.csv", seed=5, delay=0.02, offset=0.01, count=1500)
+    text = 'vary = { c = rd.free() }, noise = { a_x = 1e-5 }, sensors = { a_x = { delay = rd.within(0, 0.05), offset = rd.free() } }, data = { "d.csv" },'
+    path = lua_file(tmp_path, text)
+    found, _ = fit(slide, path, "--set", "push=1", "--set", "c=80", "--tol", 1e-9, folder=tmp_path)
+    assert found["starts_tried"] > 1 and abs(found["values"]["c"] - 50) < 4.5 * found["standard_errors"]["c"]
+    path.write_text(path.read_text().replace("sensors", 'starts = { "a_x", "a_x_d" }, sensors'))
+    found, done = fit(slide, path, "--set", "push=1", folder=tmp_path, status=1)  # a delay is another start
+    assert found["not_identifiable"] == [["a_x_delay", "a_x_d@d.csv"]] and "a_x_delay and a_x_d@d.csv: act only together" in done.stderr
+
+
+def test_starts_of_files(slide, tmp_path):
+    """Each file has its own start; the start of a file that is held out is found after the fit."""
+    starts = {"a.csv": (0.04, -0.1), "b.csv": (-0.02, 0.2), "c.csv": (0.01, 0.3)}
+    for seed, (name, (x, v)) in enumerate(starts.items()):
+        sensor_data(tmp_path / name, seed=seed, x=x, v=v)
+    text = 'vary = { c = rd.free() }, noise = { a_x = 1e-5 }, starts = { "a_x", "a_x_d" }, data = { "a.csv", "b.csv" }, held_out = { "c.csv" },'
+    found, _ = fit(slide, lua_file(tmp_path, text), "--set", "push=1", "--tol", 1e-9, folder=tmp_path)
+    assert list(found["starts"]) == [f"{name}@{file}" for file in starts for name in ("a_x", "a_x_d")]
+    assert list(found["standard_errors"]) == ["c", *list(found["starts"])[:4]] and len(found["covariance"]) == 5
+    for file, values in starts.items():
+        for name, value in zip(("a_x", "a_x_d"), values):
+            assert found["starts"][f"{name}@{file}"] == pytest.approx(value, abs=2e-5)
+    assert abs(found["values"]["c"] - 50) < 4.5 * found["standard_errors"]["c"]
+    assert 0.8 < found["validation"]["chi2_dof"] < 1.2
+
+
+GOOD = {"vary": "{ c = rd.free() }", "noise": "{ a_x = 1e-5 }", "data": '{ "d.csv" }'}
+# Fields that differ from the good ones (None: left out), and the message, of which the first line of fields is line 3.
+WRONG_FILES = {
+    "vary number": ({"vary": "{ c = 3 }"}, "3: vary.c: a number; must be rd.free() or rd.within(FROM, TO)"),
+    "vary list": ({"vary": "{ 3 }"}, "3: vary: has entries without a name; must be a table such as { m = rd.free() }"),
+    "vary text": ({"vary": '"c"'}, "3: vary: a text; must be a table such as { m = rd.free() }"),
+    "vary empty": ({"vary": "{}"}, "2: rd.fit: no value is to be found; add vary = { m = rd.free() }"),
+    "unknown value": ({"vary": "{ cc = rd.free() }"}, "3: vary: 'cc' is unknown; the nearest is 'c'"),
+    "zero": ({"vary": "{ push = rd.free() }"}, "3: vary: push is 0, which says nothing about its size; give its range, push = rd.within(FROM, TO)"),
+    "range": ({"vary": "{ c = rd.within(2, 1) }"}, "3: vary.c: rd.within: from 2 to 1; the range must ascend"),
+    "start": ({"vary": "{ c = rd.within(1, 2, 3) }"}, "3: vary.c: rd.within: start 3; must be from 1 to 2"),
+    "infinite": ({"vary": "{ c = rd.within(1, 1/0) }"}, "3: vary.c: rd.within: a number is not finite; numbers must be finite"),
+    "arguments": ({"vary": "{ c = rd.within(1) }"}, "3: rd.within: 1 argument; must have 2 or 3: from and to, and optionally the start"),
+    "free": ({"vary": "{ c = rd.free(1) }"}, "3: rd.free: 1 argument; must have 0: none"),
+    "no noise": ({"noise": None}, "2: rd.fit: noise is missing; add noise = { psi = 1e-3 }"),
+    "noise empty": ({"noise": "{}"}, "4: noise: empty; must have at least one column, as in { psi = 1e-3 }"),
+    "noise text": ({"noise": '{ a_x = "1" }'}, "4: noise.a_x: a text; must be a number"),
+    "noise zero": ({"noise": "{ a_x = 0 }"}, "4: noise.a_x: value 0; must be positive"),
+    "column": ({"noise": "{ a_y = 1 }"}, "4: noise: a_y is no column of the motion; the nearest is a_x"),
+    "time": ({"noise": "{ t = 1 }"}, "4: noise: t is the time, which has no noise"),
+    "no data": ({"data": None}, '2: rd.fit: data is missing; add data = { "run.csv" }'),
+    "data empty": ({"data": "{}"}, '5: data: an empty list; must have at least one file, as in { "run.csv" }'),
+    "data text": ({"data": '"d.csv"'}, '5: data: a text; must be a list such as { "run.csv" }'),
+    "data number": ({"data": "{ 3 }"}, '5: data[1]: a number; must be a file such as "run.csv" or { "run.csv", weight = 0.5 }'),
+    "data twice": ({"data": '{ "d.csv", "d.csv" }'}, '5: data[2]: "d.csv" is given twice; give it once'),
+    "weight": ({"data": '{ { "d.csv", weight = -1 } }'}, "5: data[1].weight: value -1; must be positive"),
+    "weigth": ({"data": '{ { "d.csv", weigth = 1 } }'}, '5: data[1].weigth: unknown field; did you mean "weight"?'),
+    "sensor column": ({"sensors": "{ b_x = { gain = 2 } }"}, "6: sensors.b_x: no measured column; add its noise to noise"),
+    "sensor field": ({"sensors": "{ a_x = { gian = 2 } }"}, '6: sensors.a_x.gian: unknown field; did you mean "gain"?'),
+    "sensor gain": ({"sensors": "{ a_x = { gain = 0 } }"}, "6: sensors.a_x.gain: value 0; must be finite and not 0"),
+    "sensor offset": ({"sensors": '{ a_x = { offset = "1" } }'}, "6: sensors.a_x.offset: a text; must be a number, rd.free() or rd.within(FROM, TO)"),
+    "sensor delay": ({"sensors": "{ a_x = { delay = rd.free() } }"}, "6: sensors.a_x.delay: made by rd.free; must be a number [s] or rd.within(FROM, TO)"),
+    "sensor number": ({"sensors": "{ a_x = 2 }"}, "6: sensors.a_x: a number; must be a table such as { offset = rd.free() }"),
+    "starts text": ({"starts": '"a_x"'}, '6: starts: a text; must be a list such as { "psi", "psi_d" }'),
+    "starts number": ({"starts": "{ 1 }"}, "6: starts[1]: a number; must be a name"),
+    "starts twice": ({"starts": '{ "a_x", "a_x" }'}, '6: starts[2]: "a_x" is given twice; give it once'),
+    "starts parameter": ({"starts": '{ "m" }'}, "6: starts: m has no start; use a coordinate or its rate NAME_d"),
+    "starts unknown": ({"starts": '{ "a_xx" }'}, "6: starts: 'a_xx' is unknown; the nearest is 'a_x'"),
+    "starts and vary": ({"starts": '{ "a_x" }', "vary": "{ a_x = rd.free() }"}, "6: starts: a_x is in vary, too; remove one of them"),
+    "field": ({"weights": "{}"}, "6: weights: unknown field; use one of vary, noise, sensors, starts, data, held_out"),
+    "of sweeps": ({"vary": "{ c = rd.grid(1, 2, 3) }"}, "3: rd.grid: belongs to sweep files; in a fit use one of fit, free, within, pi"),
+    "of models": ({"vary": "{ c = rd.sin(1) }"}, "3: rd.sin: belongs to model files; in a fit use one of fit, free, within, pi"),
+    "unknown function": ({"vary": "{ c = rd.withn(1, 2) }"}, '3: rd.withn: unknown function; did you mean "within"?'),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_FILES)
+def test_wrong_fit_files(name, slide, tmp_path):
+    changes, message = WRONG_FILES[name]
+    slide_data(tmp_path / "d.csv", slide_rows(count=20))
+    fields = {**GOOD, **changes}
+    path = lua_file(tmp_path, "\n".join(f"{field} = {value}," if value else "" for field, value in fields.items()))
+    done = fit(slide, path, folder=tmp_path, status=1)[1]
+    assert [line for line in done.stderr.splitlines() if line.startswith(str(path))][0] == f"{path}:{message}"
+
+
+def test_other_files_in_place_of_a_fit(slide, tmp_path):
+    """Files that are no fit, and options that FIT.lua replaces."""
+    slide_data(tmp_path / "d.csv", slide_rows(count=20))
+    path = tmp_path / "fit.lua"
+    for text, message in {"return 3\n": ": the file returns a number; must return rd.fit { ... }", "return {\n": ":2: unexpected symbol near <eof>",
+                          'return require "refdyn".fit(3)\n': ":1: rd.fit: argument 1 is a number; must be a table, as in rd.fit { vary = ",
+                          "while true do end\n": ":1: more than 100 million steps to read the fit; look for a loop without an end"}.items():
+        path.write_text(text)
+        assert fit(slide, path, folder=tmp_path, status=1)[1].stderr.startswith(f"{path}{message}")
+    lua_file(tmp_path, "\n".join(f"{field} = {value}," for field, value in GOOD.items()))
+    for more, message in {("--vary", "c"): "--vary is set by ", (tmp_path / "d.csv",): "fit.lua names the data; omit "}.items():
+        assert message in fit(slide, path, *more, folder=tmp_path, status=2)[1].stderr
+    assert "none.lua: cannot be read: No such file or directory" in fit(slide, tmp_path / "none.lua", folder=tmp_path, status=1)[1].stderr
+    assert "--vary NAME,... is missing; add it or FIT.lua" in fit(slide, tmp_path / "d.csv", folder=tmp_path, status=2)[1].stderr
+    assert "--noise COLUMN=SIGMA,... is missing; add it or FIT.lua" in fit(slide, tmp_path / "d.csv", "--vary", "c", folder=tmp_path, status=2)[1].stderr
+
+
+# ---- Figures ----
+
+def test_series(slide, tmp_path):
+    """Data and model by file and column; every k-th row of many, gaps left out."""
+    few = slide_data(tmp_path / "a.csv", slide_rows(count=200), keep=lambda number: number % 4)
+    many = slide_data(tmp_path / "b.csv", slide_rows(count=5000, step=1e-3))
+    found, _ = fit(slide, few, many, "--held-out", few, "--vary", "c", "--noise", "a_x=1e-5", "--tol", 1e-9, folder=tmp_path)
+    series = found["series"]
+    assert series["every"] == 3 and [(one["file"], one["held_out"]) for one in series["files"]] == [(str(few), False), (str(many), False), (str(few), True)]
+    columns = [one["columns"]["a_x"] for one in series["files"]]
+    assert [len(column["t"]) for column in columns] == [50, 1667, 50] and columns[0]["t"] == columns[2]["t"]
+    assert columns[0]["noise"] == 1e-5 and columns[0]["unit"] == "m"
+    for column in columns:
+        assert all(abs(a - b) < 6e-5 for a, b in zip(column["data"], column["model"])) and len(column["model"]) == len(column["data"]) == len(column["t"])
+
+
+def test_figure(slide, tmp_path):
+    """Three charts for each column of each file, with bands and keys."""
+    for name in ("a.csv", "b.csv"):
+        slide_data(tmp_path / name, slide_rows())
+    refdyn("fit", slide, tmp_path / "a.csv", tmp_path / "b.csv", "--vary", "c", "--noise", "a_x=1e-5", "-o", tmp_path / "fit.json")
+    refdyn("plot", tmp_path / "fit.json", "-o", tmp_path / "fit.svg")
+    text = (tmp_path / "fit.svg").read_text()
+    for name in ("a.csv", "b.csv"):
+        assert all(f"{title}, {tmp_path / name}"[:100] in text for title in ("a_x", "Residuals of a_x", "Autocorrelation of residuals"))
+    assert text.count(">2 sigma<") == 4 and text.count(">95 %<") == 2 and text.count(">lag [rows]<") == 2 and text.count(">a_x [m]<") == 2
+    assert text.count(">data - model, a_x [m]<") == 2 and "nan" not in text
+
+
+def test_wrong_figures(slide, tmp_path):
+    slide_data(tmp_path / "d.csv", slide_rows(count=40))
+    path = tmp_path / "fit.json"
+    refdyn("fit", slide, tmp_path / "d.csv", "--vary", "c", "--noise", "a_x=1e-5", "-o", path)
+    out = ["-o", tmp_path / "fit.svg"]
+    assert "--panel: a fit has its own panels; omit it" in refdyn("plot", path, "--panel", "path", *out, status=2).stderr
+    assert "--units: a fit has its own units; omit it" in refdyn("plot", path, "--units", path, *out, status=2).stderr
+    assert f"{path}: a fit must be the only operand" in refdyn("plot", path, path, *out, status=2).stderr
+    for text, message in {'{"values": {}}': "fit: no object 'series' with files; give a FIT.json of refdyn fit", "[": "fit: ",
+                          '{"series": {"every": 1, "files": [{"file": "a", "columns": {"x": {"noise": 1, "t": [0, 1], "data": [0], "model": [0, 1]}}}]}}': "fit: no object"}.items():
+        path.write_text(text)
+        assert f"{path}:1: {message}" in refdyn("plot", path, *out, status=1).stderr

@@ -364,6 +364,8 @@ def test_other_files(folder):
     assert refusals(folder, "return 3\n") == ["sweep.lua: the file returns a number; must return rd.sweep { ... }"]
     assert refusals(folder, "return {\n") == ["sweep.lua:2: unexpected symbol near <eof>"]
     assert refusals(folder, MODEL)[0].startswith("sweep.lua:3: rd.option: belongs to model files; in a sweep use one of sweep, grid, log_grid,")
+    assert refusals(folder, 'return require "refdyn".free()') == [
+        "sweep.lua:1: rd.free: belongs to fit files; in a sweep use one of sweep, grid, log_grid, uniform, log_uniform, normal, pi"]
     assert refusals(folder, 'return require "refdyn".gridd(1, 2, 3)') == ['sweep.lua:1: rd.gridd: unknown function; did you mean "grid"?']
     assert refusals(folder, 'return io.open("x")')[0].startswith('sweep.lua:1: undefined global "io": not available in a sweep')
     assert refusals(folder, "while true do end") == ["sweep.lua:1: more than 100 million steps to read the sweep; look for a loop without an end"]
@@ -371,11 +373,14 @@ def test_other_files(folder):
     assert (done.returncode, done.stderr) == (1, "none.lua: cannot be read: No such file or directory\n")
 
 
-def test_models_have_no_functions_of_sweeps(folder):
+def test_models_have_no_functions_of_other_files(folder):
     from program import refdyn
     (folder / "wrong.lua").write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = {} }\n')
     assert refdyn("check", folder / "wrong.lua", status=1).stderr.endswith(
         "wrong.lua:2: rd.sweep: belongs to sweep files; run them by refdyn batch MODEL.lua SWEEP.lua\n")
+    (folder / "wrong.lua").write_text('local rd = require "refdyn"\nreturn rd.within(1, 2)\n')
+    assert refdyn("check", folder / "wrong.lua", status=1).stderr.endswith(
+        "wrong.lua:2: rd.within: belongs to fit files; run them by refdyn fit MODEL.lua FIT.lua\n")
 
 
 def test_the_command_line_sets_what_a_sweep_does_not_vary(folder):

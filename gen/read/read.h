@@ -31,8 +31,8 @@ struct setting {
 
 struct read_request {
     const char *file;
-    enum file_kind { FILE_MODEL, FILE_SWEEP, FILE_PLAN } kind; /* each has its own functions in rd */
-    const struct setting *settings;                 /* --set NAME=VALUE; the last one of a name is used */
+    enum file_kind { FILE_MODEL, FILE_SWEEP, FILE_FIT, FILE_PLAN } kind; /* each has its own functions in rd */
+    const struct setting *settings; /* --set NAME=VALUE; the last one of a name is used */
     int setting_count;
     const char *name; /* replaces the model's name; NULL: the model keeps it */
     bool fold;        /* parameters become numbers, except for anchored ones */
@@ -176,8 +176,8 @@ struct case_table {
 bool script_derive(struct script *script, const struct value *function, const struct case_table *given,
                    struct memory *memory, struct case_table *derived);
 
-/* The functions of sweep files by number, with the names of their arguments separated by commas; NULL after
- * the last one. For editors. */
-const char *sweep_file_function(int number, const char **arguments);
+/* The functions of sweep or fit files by number, with the names of their arguments separated by commas; NULL
+ * after the last one. For editors. */
+const char *script_kind_function(enum file_kind kind, int number, const char **arguments);
 
 #endif

@@ -42,11 +42,8 @@ static const char *kind_at(lua_State *L, int index) {
 
 /* Example of a call that takes a table. */
 static const char *form_of_tag(struct memory *memory, const char *tag) {
-    const char *form = strcmp(tag, SWEEP_TAG) == 0  ? "{ vary = { m = rd.grid(1, 3, 5) }, t_end = 10 }"
-                       : strcmp(tag, PLAN_TAG) == 0 ? "{ vary = { T = rd.within(0.5, 2) }, t_end = \"T\", "
-                                                      "minimise = \"T\" }"
-                                                    : fields_tag_form(tag);
-    return memory_format(memory, "rd.%s %s", tag, form);
+    const char *form = script_kind_form(tag);
+    return memory_format(memory, "rd.%s %s", tag, form ? form : fields_tag_form(tag));
 }
 
 /* Returns the table itself, with a tag. */
@@ -106,17 +103,7 @@ static int call_module(lua_State *L) {
 
 static int refuse_field(lua_State *L) {
     const char *name = lua_type(L, 2) == LUA_TSTRING ? script_name_at(L, 2) : "?";
-    struct memory *memory = script_of(L)->memory;
-    if (script_of(L)->kind == FILE_SWEEP)
-        return luaL_error(L, "%s", script_unknown_in_sweep(memory, name));
-    if (script_of(L)->kind == FILE_PLAN)
-        return luaL_error(L, "%s", script_unknown_in_plan(memory, name));
-    if (script_is_of_sweeps(name))
-        return luaL_error(L, "rd.%s: belongs to sweep files; run them by refdyn batch MODEL.lua SWEEP.lua",
-                          name);
-    if (script_is_of_plans(name))
-        return luaL_error(L, "rd.%s: belongs to plan files; run them by refdyn plan MODEL.lua PLAN.lua", name);
-    return luaL_error(L, "%s", module_unknown(memory, name));
+    return luaL_error(L, "%s", script_unknown_field(script_of(L), name));
 }
 
 /* A new field such as rd.gravity would have no effect. */
@@ -149,13 +136,11 @@ static void add_model_functions(lua_State *L) {
 
 /* Builds the module. (-0, +1) */
 static void push_module(lua_State *L) {
+    const char *tag = script_kind_tag(script_of(L)->kind);
     lua_newtable(L);
-    if (script_of(L)->kind == FILE_SWEEP) {
-        add_tag(L, SWEEP_TAG);
-        script_add_sweep_functions(L);
-    } else if (script_of(L)->kind == FILE_PLAN) {
-        add_tag(L, PLAN_TAG);
-        script_add_plan_functions(L);
+    if (tag) {
+        add_tag(L, tag);
+        script_add_kind_functions(L);
     } else {
         add_model_functions(L);
     }
@@ -558,6 +543,7 @@ struct script *script_open(struct memory *memory, struct graph *graph, const str
     struct script *script = memory_get(memory, sizeof *script);
     *script = (struct script){.memory = memory, .graph = graph, .messages = messages, .file = request->file};
     script->kind = request->kind;
+    script->noun = script_kind_noun(request->kind);
     script->has_samples = request->kind == FILE_SWEEP; /* a list may have a value for each case */
     script->work.millions = WORK_MILLIONS;
     script->pool = (struct pool){.memory = memory};

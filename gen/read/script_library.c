@@ -266,7 +266,7 @@ static int call_library(lua_State *L) {
     work_add(work, entry->work ? entry->work(L) : 0);
     if (work_is_over(work))
         return luaL_error(L, "%s: more than the %d million steps that reading a %s may take",
-                          full_name(L, entry), work->millions, script_noun(script_of(L)));
+                          full_name(L, entry), work->millions, script_of(L)->noun);
     const int count = lua_tocfunction(L, lua_upvalueindex(2))(L);
     if (count == 1 && strcmp(entry->library, LUA_STRLIBNAME) == 0)
         note_zeros(L);
@@ -389,7 +389,7 @@ int script_refuse_global(lua_State *L) {
     if (is_left_out(name))
         return luaL_error(
             L, "undefined global \"%s\": not available in a %s; models/README.md lists the functions", name,
-            script_noun(script_of(L)));
+            script_of(L)->noun);
     const char *meant = meant_global(script_of(L)->memory, name);
     if (meant)
         return luaL_error(L, "undefined global \"%s\"; write %s", name, meant);

@@ -21,6 +21,7 @@ struct script {
     struct messages *messages;
     const char *file;
     enum file_kind kind;
+    const char *noun; /* the word for the file in messages */
     struct pool pool;
     struct work work;
     struct declarations declarations;
@@ -40,8 +41,6 @@ struct script {
 /* ---- script_value.c: Lua values and plain values ---- */
 
 struct script *script_of(lua_State *L);
-/* The word for the file in messages: "model" or "sweep". */
-const char *script_noun(const struct script *script);
 /* Ends the script once it has done more than a file may. */
 void script_stop_at_bound(lua_State *L);
 /* Ends the script after an error that is in messages. */
@@ -75,23 +74,18 @@ void script_push_value(lua_State *L, const struct value *value);
 bool script_run(struct script *script, int function(lua_State *L), void *job);
 void *script_job(lua_State *L);
 
-/* ---- script_sweep.c: functions of sweep files ---- */
+/* ---- script_kinds.c: kinds of files, and the functions of sweep, fit and plan files ---- */
 
-/* Name of the function that makes a sweep. */
-#define SWEEP_TAG "sweep"
-/* Puts rd.grid and the other functions of sweep files into the table on top of the stack. (-0, +0) */
-void script_add_sweep_functions(lua_State *L);
-/* The error message for a name that the module does not have in sweep files. */
-const char *script_unknown_in_sweep(struct memory *memory, const char *name);
-/* Whether the module has a function of this name in sweep files only. */
-bool script_is_of_sweeps(const char *name);
-
-/* ---- script_plan.c: the same for plan files ---- */
-
-#define PLAN_TAG "plan"
-void script_add_plan_functions(lua_State *L);
-const char *script_unknown_in_plan(struct memory *memory, const char *name);
-bool script_is_of_plans(const char *name);
+/* The word for such a file in messages: "model", "sweep", "fit" or "plan". */
+const char *script_kind_noun(enum file_kind kind);
+/* Name of the function that makes the result of such a file; NULL for models. */
+const char *script_kind_tag(enum file_kind kind);
+/* Example of the argument of this function; NULL if no kind of file has it. */
+const char *script_kind_form(const char *tag);
+/* Puts rd.grid and the other functions of the kind of file into the table on top of the stack. (-0, +0) */
+void script_add_kind_functions(lua_State *L);
+/* The error message for a name that the module does not have in this file. */
+const char *script_unknown_field(struct script *script, const char *name);
 
 /* ---- script_metatable.c: expressions, groups of values and authors' tables ---- */
 

@@ -25,12 +25,8 @@ void script_stop_at_bound(lua_State *L) {
     if (!work_is_over(&script->work))
         return;
     lua_pushfstring(L, "more than %d million steps to read the %s; look for a loop without an end",
-                    script->work.millions, script_noun(script));
+                    script->work.millions, script->noun);
     lua_error(L);
-}
-
-const char *script_noun(const struct script *script) {
-    return script->kind == FILE_SWEEP ? "sweep" : script->kind == FILE_PLAN ? "plan" : "model";
 }
 
 struct place script_place(lua_State *L) {
@@ -274,8 +270,7 @@ void script_convert(lua_State *L, int index, struct place place, int depth, stru
     index = lua_absindex(L, index);
     *value = (struct value){.place = place};
     if (++script->value_count > VALUE_BOUND)
-        stop_at(L, place, VALUE_BOUND,
-                memory_format(script->memory, "values in the %s", script_noun(script)));
+        stop_at(L, place, VALUE_BOUND, memory_format(script->memory, "values in the %s", script->noun));
     switch (lua_type(L, index)) {
     case LUA_TNUMBER:
         value->kind = VALUE_NUMBER;

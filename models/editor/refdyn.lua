@@ -465,4 +465,9 @@ function rd.uniform(from, to) end
 function rd.log_uniform(from, to) end
 function rd.normal(mean, deviation) end
 
+-- in fit files of refdyn fit: docs/fitting.md
+function rd.fit(fields) end
+function rd.free() end
+function rd.within(from, to, start) end
+
 return rd

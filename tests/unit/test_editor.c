@@ -115,6 +115,12 @@ static void stop(void *context) {
     exit(1);
 }
 
+static void put_kind_functions(enum file_kind kind) {
+    const char *arguments, *name;
+    for (int i = 0; (name = script_kind_function(kind, i, &arguments)); i++)
+        put_function(name, NULL, arguments);
+}
+
 static void put_functions(void) {
     static const char *const rows[] = {"position", "velocity", "acceleration"};
     struct memory memory = {.allowance = -1, .fail = stop};
@@ -128,9 +134,11 @@ static void put_functions(void) {
         put_function(module_function_name(&memory, i), NULL, "...");
     memory_release(&memory);
     put("\n-- in sweep files of refdyn batch: docs/batches.md\nfunction rd.sweep(fields) end\n");
-    const char *arguments, *name;
-    for (int i = 0; (name = sweep_file_function(i, &arguments)); i++)
-        put_function(name, NULL, arguments);
+    put_kind_functions(FILE_SWEEP);
+    put("\n-- in fit files of refdyn fit: docs/fitting.md\nfunction rd.fit(fields) end\n");
+    put_kind_functions(FILE_FIT);
+    put("\n-- in plan files of refdyn plan: docs/planning.md\nfunction rd.plan(fields) end\n");
+    put_kind_functions(FILE_PLAN);
     put("\nreturn rd\n");
 }
 

@@ -8,6 +8,7 @@ TYPE_CHECKING = False  # type checkers know the name; `typing` takes longer to i
 if TYPE_CHECKING:
     from .casadi_functions import CasadiFunctions
     from .cases import Grid, grid
+    from .fitting import Fit
     from .inline import Page
     from .model import Model
     from .motion import Motion
@@ -18,12 +19,12 @@ if TYPE_CHECKING:
 
     __version__: str
 
-__all__ = ["CasadiFunctions", "Grid", "Limits", "Model", "ModelError", "ModelWarning", "Motion", "NumericalError", "Page", "Quantity", "grid", "log_uniform", "normal",
+__all__ = ["CasadiFunctions", "Fit", "Grid", "Limits", "Model", "ModelError", "ModelWarning", "Motion", "NumericalError", "Page", "Quantity", "grid", "log_uniform", "normal",
            "prefix", "sample", "uniform"]
 
 # Modules are imported when their names are first used, since the command `refdyn` needs none of them.
 _MODULES = {"Model": "model", "ModelError": "program", "ModelWarning": "program", "Motion": "motion", "NumericalError": "program", "Quantity": "quantity",
-            "prefix": "program", "CasadiFunctions": "casadi_functions", "Grid": "cases", "Limits": "urdf", "Page": "inline", "grid": "cases", "log_uniform": "sampling",
+            "prefix": "program", "CasadiFunctions": "casadi_functions", "Fit": "fitting", "Grid": "cases", "Limits": "urdf", "Page": "inline", "grid": "cases", "log_uniform": "sampling",
             "normal": "sampling", "sample": "sampling", "uniform": "sampling"}
 
 if not TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from . import casadi_functions, cases as cases_, datasets, equilibria, inline, motion, program, recorded, stepping, urdf
+from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, inline, motion, program, recorded, stepping, urdf
 from .names import ByName, by_name, by_order, finite_row, nearest, one_real, unknown
 from .passing import Given
 from .quantity import Compiled, Quantity, states_of
@@ -418,6 +418,40 @@ class Model:
             found, names = datasets.of_runs(self, runs, summary, datasets.attributes(self, {}))
         cases_.warn_of_failures(found)
         return cases_.along_axes(found, cases, names) if isinstance(cases, cases_.Grid) else found
+
+    def fit(self, data: Any = None, *, vary: Any, noise: Mapping[str, float], sensors: Mapping[str, Any] | None = None, starts: str | Sequence[str] = (),
+            held_out: Any = None, check: bool = False, until: float | None = None, every: float | None = None, inputs: Given = None, parameters: Given = None,
+            from_: str = "initial", tol: float | None = None, method: str | None = None, progress: bool = False, **options: Any) -> fitting.Fit:
+        """Finds values of the model from measurements.
+
+        data       a data frame, a dataset, columns by name, the name of a CSV, or a list of them: the time `t` [s], measured columns, named as
+                   those of `simulate`, and inputs of the model. NaN is a gap
+        vary       names of parameters, inputs or start values, or by name their bounds: {"E": None, "m_E": (1, 3), "eta": (0, 1e-2, 1e-3)}, as None,
+                   (from, to) or (from, to, start)
+        noise      standard deviation of each measured column, by name
+        sensors    by column: {"offset": ..., "gain": ..., "delay": ...}, numbers, or bounds as in `vary`
+        starts     coordinates NAME and rates NAME_d whose start is unknown in each file separately
+        held_out   further data, which only judge the result
+        check      True asks before data exist how well these columns, every `every` [s] until `until`, would determine the values
+        inputs, parameters, from_   the motion from which the search begins
+        options    further options of `refdyn fit`: step, step_max, stabilise, singular, start, hold, release, way, lanes
+        """
+        if data is None and not check:
+            raise TypeError("fit: data is missing; add measurements, or check=True before data exist")
+        if data is not None and check:
+            raise TypeError("fit: check=True needs no data; remove them")
+        if not check and (until is not None or every is not None):
+            raise TypeError(f"{'every' if until is None else 'until'}: belongs to check=True; the data have their own times")
+        check_place("from_", from_, [])
+        values = {**self._values("parameter", parameters), **self._values("input", by_order("input", inputs, self.inputs))}
+        with program.private_folder() as folder:
+            request = fitting.Request(folder, data, held_out, vary, noise, sensors, starts)
+            out = os.path.join(folder, "result.json")
+            given = {"check": check, "until": until, "every": every, "from": from_, "tol": tol, "method": method, "output": out,
+                     **program.further(options, self.fit, program.OF_FIT)}
+            self._run("fit", given, values, request.path, shows_progress=progress)
+            found = json.loads(pathlib.Path(out).read_text(encoding="utf-8"))
+        return fitting.Fit(request.renamed(found), self._kinds["parameter"])
 
     def view(self, runs: xarray.Dataset | Mapping[str, xarray.Dataset] | Sequence[xarray.Dataset], file: str | os.PathLike[str] | None = None, *,
              height: int = 600) -> inline.Page | None:

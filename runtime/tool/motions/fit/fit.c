@@ -35,11 +35,12 @@ static enum status prepare(struct fit *fit) {
     if (result != REFDYN_OK)
         return scene_numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
     simulate_table_start(&fit->table, &fit->motion.integrator, scene->compiled.spatial);
-    status = fit_request_read(fit);
+    status = fit_values_find(fit);
     if (status == STATUS_DONE && options_has(fit->options, "check"))
         fit_check_add_columns(fit);
     if (status == STATUS_DONE)
         status = options_has(fit->options, "check") ? fit_data_imagine(fit) : fit_data_read(fit);
+    fit_values_scale(fit);
     if (status == STATUS_DONE)
         status =
             simulate_derivatives_batch(&fit->variables, scene, fit->options, &fit->integration, &fit->batch);
@@ -71,7 +72,8 @@ static enum status refuse_dependent(struct fit *fit, const struct fit_solution *
     for (int i = 0; i < certainty->group_count; i++) {
         const char *names = fit_group_text(certainty->groups[i]);
         const bool is_alone = !certainty->groups[i][1];
-        fprintf(stderr, "refdyn: %s: --vary: %s: %s\n", fit->scene->model->name, names,
+        fprintf(stderr, "refdyn: %s: %s: %s: %s\n", fit->scene->model->name, fit_option_text(fit, "vary"),
+                names,
                 is_alone ? "the measured columns do not depend on it; omit it or measure another column"
                          : "act only together on the measured columns; fix one of them or measure another "
                            "column");
@@ -95,7 +97,7 @@ static enum status check_start(struct fit *fit, const double *from) {
     memcpy(start.u, from, count * sizeof *from);
     start.r = format_allocate_large(rows, sizeof *start.r);
     start.J = format_allocate_large(rows * count, sizeof *start.J);
-    const enum fit_outcome outcome = fit_residuals(fit, false, INFINITY, from, start.r, start.J, rows);
+    const enum fit_outcome outcome = fit_residuals(fit, INFINITY, from, start.r, start.J, rows);
     enum status status = outcome == FIT_DONE ? STATUS_DONE : fit_report_outcome(fit, outcome);
     if (status == STATUS_DONE) {
         for (size_t i = 0; i < rows; i++)
@@ -114,8 +116,8 @@ static enum status check_start(struct fit *fit, const double *from) {
 static enum status find(struct fit *fit) {
     struct fit_solution solution = {.outcome = FIT_FAILED};
     struct fit_certainty certainty;
-    double *from = format_allocate((size_t)fit->count, sizeof *from);
-    for (int k = 0; k < fit->count; k++)
+    double *from = format_allocate((size_t)fit->all_count, sizeof *from);
+    for (int k = 0; k < fit->all_count; k++)
         from[k] = fit_unknown_of(&fit->values[k], fit->values[k].start);
     system_interrupt_defer(true);
     if (options_has(fit->options, "check"))
@@ -144,13 +146,12 @@ static enum status find(struct fit *fit) {
 }
 
 static enum status run_scene(struct scene *scene, const struct options *options,
-                             const struct refdyn_options *integration) {
-    struct fit fit = {.options = options, .scene = scene, .integration = *integration};
+                             const struct refdyn_options *integration, const struct fit_request *request) {
+    struct fit fit = {.options = options, .scene = scene, .integration = *integration, .request = *request};
     for (int i = 1; i < options->operand_count; i++)
         system_targets_spare(&scene->targets, options->operands[i]);
-    const char **held_out = options_list(options_text(options, "held-out"));
-    for (int i = 0; held_out[i]; i++)
-        system_targets_spare(&scene->targets, held_out[i]);
+    for (int i = 0; i < request->data_count; i++)
+        system_targets_spare(&scene->targets, request->data[i].path);
     enum status status = prepare(&fit);
     if (status == STATUS_DONE)
         status = find(&fit);
@@ -158,15 +159,43 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     return status;
 }
 
+/* ---- What is asked ---- */
+
+static bool is_fit_file(const char *path) {
+    return text_ends_with(path, ".lua");
+}
+
+/* FIT.lua replaces the options and the operands that say what is asked. */
+static enum status check_file(const struct options *options) {
+    static const char *const replaced[] = {"vary", "noise", "held-out"};
+    const char *path = options->operands[1];
+    for (int i = 0; i < 3; i++)
+        if (options_has(options, replaced[i]))
+            return options_usage_error(options->command, "--%s is set by %s, too; remove one of them",
+                                       replaced[i], path);
+    if (options->operand_count > 2)
+        return options_usage_error(options->command, "%s names the data; omit %s", path,
+                                   options->operands[2]);
+    return STATUS_DONE;
+}
+
 /* With --check there are no data yet, and --until ends the motion; otherwise the data end it. */
 static enum status check_operands(const struct options *options) {
-    const bool is_check = options_has(options, "check"), has_until = options_has(options, "until");
+    const bool is_check = options_has(options, "check"), has_until = options_has(options, "until"),
+               is_file = options->operand_count > 1 && is_fit_file(options->operands[1]);
+    if (is_file && check_file(options) != STATUS_DONE)
+        return STATUS_USAGE;
+    if (!is_file && !options_has(options, "vary"))
+        return options_usage_error(options->command, "--vary NAME,... is missing; add it or FIT.lua");
+    if (!is_file && !options_has(options, "noise"))
+        return options_usage_error(options->command,
+                                   "--noise COLUMN=SIGMA,... is missing; add it or FIT.lua");
     if (!is_check && options->operand_count < 2)
         return options_usage_error(options->command, "DATA.csv is missing");
     if (!is_check && (has_until || options_has(options, "every")))
         return options_usage_error(options->command, "--%s needs --check; the data have their own times",
                                    has_until ? "until" : "every");
-    if (is_check && options->operand_count > 1)
+    if (is_check && options->operand_count > 1 && !is_file)
         return options_usage_error(options->command, "--check needs no data; omit %s", options->operands[1]);
     if (is_check && options_has(options, "held-out"))
         return options_usage_error(options->command, "--check needs no data; omit --held-out");
@@ -175,8 +204,26 @@ static enum status check_operands(const struct options *options) {
     return STATUS_DONE;
 }
 
+static enum status read_request(const struct options *options, struct fit_request *request) {
+    *request = (struct fit_request){.path = NULL};
+    return options->operand_count > 1 && is_fit_file(options->operands[1])
+               ? fit_file_read(options, request)
+               : fit_request_read(options, request);
+}
+
+/* Messages about values that the model refuses later name the file. */
+static void set_origins(struct options *options, const struct fit_request *request) {
+    struct option_origin *origin = format_allocate(1, sizeof *origin);
+    *origin = (struct option_origin){"vary", "vary", request->place};
+    if (!request->path)
+        return;
+    options->origins = origin;
+    options->origin_count = 1;
+}
+
 static enum status run_fit(const struct options *given) {
     struct refdyn_options integration;
+    struct fit_request request;
     struct scene scene;
     struct options own = *given, *options = &own;
     if (options_number(options, "lanes") == 0)
@@ -187,8 +234,11 @@ static enum status run_fit(const struct options *given) {
     if (status != STATUS_DONE)
         return status;
     status = simulate_check_lanes(options);
+    if (status == STATUS_DONE)
+        status = read_request(options, &request);
     if (status != STATUS_DONE)
         return status;
+    set_origins(options, &request);
     if (simulate_gsl_has(options_text(options, "method")))
         return options_usage_error(options->command, "fit excludes the methods of GSL");
     const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
@@ -197,7 +247,7 @@ static enum status run_fit(const struct options *given) {
                    NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
                    options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE)
-        status = run_scene(&scene, options, &integration);
+        status = run_scene(&scene, options, &integration, &request);
     scene_close(&scene);
     return status;
 }
@@ -217,8 +267,8 @@ static const struct option_rule fit_rules[] = {
 const struct command fit_command = {
     .name = "fit",
     .run = run_fit,
-    .operands = "MODEL.lua DATA.csv...",
-    .options = "output! vary! noise! held-out check until every method step tol step-max from stabilise "
+    .operands = "MODEL.lua FIT.lua|DATA.csv...",
+    .options = "output! vary noise held-out check until every method step tol step-max from stabilise "
                "singular start hold release way lanes parameters set",
     .tables = {fit_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "FIT.json",
@@ -226,6 +276,9 @@ const struct command fit_command = {
     .help =
         "DATA.csv has the time t and columns named as in `sim`; an empty field is a gap, and columns named "
         "as inputs move the model.\n"
+        "FIT.lua, rd.fit { vary = ..., noise = ..., data = ... }, replaces --vary, --noise, --held-out and "
+        "the "
+        "data; it also knows sensors, and starts of each file.\n"
         "FIT.json has values, standard errors, correlations, and what the data do not determine.\n\n"
         "  refdyn fit models/manipulator.lua run.csv --vary E,eta,m_E=1:3 --noise column_psi=2e-4,E_xdd=0.05 "
         "-o fit.json\n"

@@ -8,7 +8,9 @@
  * A positive value is searched in its logarithm. If the start is far, the search begins with the first part
  * of the data and many starts.
  *
- * Parts in reading order: what is asked; data; residuals; least squares; search; report; the command.
+ * A sensor shows y_model(t) = gain y(t - delay) + offset, with y a column of the motion.
+ *
+ * Parts in reading order: what is asked; values; data; residuals; least squares; search; report; the command.
  */
 #ifndef REFDYN_TOOL_FIT_H
 #define REFDYN_TOOL_FIT_H
@@ -19,14 +21,73 @@
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/scene/scene.h"
 
-/* ---- What is asked (fit_request.c) ---- */
+/* ---- What is asked (fit_request.c, fit_file.c) ---- */
+
+/* A number, or a value to be found. */
+struct fit_range {
+    bool is_unknown;
+    double number;       /* if it is known */
+    bool is_bounded;     /* has the bounds `lower` and `upper` */
+    double lower, upper; /* infinite without bounds */
+    bool has_start;
+    double start;
+};
+
+/* Properties of a sensor are the first kinds of values. */
+enum fit_kind {
+    FIT_OFFSET,
+    FIT_GAIN,
+    FIT_DELAY,
+    FIT_SENSOR_COUNT,
+    FIT_OF_MODEL = FIT_SENSOR_COUNT,
+    FIT_START
+};
+extern const char *const fit_sensor_words[FIT_SENSOR_COUNT]; /* "offset", "gain", "delay" */
+extern const double fit_sensor_ideal[FIT_SENSOR_COUNT];      /* 0, 1, 0 */
+
+/* Each `place` is the "FILE:LINE" of the entry; NULL on the command line. */
+struct fit_request {
+    const char *path; /* FIT.lua; NULL if options and operands say what is asked */
+    const char *place;
+    struct fit_asked_value {
+        const char *name, *place;
+        struct fit_range range;
+    } * values, *starts; /* starts: values at the start of each file, found for each file separately */
+    int value_count, start_count;
+    struct fit_asked_column {
+        const char *name, *place;
+        double noise;
+        struct fit_range sensor[FIT_SENSOR_COUNT];
+    } * columns;
+    int column_count;
+    struct fit_asked_data {
+        const char *name; /* as written */
+        const char *path;
+        double weight; /* factor of its part of chi^2 */
+        bool is_held_out;
+    } * data;
+    int data_count;
+};
+
+struct fit;
+
+/* Reads --vary, --noise, --held-out and the operands. Reports errors. */
+enum status fit_request_read(const struct options *options, struct fit_request *request);
+/* Reads FIT.lua, whose path is the second operand. Reports errors with FILE:LINE. */
+enum status fit_file_read(const struct options *options, struct fit_request *request);
+
+/* ---- Values (fit_values.c) ---- */
 
 /* A value to be found. Its unknown is u with value = exp(u) if `is_log`, otherwise value = unit u. */
 struct fit_value {
     const char *name;
-    struct refdyn_variable variable;
-    double start;        /* where the search begins */
-    double lower, upper; /* bounds; infinite if there are none */
+    enum fit_kind kind;
+    struct refdyn_variable variable; /* of the motion: for FIT_OF_MODEL and FIT_START */
+    int column;                      /* of the derivatives of the motion: the same */
+    int signal;                      /* of a sensor */
+    int data;                        /* file of FIT_START */
+    double start;                    /* where the search begins */
+    double lower, upper;             /* bounds; infinite if there are none */
     bool is_log;
     double unit;
 };
@@ -34,15 +95,19 @@ struct fit_value {
 /* A measured column. */
 struct fit_signal {
     const char *name;
-    double noise; /* standard deviation, in the unit of the column */
-    int column;   /* among the columns of a motion */
+    double noise;                    /* standard deviation, in the unit of the column */
+    int column;                      /* among the columns of a motion */
+    double sensor[FIT_SENSOR_COUNT]; /* its properties where they are known */
+    int value[FIT_SENSOR_COUNT];     /* numbers of the values where they are not known; -1: known */
 };
 
 /* A file of measurements. */
 struct fit_data {
-    const char *path;
-    bool is_held_out; /* not used for the fit: its residuals validate it */
-    bool has_inputs;  /* `inputs` has samples of the model's inputs */
+    const char *path, *name; /* name: as the request writes it */
+    double weight;           /* factor of its part of chi^2 */
+    bool is_held_out;        /* not used for the fit: its residuals validate it */
+    int first_start;         /* number of the value that is its first unknown start */
+    bool has_inputs;         /* `inputs` has samples of the model's inputs */
     struct inputs inputs;
     int rows;
     double *t;   /* (rows) ascending [s] */
@@ -52,6 +117,7 @@ struct fit_data {
 
 struct fit {
     const struct options *options;
+    struct fit_request request;
     struct scene *scene;
     struct refdyn_options integration;
     struct motion motion;        /* whose columns are compared with the data */
@@ -60,8 +126,9 @@ struct fit {
     int rooms_of_thread;
     struct motion_derivatives variables; /* the values as variables of the motion */
     struct refdyn_batch batch;           /* the motion, without times and columns */
-    struct fit_value *values;
-    int count;
+    struct fit_value *values;            /* (all_count) those of the model, of sensors, of starts */
+    int count;                           /* values that the fit finds */
+    int all_count; /* with the starts of files that are held out, which are found after the fit */
     struct fit_signal *signals;
     int signal_count;
     int asked; /* the first signals: those of --noise; with --check all other columns follow */
@@ -74,11 +141,23 @@ struct fit {
     struct progress progress;
 };
 
-/* Reads --vary and --noise. `fit` has its scene, motion and table. Reports errors. */
-enum status fit_request_read(struct fit *fit);
+/* Finds in the model what the request names. `fit` has its request, scene, motion and table. Reports errors.
+ */
+enum status fit_values_find(struct fit *fit);
+/* Chooses the unit of offsets without bounds: the range of the data of their column. */
+void fit_values_scale(struct fit *fit);
 
 double fit_value_of(const struct fit_value *value, double unknown);
 double fit_unknown_of(const struct fit_value *value, double number);
+/* The properties of a sensor. */
+struct fit_sensor {
+    double is[FIT_SENSOR_COUNT];
+};
+struct fit_sensor fit_sensor_of(const struct fit *fit, int signal, const double *unknowns);
+/* Whether the search changes the gain or the offset of the signal. */
+bool fit_sensor_is_scaled(const struct fit *fit, int signal);
+/* "--noise", or "noise" in FIT.lua: where the request says it. */
+const char *fit_option_text(const struct fit *fit, const char *name);
 
 /* ---- Data (fit_data.c) ---- */
 
@@ -104,10 +183,14 @@ enum fit_outcome {
 int fit_rows_until(const struct fit_data *data, double until);
 /* Residuals of the files up to `until`: those used for the fit, or those held out. */
 int fit_residual_count(const struct fit *fit, bool is_held_out, double until);
-/* Residuals r of the motions for the unknowns; and, unless J is NULL, their derivatives J (values x apart) by
+/* Residuals r of the motions used for the fit, and, unless J is NULL, their derivatives J (values x apart) by
  * the unknowns. */
-enum fit_outcome fit_residuals(struct fit *fit, bool is_held_out, double until, const double *unknowns,
-                               double *r, double *J, size_t apart);
+enum fit_outcome fit_residuals(struct fit *fit, double until, const double *unknowns, double *r, double *J,
+                               size_t apart);
+/* Residuals of one file, and their derivatives J (count x rows) by the unknowns from number `first` on. */
+enum fit_outcome fit_file_residuals(struct fit *fit, const struct fit_data *data, const double *unknowns,
+                                    int first, int count, double *r, double *J);
+int fit_file_residual_count(const struct fit *fit, const struct fit_data *data, double until);
 /* The motion's values (rows x signals) of a file. */
 enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data, const double *unknowns,
                                    double *values);
@@ -147,6 +230,8 @@ struct fit_solution {
 
 /* Finds the values; `from` (values) are the unknowns of the start. */
 void fit_search(struct fit *fit, const double *from, struct fit_solution *solution);
+/* Residuals r of the files that are held out, whose own unknown starts are found first. `u` (all_count). */
+enum fit_outcome fit_validate(struct fit *fit, double *u, double *r);
 
 /* ---- Report (fit_report.c) ---- */
 
@@ -173,6 +258,8 @@ void fit_put_errors(struct document *document, const struct fit *fit, const stru
 void fit_put_groups(struct document *document, const struct fit_certainty *certainty);
 /* Reports why the last motion has failed, or that a signal has ended the search; returns STATUS_NUMBERS. */
 enum status fit_report_outcome(const struct fit *fit, enum fit_outcome outcome);
+/* Puts data and model over time (fit_series.c); u (all_count). */
+void fit_put_series(struct document *document, struct fit *fit, const double *u);
 /* Writes FIT.json. */
 enum status fit_report_write(struct fit *fit, const struct fit_solution *solution,
                              const struct fit_certainty *certainty);

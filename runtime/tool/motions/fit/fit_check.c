@@ -36,7 +36,8 @@ void fit_check_add_columns(struct fit *fit) {
         for (int k = 0; k < fit->asked; k++)
             is_further = is_further && signals[k].column != i;
         if (is_further)
-            signals[fit->signal_count++] = (struct fit_signal){table->names[i], 1, i};
+            signals[fit->signal_count++] =
+                (struct fit_signal){table->names[i], 1, i, {[FIT_GAIN] = 1}, {-1, -1, -1}};
     }
     fit->signals = signals;
 }
@@ -147,7 +148,7 @@ enum status fit_check(struct fit *fit, const double *from) {
     all.r = format_allocate_large(rows, sizeof *all.r);
     all.J = format_allocate_large(rows * (size_t)fit->count, sizeof *all.J);
     if (outcome == FIT_DONE)
-        outcome = fit_residuals(fit, false, INFINITY, from, all.r, all.J, rows);
+        outcome = fit_residuals(fit, INFINITY, from, all.r, all.J, rows);
     if (outcome != FIT_DONE)
         return fit_report_outcome(fit, outcome);
     judge(fit, &all, -1, &asked);

@@ -61,9 +61,9 @@ static void warn_of_columns(const struct reading *reading) {
         format_complain_line(
             csv->path, csv->line,
             format_text("warning: data: %d column%s without noise %s not used (%s%s); to use "
-                        "one, add it to --noise",
+                        "one, add it to %s",
                         count, count > 1 ? "s" : "", count > 1 ? "are" : "is", unused.data,
-                        count > SHOWN_MOST ? ", ..." : ""));
+                        count > SHOWN_MOST ? ", ..." : "", fit_option_text(reading->fit, "noise")));
 }
 
 static bool assign_columns(struct reading *reading) {
@@ -83,7 +83,8 @@ static bool assign_columns(struct reading *reading) {
     if (format_csv_column(csv, "t") < 0)
         return format_csv_complain(csv, "no column is called t; add the time of each measurement [s]");
     if (!has_signal)
-        return format_csv_complain(csv, "no column of --noise is here; must have at least one of them");
+        return format_csv_complain(csv, "no column of %s is here; must have at least one of them",
+                                   fit_option_text(reading->fit, "noise"));
     warn_of_columns(reading);
     return true;
 }
@@ -162,8 +163,8 @@ static bool refuse_constant(const struct reading *reading) {
             format_complain_line(
                 data->path, 1,
                 format_text("data: column %s is %.9g in all %ld rows: a sensor that does not "
-                            "move; omit it from --noise",
-                            fit->signals[k].name, least, count));
+                            "move; omit it from %s",
+                            fit->signals[k].name, least, count, fit_option_text(fit, "noise")));
             return false;
         }
     }
@@ -199,21 +200,9 @@ static bool read_file(struct fit *fit, struct fit_data *data) {
 }
 
 enum status fit_data_read(struct fit *fit) {
-    const struct options *options = fit->options;
-    const char **held_out = options_list(options_text(options, "held-out"));
-    int held_count = 0;
-    while (held_out[held_count])
-        held_count++;
-    fit->data_count = options->operand_count - 1 + held_count;
-    fit->data = format_allocate((size_t)fit->data_count, sizeof *fit->data);
-    for (int i = 0; i < fit->data_count; i++) {
-        struct fit_data *data = &fit->data[i];
-        const int held = i - (options->operand_count - 1);
-        data->is_held_out = held >= 0;
-        data->path = held >= 0 ? held_out[held] : options->operands[1 + i];
-        if (!read_file(fit, data))
+    for (int i = 0; i < fit->data_count; i++)
+        if (!read_file(fit, &fit->data[i]))
             return STATUS_FAULT;
-    }
     return STATUS_DONE;
 }
 
@@ -224,14 +213,12 @@ enum status fit_data_imagine(struct fit *fit) {
     if (status != STATUS_DONE)
         return status;
     const double every = record_distance(length, options_number(options, "every"));
-    struct fit_data *data = format_allocate(1, sizeof *data);
+    struct fit_data *data = &fit->data[0];
     data->rows = (int)record_count_outputs(length, every);
     data->t = format_allocate((size_t)data->rows, sizeof *data->t);
     data->y = format_allocate((size_t)data->rows * (size_t)fit->signal_count, sizeof *data->y);
     for (int i = 0; i < data->rows; i++)
         data->t[i] = i + 1 < data->rows ? begin + i * every : begin + length;
-    fit->data = data;
-    fit->data_count = 1;
     return STATUS_DONE;
 }
 
@@ -307,8 +294,10 @@ enum status fit_data_compare(const struct fit *fit, const struct fit_data *data,
     enum status status = STATUS_DONE;
     for (int a = 0; a < fit->signal_count; a++)
         for (int b = a + 1; b < fit->signal_count && status == STATUS_DONE; b++)
-            status = refuse_exchange(fit, data, model, a, b);
+            if (!fit_sensor_is_scaled(fit, a) && !fit_sensor_is_scaled(fit, b))
+                status = refuse_exchange(fit, data, model, a, b);
     for (int k = 0; k < fit->signal_count && status == STATUS_DONE; k++)
-        status = refuse_unit(fit, data, model, k);
+        if (!fit_sensor_is_scaled(fit, k))
+            status = refuse_unit(fit, data, model, k);
     return status;
 }

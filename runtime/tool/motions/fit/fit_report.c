@@ -144,7 +144,7 @@ static struct spread spread_of(const struct fit *fit, bool is_held_out, int sign
             for (int k = 0; k < fit->signal_count; k++) {
                 if (isnan(fit->data[i].y[(size_t)row * (size_t)fit->signal_count + (size_t)k]))
                     continue;
-                const double residual = *r++ * fit->signals[k].noise;
+                const double residual = *r++ * fit->signals[k].noise / sqrt(fit->data[i].weight);
                 if (k != signal)
                     continue;
                 spread.count++;
@@ -181,20 +181,28 @@ static double square_sum(const double *r, int count) {
 }
 
 /* The residuals of the files that were held out; returns their number, 0 if there are none or they failed. */
-static int validate(struct fit *fit, const struct fit_solution *solution, double **r) {
+static int validate(struct fit *fit, double *u, double **r) {
     const int count = fit_residual_count(fit, true, INFINITY);
     *r = format_allocate_large((size_t)count + 1, sizeof **r);
-    return count > 0 && fit_residuals(fit, true, INFINITY, solution->u, *r, NULL, 0) == FIT_DONE ? count : 0;
+    return count > 0 && fit_validate(fit, u, *r) == FIT_DONE ? count : 0;
 }
 
 /* ---- FIT.json ---- */
 
-static void put_values(struct document *document, const struct fit *fit,
-                       const struct fit_solution *solution) {
-    format_put_open(document, "values", '{');
-    for (int k = 0; k < fit->count; k++)
-        format_put_number(document, fit->values[k].name, fit_value_of(&fit->values[k], solution->u[k]));
-    format_put_close(document, '}');
+/* Puts the values of kinds `first` to `last`, if there are any. */
+static void put_kinds(struct document *document, const struct fit *fit, const double *u, const char *key,
+                      enum fit_kind first, enum fit_kind last) {
+    int count = 0;
+    for (int j = 0; j < fit->all_count; j++) {
+        const struct fit_value *value = &fit->values[j];
+        if (value->kind < first || value->kind > last)
+            continue;
+        if (count++ == 0)
+            format_put_open(document, key, '{');
+        format_put_number(document, value->name, fit_value_of(value, u[j]));
+    }
+    if (count > 0)
+        format_put_close(document, '}');
 }
 
 void fit_put_errors(struct document *document, const struct fit *fit, const struct fit_certainty *certainty) {
@@ -242,36 +250,47 @@ static void put_bounds(struct document *document, const struct fit *fit,
     format_put_close(document, ']');
 }
 
-static void put_validation(struct document *document, struct fit *fit, const struct fit_solution *solution) {
-    double *r;
-    const int count = validate(fit, solution, &r);
-    if (count > 0) {
-        format_put_open(document, "validation", '{');
-        format_put_number(document, "chi2_dof", square_sum(r, count) / count);
-        put_residuals(document, fit, true, r);
-        format_put_close(document, '}');
-    }
-    free(r);
+static void put_validation(struct document *document, const struct fit *fit, const double *r, int count) {
+    if (count == 0)
+        return;
+    format_put_open(document, "validation", '{');
+    format_put_number(document, "chi2_dof", square_sum(r, count) / count);
+    put_residuals(document, fit, true, r);
+    format_put_close(document, '}');
+}
+
+/* The unknowns of all values, with those of files that are held out at their start. */
+static double *all_unknowns(const struct fit *fit, const struct fit_solution *solution) {
+    double *u = format_allocate((size_t)fit->all_count, sizeof *u);
+    for (int j = 0; j < fit->all_count; j++)
+        u[j] = j < fit->count ? solution->u[j] : fit_unknown_of(&fit->values[j], fit->values[j].start);
+    return u;
 }
 
 enum status fit_report_write(struct fit *fit, const struct fit_solution *solution,
                              const struct fit_certainty *certainty) {
     struct document document;
     const double freedom = fmax(solution->rows - fit->count, 1);
+    double *u = all_unknowns(fit, solution), *r;
+    const int held_out = validate(fit, u, &r);
     format_document_open(&document);
     format_put_open(&document, NULL, '{');
     format_put_text(&document, "name", fit->scene->model->name);
-    put_values(&document, fit, solution);
+    put_kinds(&document, fit, u, "values", FIT_OF_MODEL, FIT_OF_MODEL);
+    put_kinds(&document, fit, u, "sensors", FIT_OFFSET, FIT_DELAY);
+    put_kinds(&document, fit, u, "starts", FIT_START, FIT_START);
     fit_put_errors(&document, fit, certainty);
     format_put_number(&document, "chi2_dof", solution->chi2 / freedom);
     format_put_whole(&document, "degrees_of_freedom", (long)freedom);
     put_residuals(&document, fit, false, solution->r);
     fit_put_groups(&document, certainty);
     put_bounds(&document, fit, solution);
-    put_validation(&document, fit, solution);
-    format_put_whole(&document, "starts", solution->starts);
+    put_validation(&document, fit, r, held_out);
+    format_put_whole(&document, "starts_tried", solution->starts);
     format_put_whole(&document, "evaluations", fit->motions);
+    fit_put_series(&document, fit, u);
     format_put_close(&document, '}');
+    free(r);
     return scene_finish(fit->scene, &document);
 }
 

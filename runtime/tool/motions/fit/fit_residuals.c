@@ -1,8 +1,12 @@
 /*
  * Residuals of the motions, (y_model - y_data)/sigma at each datum, and their derivatives by the unknowns.
  *
- * In: the unknowns. The motion of each file starts at the start of the model, with the inputs of that file;
- * its columns are taken at the times of the data. Out: residuals file by file, row by row, column by column; gaps have none.
+ * In: the unknowns. The motion of each file begins at its start, with the inputs of that file, and shows its
+ * columns at the times of the data less the delays of their sensors. Before the start, the value of the start
+ * holds. Out: residuals file by file, row by row, column by column; gaps have none.
+ *
+ * If the delay of a column is unknown, the motion is shown at t - delay - e and t - delay + e. The mean is y,
+ * and the difference is 2 e dy/dt, whose negative is the derivative by the delay.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -29,7 +33,8 @@ static const double *row_of(const struct fit *fit, const struct fit_data *data, 
     return data->y + (size_t)row * (size_t)fit->signal_count;
 }
 
-static int count_in(const struct fit *fit, const struct fit_data *data, int rows) {
+int fit_file_residual_count(const struct fit *fit, const struct fit_data *data, double until) {
+    const int rows = fit_rows_until(data, until);
     int count = 0;
     for (int i = 0; i < rows; i++)
         for (int k = 0; k < fit->signal_count; k++)
@@ -41,43 +46,147 @@ int fit_residual_count(const struct fit *fit, bool is_held_out, double until) {
     int count = 0;
     for (int i = 0; i < fit->data_count; i++)
         if (fit->data[i].is_held_out == is_held_out)
-            count += count_in(fit, &fit->data[i], fit_rows_until(&fit->data[i], until));
+            count += fit_file_residual_count(fit, &fit->data[i], until);
     return count;
+}
+
+/* ---- Times of outputs ---- */
+
+/* The e of an unknown delay, as part of the mean time between rows: e^2 y'' is then below the noise. */
+static const double shift_part = 1e-4;
+/* Times that are closer are one output. */
+static const double same_part = 1e-9;
+
+/* The outputs at which columns are compared. Number 0 is the start, number i the time times[i - 1]. */
+struct outputs {
+    double begin;
+    double *times; /* (count) ascending, after the start */
+    int count, rows;
+    double *shifts; /* (shift_count) each different delay */
+    int shift_count;
+    int *low,
+        *high;    /* (signals) shifts of each column: of t - delay - e and t - delay + e, or both t - delay */
+    int *numbers; /* (shift_count x rows) */
+};
+
+static int add_shift(struct outputs *outputs, double shift) {
+    int i = 0;
+    while (i < outputs->shift_count && outputs->shifts[i] != shift)
+        i++;
+    outputs->shifts[i] = shift;
+    outputs->shift_count += i == outputs->shift_count;
+    return i;
+}
+
+static int compare_times(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* All rows at all shifts: sorted, each time once. */
+static void merge_times(const struct fit_data *data, double same, struct outputs *outputs) {
+    int count = 0, kept = 0;
+    for (int s = 0; s < outputs->shift_count; s++)
+        for (int i = 0; i < outputs->rows; i++)
+            if (data->t[i] - outputs->shifts[s] > outputs->begin + same)
+                outputs->times[count++] = data->t[i] - outputs->shifts[s];
+    if (outputs->shift_count > 1)
+        qsort(outputs->times, (size_t)count, sizeof *outputs->times, compare_times);
+    for (int i = 0; i < count; i++)
+        if (kept == 0 || outputs->times[i] - outputs->times[kept - 1] > same)
+            outputs->times[kept++] = outputs->times[i];
+    if (kept == 0) /* all rows show the start */
+        outputs->times[kept++] = outputs->begin + data->t[data->rows - 1] - data->t[0];
+    outputs->count = kept;
+}
+
+static void number_rows(const struct fit_data *data, double same, struct outputs *outputs) {
+    for (int s = 0; s < outputs->shift_count; s++)
+        for (int i = 0, at = 0; i < outputs->rows; i++) {
+            const double t = data->t[i] - outputs->shifts[s];
+            while (at < outputs->count && outputs->times[at] < t - same)
+                at++;
+            outputs->numbers[s * outputs->rows + i] = t > outputs->begin + same ? at + 1 : 0;
+        }
+}
+
+/* `has_slopes`: unknown delays have the two times of their derivatives. */
+static void choose_outputs(const struct fit *fit, const struct fit_data *data, int rows,
+                           const double *unknowns, bool has_slopes, struct outputs *outputs) {
+    const size_t width = (size_t)fit->signal_count;
+    const double spacing = (data->t[data->rows - 1] - data->t[0]) / (data->rows - 1);
+    *outputs = (struct outputs){.begin = fit->batch.t, .rows = rows};
+    outputs->shifts = memory_scratch(&format_memory, 2 * width * sizeof *outputs->shifts);
+    outputs->low = memory_scratch(&format_memory, width * sizeof *outputs->low);
+    outputs->high = memory_scratch(&format_memory, width * sizeof *outputs->high);
+    for (int k = 0; k < fit->signal_count; k++) {
+        const double delay = fit_sensor_of(fit, k, unknowns).is[FIT_DELAY];
+        const double e = has_slopes && fit->signals[k].value[FIT_DELAY] >= 0 ? shift_part * spacing : 0;
+        outputs->low[k] = add_shift(outputs, delay + e);
+        outputs->high[k] = add_shift(outputs, delay - e);
+    }
+    const size_t size = (size_t)outputs->shift_count * (size_t)rows;
+    outputs->times = memory_scratch(&format_memory, (size + 1) * sizeof *outputs->times);
+    outputs->numbers = memory_scratch(&format_memory, size * sizeof *outputs->numbers);
+    merge_times(data, same_part * spacing, outputs);
+    number_rows(data, same_part * spacing, outputs);
+}
+
+static double time_of(const struct outputs *outputs, int number) {
+    return number > 0 ? outputs->times[number - 1] : outputs->begin;
+}
+
+/* Numbers of the two outputs of a datum; they are equal unless the delay is unknown. */
+struct pair {
+    size_t low, high;
+};
+
+static struct pair pair_of(const struct outputs *outputs, int row, int signal) {
+    return (struct pair){(size_t)outputs->numbers[outputs->low[signal] * outputs->rows + row],
+                         (size_t)outputs->numbers[outputs->high[signal] * outputs->rows + row]};
 }
 
 /* ---- A motion ---- */
 
-/* The batch of one file: a column for each value, and one for the samples of its inputs. */
+/* The batch of one file: a column for each variable, and one for the samples of its inputs. */
 struct file_batch {
     struct refdyn_batch batch;
     struct refdyn_batch_column *columns;
-    double *values; /* (fit->count + 1) x cases */
-    int first;      /* output of the first row: 0 if it is at the start of the motion */
+    double *values; /* (fit->variables.count + 1) x cases */
+    struct outputs outputs;
 };
 
-/* Describes the motions of `cases` candidates; `unknowns` (cases x values). */
+/* The value that is variable `column` of the motion of a file: the first values are those of the model. */
+static int value_of_variable(const struct fit *fit, const struct fit_data *data, int column) {
+    const int of_model = fit->request.value_count;
+    return column < of_model ? column : data->first_start + column - of_model;
+}
+
+/* Describes the motions of `cases` candidates; `unknowns` (cases x values). Several candidates must have the
+ * same delays. */
 static void describe(const struct fit *fit, const struct fit_data *data, int rows, const double *unknowns,
                      int cases, struct file_batch *file) {
-    const int count = fit->count;
+    const int count = fit->variables.count;
+    choose_outputs(fit, data, rows, unknowns, cases == 1, &file->outputs);
     file->batch = fit->batch;
     file->columns = memory_scratch(&format_memory, ((size_t)count + 1) * sizeof *file->columns);
     file->values = memory_scratch(&format_memory, ((size_t)count + 1) * (size_t)cases * sizeof *file->values);
     for (int k = 0; k < count; k++) {
         double *values = file->values + (size_t)k * (size_t)cases;
+        const int number = value_of_variable(fit, data, k);
+        const struct fit_value *value = &fit->values[number];
         for (int i = 0; i < cases; i++)
-            values[i] = fit_value_of(&fit->values[k], unknowns[i * count + k]);
-        file->columns[k] =
-            (struct refdyn_batch_column){fit->values[k].variable.what, fit->values[k].variable.place, values};
+            values[i] = fit_value_of(value, unknowns[i * fit->count + number]);
+        file->columns[k] = (struct refdyn_batch_column){value->variable.what, value->variable.place, values};
     }
     file->columns[count] =
         (struct refdyn_batch_column){REFDYN_VARIED_SAMPLES, 0, file->values + (size_t)count * (size_t)cases};
-    file->first = data->t[0] > fit->batch.t;
     file->batch.column_count = count + data->has_inputs;
     file->batch.columns = file->columns;
     file->batch.samples = data->has_inputs ? &data->inputs.samples : NULL;
     file->batch.sample_count = data->has_inputs;
-    file->batch.times = data->t + !file->first;
-    file->batch.time_count = rows - !file->first;
+    file->batch.times = file->outputs.times;
+    file->batch.time_count = file->outputs.count;
 }
 
 static void write_signals(void *context, const struct refdyn_batch_case *one, double *values) {
@@ -93,9 +202,9 @@ static void write_signals(void *context, const struct refdyn_batch_case *one, do
 static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *file, double *at,
                                    double *derivatives) {
     struct refdyn_underivable *underivable =
-        memory_scratch(&format_memory, ((size_t)fit->count + 1) * sizeof *underivable);
+        memory_scratch(&format_memory, ((size_t)fit->variables.count + 1) * sizeof *underivable);
     struct refdyn_derivatives given = {.batch = &file->batch,
-                                       .count = derivatives ? fit->count : 0,
+                                       .count = derivatives ? fit->variables.count : 0,
                                        .variables = fit->variables.variables,
                                        .width = fit->signal_count,
                                        .values = write_signals,
@@ -115,29 +224,82 @@ static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *fil
 /* ---- Residuals ---- */
 
 struct entry {
-    double *r, *J; /* the next residual, and its derivative by the first unknown */
-    size_t apart;  /* of derivatives by the next unknown */
+    double *r, *J;    /* the next residual, and its derivative by the first unknown */
+    size_t apart;     /* of derivatives by the next unknown */
+    int first, count; /* unknowns of J */
 };
 
-static void add_residuals(struct fit *fit, const struct fit_data *data, int rows, int first,
-                          const double *unknowns, const double *at, const double *derivatives,
-                          struct entry *place) {
-    const size_t width = (size_t)fit->signal_count, size = (size_t)(rows - !first + 2) * width;
-    for (int i = 0; i < rows; i++)
+/* A motion with its outputs (outputs x signals), and their derivatives (variables x outputs x signals). */
+struct shown {
+    const struct outputs *outputs;
+    const double *at, *derivatives;
+    size_t size; /* of `at` */
+};
+
+static double mean_of(const struct fit *fit, const double *at, struct pair pair, int signal) {
+    const size_t width = (size_t)fit->signal_count, k = (size_t)signal;
+    return pair.low == pair.high ? at[pair.low * width + k]
+                                 : (at[pair.low * width + k] + at[pair.high * width + k]) / 2;
+}
+
+/* dy/dt between the two outputs of a datum. */
+static double slope_of(const struct fit *fit, const struct shown *shown, struct pair pair, int signal) {
+    const size_t width = (size_t)fit->signal_count, k = (size_t)signal;
+    if (pair.low == pair.high)
+        return 0;
+    return (shown->at[pair.high * width + k] - shown->at[pair.low * width + k]) /
+           (time_of(shown->outputs, (int)pair.high) - time_of(shown->outputs, (int)pair.low));
+}
+
+/* The derivative of a shown value by value j. */
+static double derivative_of(const struct fit *fit, const struct fit_data *data, const struct shown *shown,
+                            struct pair pair, int signal, double gain, int j) {
+    const struct fit_value *value = &fit->values[j];
+    const bool is_own = value->kind == FIT_START ? &fit->data[value->data] == data
+                                                 : value->kind == FIT_OF_MODEL || value->signal == signal;
+    if (!is_own)
+        return 0;
+    switch (value->kind) {
+    case FIT_OFFSET:
+        return 1;
+    case FIT_GAIN:
+        return mean_of(fit, shown->at, pair, signal);
+    case FIT_DELAY:
+        return -gain * slope_of(fit, shown, pair, signal);
+    default:
+        return gain * mean_of(fit, shown->derivatives + (size_t)value->column * shown->size, pair, signal);
+    }
+}
+
+static void add_derivatives(struct fit *fit, const struct fit_data *data, const struct shown *shown,
+                            struct pair pair, int signal, const double *unknowns, double gain, double noise,
+                            struct entry *place) {
+    for (int i = 0; i < place->count; i++) {
+        const int j = place->first + i;
+        const struct fit_value *value = &fit->values[j];
+        const double by = value->is_log ? fit_value_of(value, unknowns[j]) : value->unit,
+                     slope = derivative_of(fit, data, shown, pair, signal, gain, j);
+        fit->lost += isnan(slope);
+        place->J[(size_t)i * place->apart] = isnan(slope) ? 0 : slope * by / noise;
+    }
+    place->J++;
+}
+
+static void add_residuals(struct fit *fit, const struct fit_data *data, const double *unknowns,
+                          const struct shown *shown, struct entry *place) {
+    struct fit_sensor *sensors = format_allocate((size_t)fit->signal_count, sizeof *sensors);
+    for (int k = 0; k < fit->signal_count; k++)
+        sensors[k] = fit_sensor_of(fit, k, unknowns);
+    for (int i = 0; i < shown->outputs->rows; i++)
         for (int k = 0; k < fit->signal_count; k++) {
-            const double y = row_of(fit, data, i)[k], noise = fit->signals[k].noise;
-            const size_t from = (size_t)(i + first) * width + (size_t)k;
+            const double y = row_of(fit, data, i)[k], noise = fit->signals[k].noise / sqrt(data->weight),
+                         gain = sensors[k].is[FIT_GAIN];
+            const struct pair pair = pair_of(shown->outputs, i, k);
             if (isnan(y))
                 continue;
-            *place->r++ = (at[from] - y) / noise;
-            for (int j = 0; derivatives && j < fit->count; j++) {
-                const struct fit_value *value = &fit->values[j];
-                const double by = value->is_log ? fit_value_of(value, unknowns[j]) : value->unit,
-                             slope = derivatives[(size_t)j * size + from];
-                fit->lost += isnan(slope);
-                place->J[(size_t)j * place->apart] = isnan(slope) ? 0 : slope * by / noise;
-            }
-            place->J += derivatives ? 1 : 0;
+            *place->r++ = (gain * mean_of(fit, shown->at, pair, k) + sensors[k].is[FIT_OFFSET] - y) / noise;
+            if (place->J)
+                add_derivatives(fit, data, shown, pair, k, unknowns, gain, noise, place);
         }
 }
 
@@ -152,25 +314,33 @@ static enum fit_outcome residuals_of(struct fit *fit, const struct fit_data *dat
     const size_t size = (size_t)(file.batch.time_count + 2) * (size_t)fit->signal_count;
     double *at = format_allocate_large(size, sizeof *at),
            *derivatives =
-               place->J ? format_allocate_large(size * (size_t)fit->count, sizeof *derivatives) : NULL;
+               place->J ? format_allocate_large(size * (size_t)fit->variables.count, sizeof *derivatives)
+                        : NULL;
+    const struct shown shown = {&file.outputs, at, derivatives, size};
     const enum fit_outcome outcome = run_motion(fit, &file, at, derivatives);
     if (outcome == FIT_DONE)
-        add_residuals(fit, data, rows, file.first, unknowns, at, derivatives, place);
+        add_residuals(fit, data, unknowns, &shown, place);
     free(at);
     free(derivatives);
     memory_back(&format_memory, mark);
     return outcome;
 }
 
-enum fit_outcome fit_residuals(struct fit *fit, bool is_held_out, double until, const double *unknowns,
-                               double *r, double *J, size_t apart) {
-    struct entry place = {r, J, apart};
+enum fit_outcome fit_residuals(struct fit *fit, double until, const double *unknowns, double *r, double *J,
+                               size_t apart) {
+    struct entry place = {r, J, apart, 0, fit->count};
     enum fit_outcome outcome = FIT_DONE;
     fit->lost = 0;
     for (int i = 0; i < fit->data_count && outcome == FIT_DONE; i++)
-        if (fit->data[i].is_held_out == is_held_out)
+        if (!fit->data[i].is_held_out)
             outcome = residuals_of(fit, &fit->data[i], until, unknowns, &place);
     return outcome;
+}
+
+enum fit_outcome fit_file_residuals(struct fit *fit, const struct fit_data *data, const double *unknowns,
+                                    int first, int count, double *r, double *J) {
+    struct entry place = {r, J, (size_t)fit_file_residual_count(fit, data, INFINITY), first, count};
+    return residuals_of(fit, data, INFINITY, unknowns, &place);
 }
 
 enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data, const double *unknowns,
@@ -181,7 +351,13 @@ enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data,
     const size_t width = (size_t)fit->signal_count, size = (size_t)(file.batch.time_count + 2) * width;
     double *at = format_allocate_large(size, sizeof *at);
     const enum fit_outcome outcome = run_motion(fit, &file, at, NULL);
-    memcpy(values, at + (size_t)file.first * width, (size_t)data->rows * width * sizeof *values);
+    for (int k = 0; k < fit->signal_count; k++) {
+        const struct fit_sensor sensor = fit_sensor_of(fit, k, unknowns);
+        for (int i = 0; i < data->rows; i++)
+            values[(size_t)i * width + (size_t)k] =
+                sensor.is[FIT_GAIN] * mean_of(fit, at, pair_of(&file.outputs, i, k), k) +
+                sensor.is[FIT_OFFSET];
+    }
     free(at);
     memory_back(&format_memory, mark);
     return outcome;
@@ -192,24 +368,43 @@ enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data,
 struct candidates {
     struct fit *fit;
     const struct fit_data *data;
-    int first, rows;
-    double *chi2;   /* by number of the case: of this file */
-    double *values; /* (rooms x signals) */
+    const struct outputs *outputs;
+    const double *unknowns; /* (candidates x values) */
+    double *chi2;           /* by number of the case */
+    double *values;         /* (rooms x signals) */
+    int *next;              /* (rooms x signals) the next row of each column */
 };
+
+/* Adds the rows of a column that output `number` shows. */
+static void add_shown_rows(const struct candidates *candidates, const struct refdyn_batch_case *one,
+                           int number, int signal, double value, int *next) {
+    const struct fit *fit = candidates->fit;
+    const struct fit_data *data = candidates->data;
+    const struct fit_sensor sensor =
+        fit_sensor_of(fit, signal, candidates->unknowns + one->number * fit->count);
+    for (; *next < candidates->outputs->rows &&
+           pair_of(candidates->outputs, *next, signal).low == (size_t)number;
+         ++*next) {
+        const double y = row_of(fit, data, *next)[signal],
+                     r = isnan(y) ? 0
+                                  : (sensor.is[FIT_GAIN] * value + sensor.is[FIT_OFFSET] - y) /
+                                        fit->signals[signal].noise;
+        candidates->chi2[one->number] += data->weight * r * r;
+    }
+}
 
 static int see_candidate(void *context, const struct refdyn_batch_case *one, int number) {
     struct candidates *candidates = context;
     const struct fit *fit = candidates->fit;
-    const int row = number - candidates->first;
     double *values = candidates->values + one->room * fit->signal_count;
-    if (row < 0 || row >= candidates->rows)
+    int *next = candidates->next + one->room * fit->signal_count;
+    if (number == 0)
+        memset(next, 0, (size_t)fit->signal_count * sizeof *next);
+    if (number > candidates->outputs->count)
         return 0;
     write_signals(candidates->fit, one, values);
-    for (int k = 0; k < fit->signal_count; k++) {
-        const double y = row_of(fit, candidates->data, row)[k],
-                     r = isnan(y) ? 0 : (values[k] - y) / fit->signals[k].noise;
-        candidates->chi2[one->number] += r * r;
-    }
+    for (int k = 0; k < fit->signal_count; k++)
+        add_shown_rows(candidates, one, number, k, values[k], &next[k]);
     return 0;
 }
 
@@ -229,18 +424,20 @@ static int is_stopped(void *context) {
 enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double *unknowns, int count,
                                     double *chi2) {
     const struct memory_mark mark = memory_mark(&format_memory);
-    struct candidates candidates = {.fit = fit, .chi2 = chi2};
-    candidates.values = memory_scratch(&format_memory, (size_t)(fit->batch.threads * fit->rooms_of_thread) *
-                                                           (size_t)fit->signal_count * sizeof(double));
+    struct candidates candidates = {.fit = fit, .chi2 = chi2, .unknowns = unknowns};
+    const size_t room_values =
+        (size_t)(fit->batch.threads * fit->rooms_of_thread) * (size_t)fit->signal_count;
+    candidates.values = memory_scratch(&format_memory, room_values * sizeof *candidates.values);
+    candidates.next = memory_scratch(&format_memory, room_values * sizeof *candidates.next);
     memset(chi2, 0, (size_t)count * sizeof *chi2);
     for (int i = 0; i < fit->data_count && !system_interrupted; i++) {
         struct file_batch file;
+        const int rows = fit_rows_until(&fit->data[i], until);
         candidates.data = &fit->data[i];
-        candidates.rows = fit_rows_until(candidates.data, until);
-        if (candidates.data->is_held_out || candidates.rows < 2)
+        if (candidates.data->is_held_out || rows < 2)
             continue;
-        describe(fit, candidates.data, candidates.rows, unknowns, count, &file);
-        candidates.first = file.first;
+        describe(fit, candidates.data, rows, unknowns, count, &file);
+        candidates.outputs = &file.outputs;
         file.batch.count = count;
         file.batch.context = &candidates;
         file.batch.output = see_candidate;

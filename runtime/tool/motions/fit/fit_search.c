@@ -49,7 +49,7 @@ static enum fit_outcome part_residuals(void *context, const double *u, double *r
     const struct fit_search *search = context;
     const int count = search->fit->count, rows = fit_residual_count(search->fit, false, search->until);
     const size_t all = (size_t)rows + (search->from ? (size_t)count : 0);
-    const enum fit_outcome outcome = fit_residuals(search->fit, false, search->until, u, r, J, all);
+    const enum fit_outcome outcome = fit_residuals(search->fit, search->until, u, r, J, all);
     for (int k = 0; k < count && search->from; k++) {
         r[rows + k] = (u[k] - search->from[k]) / draw;
         for (int j = 0; J && j < count; j++)
@@ -146,8 +146,10 @@ static void make_candidates(const struct fit_search *search, const double *from,
                      low = fmax(from[k] - wide, search->lower[k]),
                      high = fmin(from[k] + wide, search->upper[k]);
         prime = next_prime(prime);
+        const bool is_kept = fit->values[k].kind == FIT_DELAY; /* all candidates have the same outputs */
         for (int i = 0; i < CANDIDATES; i++)
-            unknowns[i * fit->count + k] = i == 0 ? from[k] : low + (high - low) * van_der_corput(i, prime);
+            unknowns[i * fit->count + k] =
+                i == 0 || is_kept ? from[k] : low + (high - low) * van_der_corput(i, prime);
     }
 }
 
@@ -230,4 +232,62 @@ void fit_search(struct fit *fit, const double *from, struct fit_solution *soluti
     }
     if (system_interrupted)
         solution->outcome = FIT_STOPPED;
+}
+
+/* ---- Files that are held out ---- */
+
+struct held_out {
+    struct fit *fit;
+    const struct fit_data *data;
+    double *u; /* (all_count) */
+};
+
+static enum fit_outcome held_out_residuals(void *context, const double *starts, double *r, double *J) {
+    const struct held_out *held = context;
+    const int count = held->fit->request.start_count;
+    memcpy(held->u + held->data->first_start, starts, (size_t)count * sizeof *starts);
+    return fit_file_residuals(held->fit, held->data, held->u, held->data->first_start, count, r, J);
+}
+
+/* Finds the unknown starts of a file, with all other values as they are. */
+static enum fit_outcome find_starts(struct held_out *held, int rows) {
+    const size_t count = (size_t)held->fit->request.start_count;
+    double *bounds = format_allocate(2 * count, sizeof *bounds), *u = format_allocate(count, sizeof *u);
+    struct least_squares problem = {.count = (int)count,
+                                    .rows = rows,
+                                    .lower = bounds,
+                                    .upper = bounds + count,
+                                    .step_most = step_most,
+                                    .rounds_most = ROUNDS,
+                                    .residuals = held_out_residuals,
+                                    .context = held,
+                                    .u = u};
+    for (size_t k = 0; k < count; k++) {
+        bounds[k] = -INFINITY;
+        bounds[count + k] = INFINITY;
+    }
+    memcpy(u, held->u + held->data->first_start, count * sizeof *u);
+    problem.r = format_allocate_large((size_t)rows, sizeof *problem.r);
+    problem.J = format_allocate_large((size_t)rows * count, sizeof *problem.J);
+    const enum fit_outcome outcome = least_squares_solve(&problem);
+    memcpy(held->u + held->data->first_start, u, count * sizeof *u);
+    free(problem.r);
+    free(problem.J);
+    return outcome == FIT_STUCK ? FIT_DONE : outcome;
+}
+
+enum fit_outcome fit_validate(struct fit *fit, double *u, double *r) {
+    enum fit_outcome outcome = FIT_DONE;
+    for (int i = 0; i < fit->data_count && outcome == FIT_DONE; i++) {
+        struct held_out held = {fit, &fit->data[i], u};
+        const int rows = fit_file_residual_count(fit, held.data, INFINITY);
+        if (!held.data->is_held_out)
+            continue;
+        if (fit->request.start_count > 0 && rows >= fit->request.start_count)
+            outcome = find_starts(&held, rows);
+        if (outcome == FIT_DONE)
+            outcome = fit_file_residuals(fit, held.data, u, 0, 0, r, NULL);
+        r += rows;
+    }
+    return outcome;
 }

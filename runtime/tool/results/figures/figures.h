@@ -169,7 +169,11 @@ double *figures_read_item(struct runs_charts *figure, const struct kept_item *it
  * cannot be read or lacks a name. */
 bool figures_draw_runs(const char *path, const char *panels, FILE *out);
 
-/* The parts of such a figure return false and report the error if the file cannot be read. */
+/* Draws the data, the model and the residuals of a FIT.json. Returns false and reports the error if the file
+ * is none. */
+bool figures_draw_fit(const char *path, FILE *out);
+
+/* The parts of a figure of runs return false and report the error if the file cannot be read. */
 
 /* Adds percentiles of a history over time. Cases without a number at a time do not count there. */
 bool figures_bands_add(struct runs_charts *figure, const struct kept_item *item);

@@ -1,4 +1,4 @@
-/* `refdyn plot`: draws motions over each other, or a file of runs, into one file. */
+/* `refdyn plot`: draws motions over each other, a file of runs, or a fit, into one file. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -323,6 +323,7 @@ struct drawing {
     struct targets targets;
     struct target *target;
     bool is_of_runs; /* the only operand is a file of runs */
+    bool is_of_fit;  /* the only operand is a FIT.json */
 };
 
 static bool is_file_of_runs(const char *path) {
@@ -342,10 +343,29 @@ static enum status check_runs(struct drawing *drawing) {
     return STATUS_DONE;
 }
 
+static enum status check_fit(struct drawing *drawing) {
+    static const char *const unused[] = {"panel", "units"};
+    const struct options *options = drawing->options;
+    for (int i = 0; i < options->operand_count; i++)
+        if (text_ends_with(options->operands[i], ".json")) {
+            drawing->is_of_fit = true;
+            if (options->operand_count > 1)
+                return options_usage_error(options->command, "%s: a fit must be the only operand",
+                                           options->operands[i]);
+        }
+    for (int i = 0; i < 2 && drawing->is_of_fit; i++)
+        if (options_text(options, unused[i]))
+            return options_usage_error(options->command, "--%s: a fit has its own %s; omit it", unused[i],
+                                       i == 0 ? "panels" : "units");
+    return STATUS_DONE;
+}
+
 static enum status check_usage(struct drawing *drawing) {
     const struct options *options = drawing->options;
     const char *output = options_text(options, "output");
-    const enum status status = check_runs(drawing);
+    enum status status = check_runs(drawing);
+    if (status == STATUS_DONE)
+        status = check_fit(drawing);
     const char *unknown =
         drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options_text(options, "panel"));
     drawing->format = figures_picture_format_of(output);
@@ -411,12 +431,15 @@ static bool write_drawing(struct drawing *drawing) {
     return is_good;
 }
 
-static bool write_runs(struct drawing *drawing) {
+/* A file of runs, or a fit. */
+static bool write_results(struct drawing *drawing) {
     const struct options *options = drawing->options;
     char *svg;
     size_t size;
     FILE *out = format_stream(&svg, &size);
-    bool is_good = figures_draw_runs(options->operands[0], options_text(options, "panel"), out);
+    bool is_good = drawing->is_of_fit
+                       ? figures_draw_fit(options->operands[0], out)
+                       : figures_draw_runs(options->operands[0], options_text(options, "panel"), out);
     fclose(out);
     is_good = is_good && figures_picture_write(drawing->format, svg, drawing->target->file) &&
               system_target_finish(drawing->target);
@@ -436,7 +459,7 @@ static bool open_files(struct drawing *drawing) {
                           ? system_target_open(&drawing->targets, options_text(options, "output"))
                           : NULL;
     bool is_good = drawing->target && (!units || read_units(&drawing->panels, units));
-    for (int i = 0; i < options->operand_count && is_good && !drawing->is_of_runs; i++)
+    for (int i = 0; i < options->operand_count && is_good && !drawing->is_of_runs && !drawing->is_of_fit; i++)
         is_good = figures_run_read(&drawing->panels.runs[i], options->operands[i]);
     return is_good;
 }
@@ -449,7 +472,8 @@ static enum status run_plot(const struct options *options) {
         return status;
     panels->runs = format_allocate((size_t)panels->run_count, sizeof *panels->runs);
     const bool is_good =
-        open_files(&drawing) && (drawing.is_of_runs ? write_runs(&drawing) : write_drawing(&drawing));
+        open_files(&drawing) &&
+        (drawing.is_of_runs || drawing.is_of_fit ? write_results(&drawing) : write_drawing(&drawing));
     system_targets_release(&drawing.targets);
     json_decref(panels->units);
     json_decref(panels->limits);
@@ -481,7 +505,10 @@ const struct command plot_command = {
             "rsvg-convert makes\n"
             "PNG and PDF. For RUNS.h5, a file of runs: results over what varied, percentiles over time, the "
             "worst cases; --panel\n"
-            "selects items of the file, such as extremes/E_x.\n\n"
+            "selects items of the file, such as extremes/E_x. For FIT.json: data and model with two standard "
+            "deviations of the\n"
+            "noise, residuals, and their autocorrelation with the 95 % band of white noise.\n\n"
             "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
             "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"
-            "  refdyn plot runs.h5 --panel extremes/E_x,history/E_x -o runs.svg\n"};
+            "  refdyn plot runs.h5 --panel extremes/E_x,history/E_x -o runs.svg\n"
+            "  refdyn plot fit.json -o fit.svg\n"};
