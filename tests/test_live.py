@@ -171,6 +171,22 @@ def test_a_slider_moves_picture_and_curves(pages, name, parameter):
         assert page.ask("return [...document.querySelectorAll('#values input, #values textarea')].filter((one) => !one.labels?.length && !one.getAttribute('aria-label')).length") == 0
 
 
+def test_names_and_numbers_can_be_read(manipulator):
+    """No label is cut, a field shows at most seven letters, and its exact value stays in use; the window has the model's name."""
+    manipulator.ask("[...document.querySelectorAll('#values details')].forEach((one) => { one.open = true; });")
+    cut = "return [...document.querySelectorAll('#values label')].filter((one) => one.offsetWidth === 0 || one.scrollWidth > one.clientWidth || one.scrollHeight > one.clientHeight + 1).map((one) => one.textContent)"
+    assert manipulator.ask("return document.title") == "manipulator" and manipulator.ask(cut) == []
+    fields = "return [...values.p, ...values.x, ...values.q].filter((one) => one.field).map((one) => [one.name, one.field.value, one.field.scrollWidth <= one.field.clientWidth])"
+    shown = manipulator.ask(fields)
+    assert ["E", "2.1e11", True] in shown and all(len(text) <= 7 and text and fits for _, text, fits in shown), shown
+    assert manipulator.ask("return byId('option-tol').value") == "1e-6"
+    texts = {210000000000: "2.1e11", 0.001: "0.001", 1000: "1000", 0.000123456: "1.23e-4", -0.123456789: "-0.1235", 1234567.8: "1234568", -1.5e-12: "-2e-12", 0: "0"}
+    assert manipulator.ask(f"return {list(texts)}.map(shortNumber)") == list(texts.values())
+    set_value(manipulator, "m_E", "2.123456789")
+    assert manipulator.ask("const one = values.p.find((one) => one.name === 'm_E'); return [one.value, one.field.value]") == [2.123456789, "2.12346"]
+    assert "m_E=2.123456789" in manipulator.ask("return byId('command').value")
+
+
 def test_motions_are_there_at_once(manipulator):
     """Median from the event of a slider to the new motion; docs/view.md has the figure of an idle machine."""
     delays = []
