@@ -11,6 +11,7 @@ import pytest
 
 import browser
 from program import MODELS, refdyn
+from python_package import package  # noqa: F401 (a fixture)
 
 # The compiler of the reference figures; without it there is nothing to test but the message.
 pytestmark = pytest.mark.skipif(not os.path.exists("/usr/include/wasm32-wasi/stdio.h"), reason="wasi-libc is not installed")
@@ -361,6 +362,33 @@ def test_on_a_telephone(pages):
         page.wait(SHOWN)
         assert page.ask("return document.documentElement.scrollWidth") <= 390
         assert page.ask("const slider = values.p[0].slider; slider.scrollIntoView(); const box = slider.getBoundingClientRect(); return box.left >= 0 && box.right <= 390 && box.top >= 0")
+
+
+# ---- In a notebook
+
+def test_a_page_in_a_notebook(package, tmp_path):
+    """Inside another document, the sliders move; the page equals that of the command."""
+    crane = package.Model(MODELS / "crane.lua")
+    page = crane.live(E=(1e10, 3e11), rope_theta_d=(-1, 2), m=80, t_end=1, step=2e-4, height=700)
+    live(MODELS / "crane.lua", "--range", "E=1e10:3e11", "--range", "rope_theta_d=-1:2", "--set", "m=80", "--until", "1", "--step", "2e-4", "-o", tmp_path / "crane.html")
+    assert page.text == (tmp_path / "crane.html").read_text() and 'height="700"' in page._repr_html_()
+    assert crane.live(tmp_path / "short.html", t_end=0.1) is None and '"until":0.1,' in (tmp_path / "short.html").read_text()
+    (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><html><body>{page._repr_html_()}</body></html>")
+    with browser.Session(tmp_path / "notebook.html") as notebook:
+        inside = "document.querySelector('iframe').contentDocument"
+        notebook.wait(f"{inside}.documentElement.dataset.state === 'shown'")
+        assert notebook.ask(f"const field = {inside}.querySelector('[aria-label=\"m, number\"]'); field.value = '90'; field.dispatchEvent(new Event('change'));"
+                            f"return {inside}.documentElement.dataset.state") == "computing"
+        notebook.wait(f"{inside}.documentElement.dataset.state === 'shown'")
+        assert "--set m=90" in notebook.ask(f"await new Promise((done) => setTimeout(done, 500)); return {inside}.getElementById('command').value")
+        assert not [line for line in notebook.console if "rror" in line], notebook.console
+    for message, values in {"mm: unknown name; did you mean 'm'?": {"mm": 1}, "E: from 2 to 1; the range must ascend": {"E": (2, 1)},
+                            "E: has shape (3,); must be one value, or a range of two numbers, (from, to)": {"E": (1, 2, 3)},
+                            "rope_theta: a start value has a range only; must be two numbers, (from, to)": {"rope_theta": 1},
+                            "t_end: '-1' is not a positive number": {"t_end": -1}}.items():
+        with pytest.raises(ValueError) as told:
+            crane.live(**values)
+        assert str(told.value) == message
 
 
 # ---- Ranges, and what is refused

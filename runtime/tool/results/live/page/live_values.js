@@ -201,7 +201,14 @@ function resetValues(values, live) {
 
 /* ---- The address ---- */
 
+/* A page inside another document, as in a notebook, has no address of its own. */
+function hasAddress() {
+    return location.protocol !== "about:";
+}
+
 function writeAddress(values, options, live) {
+    if (!hasAddress())
+        return;
     const address = new URLSearchParams(location.hash.slice(1));
     for (const key of [...address.keys()])
         if (/^[pxq]\./.test(key) || key in OPTIONS)
