@@ -364,6 +364,42 @@ def test_on_a_telephone(pages):
         assert page.ask("const slider = values.p[0].slider; slider.scrollIntoView(); const box = slider.getBoundingClientRect(); return box.left >= 0 && box.right <= 390 && box.top >= 0")
 
 
+# ---- Structures
+
+def test_structures(package, tmp_path):
+    """The page changes the structure: its numbers are those of the command, changed values stay, and the address names it."""
+    arm = package.Model(MODELS / "manipulator.lua")
+    arm.live(tmp_path / "arm.html", n_rfe=[2, 1, 4], m_E=2.25, base_z_d=(-1, 2), arm_psi_3=(0, 1), tol=1e-8)
+    live(MODELS / "manipulator.lua", "--options", "n_rfe=2,1,4", "--set", "m_E=2.25", "--range", "base_z_d=-1:2", "--range", "arm_psi_3=0:1", "--tol", "1e-8", "-o", tmp_path / "same.html")
+    assert (tmp_path / "arm.html").read_text() == (tmp_path / "same.html").read_text()
+    choose = "const field = byId('structure'); field.value = '%d'; field.dispatchEvent(new Event('change'));"
+    shown = f"state.answered === state.asked && {SHOWN}"
+    with browser.Session(tmp_path / "arm.html") as page:
+        page.wait(shown)
+        assert page.ask("return [byId('structure').labels[0].textContent, runs[0].frames.length, [...byId('structure')].map((one) => one.text)]") == ["n_rfe", 7, ["2", "1", "4"]]
+        assert farthest(page, tmp_path) < 1e-9
+        set_value(page, "L", 1.6)
+        for place, frames, elements in ((2, 13, 4), (1, 4, 1)):
+            page.ask(choose % place)
+            page.wait(shown)
+            assert page.ask("return [runs[0].frames.length, values.q.length / 2, page.stage.bodies[0].run.frames.length]") == [frames] * 3
+            assert f"{frames} coordinates" in page.ask("return byId('runs').textContent")
+            command = page.ask("return byId('command').value")
+            assert f"--set n_rfe={elements} " in command and "--set L=1.6" in command and "--set m_E=2.25" in command
+            assert farthest(page, tmp_path) < 1e-9
+        assert page.ask("return page.charts.every((chart) => chart.curves.every((curve) => !/^arm_.*_[123]$/.test(curve.name)))")
+        fragment = page.wait("location.hash.includes('n_rfe') && location.hash")
+        assert "o.n_rfe=1" in fragment and "p.L=1.6" in fragment
+        page.ask("for (let i = 0; i < 20; i++) chooseStructure(i % 3); chooseStructure(2);")
+        page.wait(f"{shown} && runs[0].frames.length === 13")
+        assert not [line for line in page.console if "rror" in line], page.console
+    with browser.Session(tmp_path / "arm.html", "#o.n_rfe=4&p.L=1.5") as page:
+        page.wait(shown)
+        assert page.ask("return [runs[0].frames.length, byId('structure').value]") == [13, "2"]
+        page.ask("location.hash = '#o.n_rfe=1'")
+        page.wait(f"{shown} && runs[0].frames.length === 4")
+
+
 # ---- In a notebook
 
 def test_a_page_in_a_notebook(package, tmp_path):
@@ -409,6 +445,14 @@ def test_usage(pages, tmp_path):
     assert "--range: 'none' is no parameter, input or start value of the model" in live(crane, "--range", "none=1:2", "-o", out, status=2).stderr
     assert "is not of the form NAME=FROM:TO" in live(crane, "--range", "column_psi=1", "-o", out, status=2).stderr
     assert "the range must ascend" in live(crane, "--range", "column_psi=2:1", "-o", out, status=2).stderr
+    structures = {"E=1e10,2e10": "the model has no option 'E'", "n_rfe": "'n_rfe' is not of the form NAME=VALUE,VALUE,...", "n_rfe=1,1": "'1' is given twice; give it once",
+                  "n_rfe=1,,2": "'1,,2' has an empty item"}
+    for text, fact in structures.items():
+        assert live(crane, "--options", text, "-o", out, status=2).stderr.splitlines()[0] == f"refdyn view: --options: {fact}"
+    said = live(crane, "--options", "n_rfe=1,2", "--set", "n_rfe=3", "-o", out, status=2).stderr
+    assert said.startswith("refdyn view: --options: --set states 'n_rfe', too; omit one of them\n")
+    assert live(crane, "--options", "n_rfe=2,0", "-o", out, status=1).stderr.endswith('crane.lua: option n_rfe: value "0"; must be a number from 1\n')
+    assert "--options needs --live" in refdyn("view", pages / "a.h5", "--options", "n_rfe=1,2", "-o", out, status=2).stderr
     assert "--live shows one model" in live(crane, crane, "-o", out, status=2).stderr
     assert "--until needs --live" in refdyn("view", pages / "a.h5", "--until", "1", "-o", out, status=2).stderr
     assert "--model is for runs" in live(crane, "--model", crane, "-o", out, status=2).stderr

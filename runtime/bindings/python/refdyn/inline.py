@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .names import finite, unknown
+from .program import text_of
 
 if TYPE_CHECKING:
     from .model import Model
@@ -38,14 +39,16 @@ class Page:
 
 
 def ranges_and_settings(values: Mapping[str, Any], kinds: Mapping[str, Collection[str]]) -> tuple[list[str], dict[str, Any]]:
-    """Returns the values of `arm.live` as words of the command line, --range NAME=FROM:TO, and as settings. `kinds` has the model's names by kind."""
+    """Returns the values of `arm.live` as words of the command line, --range NAME=FROM:TO and --options NAME=VALUE,..., and as settings. `kinds` has the model's names by kind."""
     starts = [name + end for end in ("", "_d") for name in kinds["coordinate"]]
     settable = [*kinds["parameter"], *kinds["input"], *kinds["option"]]
     words, settings = [], {}
     for name, value in values.items():
         if name not in settable and name not in starts:
             raise ValueError(unknown("name", name, [*settable, *starts]))
-        if name not in kinds["option"] and np.ndim(value) > 0:
+        if name in kinds["option"] and np.ndim(value) > 0:
+            words += ["--options", f"{name}={','.join(text_of(name, one) for one in value)}"]
+        elif np.ndim(value) > 0:
             words += ["--range", "{}={!r}:{!r}".format(name, *ends_of_range(name, value))]
         elif name in starts:
             raise ValueError(f"{name}: a start value has a range only; must be two numbers, (from, to)")

@@ -144,6 +144,17 @@ function placeField(options, values, changed) {
     return row;
 }
 
+/* The values of an option among which --options lets choose. */
+function structureField(structure, chosen) {
+    const row = newElement("div", "row choice", ""), label = newElement("label", "", structure.option), field = newElement("select", "", "");
+    field.id = label.htmlFor = "structure";
+    structure.values.forEach((text, place) => field.append(Object.assign(newElement("option", "", text), {value: String(place)})));
+    field.value = String(structure.place);
+    field.addEventListener("change", () => chosen(Number(field.value)));
+    row.append(label, field);
+    return row;
+}
+
 function showPlace(options, values) {
     byId("option-from").value = options.from;
     for (const one of values.q)
@@ -199,6 +210,16 @@ function resetValues(values, live) {
     }
 }
 
+/* Keeps what the user has changed in another structure. */
+function carryValues(before, values) {
+    for (const kind of ["p", "x", "q"])
+        for (const one of before[kind].filter(isChanged)) {
+            const same = values[kind].find((other) => other.name === one.name && !other.isHidden);
+            if (same)
+                Object.assign(same, {value: one.value, isFree: false});
+        }
+}
+
 /* ---- The address ---- */
 
 /* A page inside another document, as in a notebook, has no address of its own. */
@@ -206,12 +227,12 @@ function hasAddress() {
     return location.protocol !== "about:";
 }
 
-function writeAddress(values, options, live) {
+function writeAddress(values, options, live, structure) {
     if (!hasAddress())
         return;
     const address = new URLSearchParams(location.hash.slice(1));
     for (const key of [...address.keys()])
-        if (/^[pxq]\./.test(key) || key in OPTIONS)
+        if (/^[opxq]\./.test(key) || key in OPTIONS)
             address.delete(key);
     for (const one of [...values.p, ...values.x, ...values.q])
         if (isChanged(one))
@@ -219,10 +240,17 @@ function writeAddress(values, options, live) {
     for (const name of Object.keys(OPTIONS))
         if (options[name] !== live[name])
             address.set(name, String(options[name]));
+    if (structure.place > 0)
+        address.set(`o.${structure.option}`, structure.values[structure.place]);
     address.delete("from");
     if (options.from !== "initial")
         address.set("from", options.from);
     history.replaceState(null, "", `#${address}`);
+}
+
+/* The structure that the address names; the first one if it names none. */
+function addressedStructure({option, values}) {
+    return Math.max(0, values.indexOf(new URLSearchParams(location.hash.slice(1)).get(`o.${option}`)));
 }
 
 /* Returns whether the address sets a value. Names that the model does not have, and texts that are no numbers, have no effect. */
