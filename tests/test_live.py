@@ -11,6 +11,7 @@ import pytest
 
 import browser
 from program import MODELS, refdyn
+from python_package import package  # noqa: F401 (a fixture)
 
 # The compiler of the reference figures; without it there is nothing to test but the message.
 pytestmark = pytest.mark.skipif(not os.path.exists("/usr/include/wasm32-wasi/stdio.h"), reason="wasi-libc is not installed")
@@ -168,6 +169,22 @@ def test_a_slider_moves_picture_and_curves(pages, name, parameter):
         text = page.ask(f"const one = values.p.find((one) => one.name === '{parameter}'); return [one.slider.getAttribute('aria-valuetext'), one.slider.labels[0].textContent]")
         assert text[1].startswith(parameter) and float(text[0].split()[0]) != 0
         assert page.ask("return [...document.querySelectorAll('#values input, #values textarea')].filter((one) => !one.labels?.length && !one.getAttribute('aria-label')).length") == 0
+
+
+def test_names_and_numbers_can_be_read(manipulator):
+    """No label is cut, a field shows at most seven letters, and its exact value stays in use; the window has the model's name."""
+    manipulator.ask("[...document.querySelectorAll('#values details')].forEach((one) => { one.open = true; });")
+    cut = "return [...document.querySelectorAll('#values label')].filter((one) => one.offsetWidth === 0 || one.scrollWidth > one.clientWidth || one.scrollHeight > one.clientHeight + 1).map((one) => one.textContent)"
+    assert manipulator.ask("return document.title") == "manipulator" and manipulator.ask(cut) == []
+    fields = "return [...values.p, ...values.x, ...values.q].filter((one) => one.field).map((one) => [one.name, one.field.value, one.field.scrollWidth <= one.field.clientWidth])"
+    shown = manipulator.ask(fields)
+    assert ["E", "2.1e11", True] in shown and all(len(text) <= 7 and text and fits for _, text, fits in shown), shown
+    assert manipulator.ask("return byId('option-tol').value") == "1e-6"
+    texts = {210000000000: "2.1e11", 0.001: "0.001", 1000: "1000", 0.000123456: "1.23e-4", -0.123456789: "-0.1235", 1234567.8: "1234568", -1.5e-12: "-2e-12", 0: "0"}
+    assert manipulator.ask(f"return {list(texts)}.map(shortNumber)") == list(texts.values())
+    set_value(manipulator, "m_E", "2.123456789")
+    assert manipulator.ask("const one = values.p.find((one) => one.name === 'm_E'); return [one.value, one.field.value]") == [2.123456789, "2.12346"]
+    assert "m_E=2.123456789" in manipulator.ask("return byId('command').value")
 
 
 def test_motions_are_there_at_once(manipulator):
@@ -345,6 +362,69 @@ def test_on_a_telephone(pages):
         assert page.ask("const slider = values.p[0].slider; slider.scrollIntoView(); const box = slider.getBoundingClientRect(); return box.left >= 0 && box.right <= 390 && box.top >= 0")
 
 
+# ---- Structures
+
+def test_structures(package, tmp_path):
+    """The page changes the structure: its numbers are those of the command, changed values stay, and the address names it."""
+    arm = package.Model(MODELS / "manipulator.lua")
+    arm.live(tmp_path / "arm.html", n_rfe=[2, 1, 4], m_E=2.25, base_z_d=(-1, 2), arm_psi_3=(0, 1), tol=1e-8)
+    live(MODELS / "manipulator.lua", "--options", "n_rfe=2,1,4", "--set", "m_E=2.25", "--range", "base_z_d=-1:2", "--range", "arm_psi_3=0:1", "--tol", "1e-8", "-o", tmp_path / "same.html")
+    assert (tmp_path / "arm.html").read_text() == (tmp_path / "same.html").read_text()
+    choose = "const field = byId('structure'); field.value = '%d'; field.dispatchEvent(new Event('change'));"
+    shown = f"state.answered === state.asked && {SHOWN}"
+    with browser.Session(tmp_path / "arm.html") as page:
+        page.wait(shown)
+        assert page.ask("return [byId('structure').labels[0].textContent, runs[0].frames.length, [...byId('structure')].map((one) => one.text)]") == ["n_rfe", 7, ["2", "1", "4"]]
+        assert farthest(page, tmp_path) < 1e-9
+        set_value(page, "L", 1.6)
+        for place, frames, elements in ((2, 13, 4), (1, 4, 1)):
+            page.ask(choose % place)
+            page.wait(shown)
+            assert page.ask("return [runs[0].frames.length, values.q.length / 2, page.stage.bodies[0].run.frames.length]") == [frames] * 3
+            assert f"{frames} coordinates" in page.ask("return byId('runs').textContent")
+            command = page.ask("return byId('command').value")
+            assert f"--set n_rfe={elements} " in command and "--set L=1.6" in command and "--set m_E=2.25" in command
+            assert farthest(page, tmp_path) < 1e-9
+        assert page.ask("return page.charts.every((chart) => chart.curves.every((curve) => !/^arm_.*_[123]$/.test(curve.name)))")
+        fragment = page.wait("location.hash.includes('n_rfe') && location.hash")
+        assert "o.n_rfe=1" in fragment and "p.L=1.6" in fragment
+        page.ask("for (let i = 0; i < 20; i++) chooseStructure(i % 3); chooseStructure(2);")
+        page.wait(f"{shown} && runs[0].frames.length === 13")
+        assert not [line for line in page.console if "rror" in line], page.console
+    with browser.Session(tmp_path / "arm.html", "#o.n_rfe=4&p.L=1.5") as page:
+        page.wait(shown)
+        assert page.ask("return [runs[0].frames.length, byId('structure').value]") == [13, "2"]
+        page.ask("location.hash = '#o.n_rfe=1'")
+        page.wait(f"{shown} && runs[0].frames.length === 4")
+
+
+# ---- In a notebook
+
+def test_a_page_in_a_notebook(package, tmp_path):
+    """Inside another document, the sliders move; the page equals that of the command."""
+    crane = package.Model(MODELS / "crane.lua")
+    page = crane.live(E=(1e10, 3e11), rope_theta_d=(-1, 2), m=80, t_end=1, step=2e-4, height=700)
+    live(MODELS / "crane.lua", "--range", "E=1e10:3e11", "--range", "rope_theta_d=-1:2", "--set", "m=80", "--until", "1", "--step", "2e-4", "-o", tmp_path / "crane.html")
+    assert page.text == (tmp_path / "crane.html").read_text() and 'height="700"' in page._repr_html_()
+    assert crane.live(tmp_path / "short.html", t_end=0.1) is None and '"until":0.1,' in (tmp_path / "short.html").read_text()
+    (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><html><body>{page._repr_html_()}</body></html>")
+    with browser.Session(tmp_path / "notebook.html") as notebook:
+        inside = "document.querySelector('iframe').contentDocument"
+        notebook.wait(f"{inside}.documentElement.dataset.state === 'shown'")
+        assert notebook.ask(f"const field = {inside}.querySelector('[aria-label=\"m, number\"]'); field.value = '90'; field.dispatchEvent(new Event('change'));"
+                            f"return {inside}.documentElement.dataset.state") == "computing"
+        notebook.wait(f"{inside}.documentElement.dataset.state === 'shown'")
+        assert "--set m=90" in notebook.ask(f"await new Promise((done) => setTimeout(done, 500)); return {inside}.getElementById('command').value")
+        assert not [line for line in notebook.console if "rror" in line], notebook.console
+    for message, values in {"mm: unknown name; did you mean 'm'?": {"mm": 1}, "E: from 2 to 1; the range must ascend": {"E": (2, 1)},
+                            "E: has shape (3,); must be one value, or a range of two numbers, (from, to)": {"E": (1, 2, 3)},
+                            "rope_theta: a start value has a range only; must be two numbers, (from, to)": {"rope_theta": 1},
+                            "t_end: '-1' is not a positive number": {"t_end": -1}}.items():
+        with pytest.raises(ValueError) as told:
+            crane.live(**values)
+        assert str(told.value) == message
+
+
 # ---- Ranges, and what is refused
 
 def test_ranges(tmp_path):
@@ -363,6 +443,14 @@ def test_usage(pages, tmp_path):
     assert "--range: 'none' is no parameter, input or start value of the model" in live(crane, "--range", "none=1:2", "-o", out, status=2).stderr
     assert "is not of the form NAME=FROM:TO" in live(crane, "--range", "column_psi=1", "-o", out, status=2).stderr
     assert "the range must ascend" in live(crane, "--range", "column_psi=2:1", "-o", out, status=2).stderr
+    structures = {"E=1e10,2e10": "the model has no option 'E'", "n_rfe": "'n_rfe' is not of the form NAME=VALUE,VALUE,...", "n_rfe=1,1": "'1' is given twice; give it once",
+                  "n_rfe=1,,2": "'1,,2' has an empty item"}
+    for text, fact in structures.items():
+        assert live(crane, "--options", text, "-o", out, status=2).stderr.splitlines()[0] == f"refdyn view: --options: {fact}"
+    said = live(crane, "--options", "n_rfe=1,2", "--set", "n_rfe=3", "-o", out, status=2).stderr
+    assert said.startswith("refdyn view: --options: --set states 'n_rfe', too; omit one of them\n")
+    assert live(crane, "--options", "n_rfe=2,0", "-o", out, status=1).stderr.endswith('crane.lua: option n_rfe: value "0"; must be a number from 1\n')
+    assert "--options needs --live" in refdyn("view", pages / "a.h5", "--options", "n_rfe=1,2", "-o", out, status=2).stderr
     assert "--live shows one model" in live(crane, crane, "-o", out, status=2).stderr
     assert "--until needs --live" in refdyn("view", pages / "a.h5", "--until", "1", "-o", out, status=2).stderr
     assert "--model is for runs" in live(crane, "--model", crane, "-o", out, status=2).stderr

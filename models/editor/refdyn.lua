@@ -470,4 +470,11 @@ function rd.fit(fields) end
 function rd.free() end
 function rd.within(from, to, start) end
 
+-- in plan files of refdyn plan: docs/planning.md
+function rd.plan(fields) end
+function rd.within(from, to, start) end
+function rd.at_end(column, bounds) end
+function rd.integral(column) end
+function rd.largest(column) end
+
 return rd

@@ -4,8 +4,13 @@ from __future__ import annotations
 import html
 import os
 import pathlib
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .names import finite, unknown
+from .program import text_of
 
 if TYPE_CHECKING:
     from .model import Model
@@ -15,7 +20,7 @@ ROWS = 12  # rows of a table; the others are counted
 
 
 class Page:
-    """A page of `arm.view(run)`, which a notebook shows in its place. It needs no network."""
+    """A page of `arm.view(run)` or `arm.live()`, which a notebook shows in its place. It needs no network."""
 
     __module__ = "refdyn"
 
@@ -31,6 +36,34 @@ class Page:
 
     def __repr__(self) -> str:
         return f"<refdyn page of {len(self.text)} characters; a notebook shows it, and save(FILE) writes it>"
+
+
+def ranges_and_settings(values: Mapping[str, Any], kinds: Mapping[str, Collection[str]]) -> tuple[list[str], dict[str, Any]]:
+    """Returns the values of `arm.live` as words of the command line, --range NAME=FROM:TO and --options NAME=VALUE,..., and as settings. `kinds` has the model's names by kind."""
+    starts = [name + end for end in ("", "_d") for name in kinds["coordinate"]]
+    settable = [*kinds["parameter"], *kinds["input"], *kinds["option"]]
+    words, settings = [], {}
+    for name, value in values.items():
+        if name not in settable and name not in starts:
+            raise ValueError(unknown("name", name, [*settable, *starts]))
+        if name in kinds["option"] and np.ndim(value) > 0:
+            words += ["--options", f"{name}={','.join(text_of(name, one) for one in value)}"]
+        elif np.ndim(value) > 0:
+            words += ["--range", "{}={!r}:{!r}".format(name, *ends_of_range(name, value))]
+        elif name in starts:
+            raise ValueError(f"{name}: a start value has a range only; must be two numbers, (from, to)")
+        else:
+            settings[name] = value
+    return words, settings
+
+
+def ends_of_range(name: str, value: Any) -> list[float]:
+    ends: list[float] = finite(name, value).tolist()
+    if np.shape(ends) != (2,):
+        raise ValueError(f"{name}: has shape {np.shape(ends)}; must be one value, or a range of two numbers, (from, to)")
+    if ends[0] >= ends[1]:
+        raise ValueError(f"{name}: from {ends[0]:g} to {ends[1]:g}; the range must ascend")
+    return ends
 
 
 def table(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

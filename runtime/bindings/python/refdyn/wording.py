@@ -8,7 +8,7 @@ from collections.abc import Mapping
 PRIVATE = "refdyn-"  # prefix of the names of private folders
 ARGUMENTS = {"until": "t_end", "from": "from_", "emit": "quantities"}  # arguments whose names differ from their options
 OPTIONS = ("accuracy", "after", "at", "before", "derivatives", "drives", "E", "eta", "every", "flexible", "floating", "friction-width", "hold", "inputs", "lanes",
-           "mesh", "method", "modes", "nu", "realise", "release", "rfe", "rho", "right-angles", "section", "singular", "stabilise", "start", "step", "step-max",
+           "mesh", "method", "modes", "nu", "range", "realise", "release", "rfe", "rho", "right-angles", "section", "singular", "stabilise", "start", "step", "step-max",
            "stop", "threads", "tip", "tol", "verify", "way", *ARGUMENTS)
 VALUES = ("baumgarte", "baumgarte-auto", "downhill", "held", "load", "none", "pass", "path", "project", "statics", "stop")
 OPTION = re.compile(rf"--({'|'.join(sorted(OPTIONS, key=len, reverse=True))})(?![\w-])(?: ({'|'.join(VALUES)})(?![\w-]))?")

@@ -33,26 +33,42 @@ static bool read_range(const char *text, struct live_range *range) {
     return end != to && !*end && isfinite(range->from) && isfinite(range->to);
 }
 
-static enum status check_range(const struct live *live, const char *text, struct live_range *range) {
+/* The structures of a page: one, or one for each value that --options states. */
+struct structures {
+    const struct options *options;
+    const char *option;  /* of the model; NULL without --options */
+    const char **values; /* (count) */
+    struct live *list;   /* (count) */
+    int count, open_count;
+};
+
+static bool has_slider(const struct structures *all, const char *name) {
+    for (int i = 0; i < all->count; i++)
+        if (live_has_slider(&all->list[i], name))
+            return true;
+    return false;
+}
+
+static enum status check_range(const struct structures *all, const char *text, struct live_range *range) {
     if (!read_range(text, range))
-        return options_error(live->options, "range", ": '%s' is not of the form NAME=FROM:TO", text);
+        return options_error(all->options, "range", ": '%s' is not of the form NAME=FROM:TO", text);
     if (!(range->from < range->to))
-        return options_error(live->options, "range", ": '%s': the range must ascend", text);
-    if (!live_has_slider(live, range->name))
-        return options_error(live->options, "range",
+        return options_error(all->options, "range", ": '%s': the range must ascend", text);
+    if (!has_slider(all, range->name))
+        return options_error(all->options, "range",
                              ": '%s' is no parameter, input or start value of the model", range->name);
     return STATUS_DONE;
 }
 
 /* Reads all ranges; the list ends with a name NULL. */
-static enum status read_ranges(const struct live *live, struct live_range **ranges) {
-    const struct options *options = live->options;
+static enum status read_ranges(const struct structures *all, struct live_range **ranges) {
+    const struct options *options = all->options;
     const char *text;
     enum status status = STATUS_DONE;
     int count = 0;
     *ranges = format_allocate((size_t)options->value_count + 1, sizeof **ranges);
     for (int i = 0; (text = options_repeated(options, "range", i)) && status == STATUS_DONE; i++)
-        status = check_range(live, text, &(*ranges)[count++]);
+        status = check_range(all, text, &(*ranges)[count++]);
     return status;
 }
 
@@ -83,14 +99,15 @@ static char *json_text(const char *text) {
     return json;
 }
 
-static void put_page(const struct live *live, const char *three, const char *data, const char *module) {
+static void put_page(const struct structures *all, const char *three, const char *data, const char *modules) {
     static const char *const names[] = {"module", "worker", "model", NULL};
     static const char *const styles[] = {live_css, NULL}, *const scripts[] = {live_values_js, live_start_js,
                                                                               NULL};
-    char *source = format_read_file(*live->options->operands, "the model");
+    const struct scene *first = &all->list[0].scene;
+    char *source = format_read_file(*all->options->operands, "the model");
     char *worker = json_text(live_worker_js), *model = json_text(source ? source : "");
-    const char *blocks[] = {module, worker, model, NULL};
-    const struct view_page page = {.title = live->scene.model->name,
+    const char *blocks[] = {modules, worker, model, NULL};
+    const struct view_page page = {.title = first->model->name,
                                    .policy = " 'wasm-unsafe-eval'; worker-src blob:",
                                    .styles = styles,
                                    .three = three,
@@ -98,30 +115,109 @@ static void put_page(const struct live *live, const char *three, const char *dat
                                    .block_names = names,
                                    .blocks = blocks,
                                    .scripts = scripts};
-    view_page_put(live->scene.result->file, &page);
+    view_page_put(first->result->file, &page);
     free(worker);
     free(model);
 }
 
-static enum status write_page(struct live *live, const struct live_range *ranges, const char *three) {
-    char *data;
-    size_t size, module_size;
-    live_find_forces(live);
-    live_find_curves(live);
-    FILE *out = format_stream(&data, &size);
-    live_data_put(out, live, ranges);
-    fclose(out);
-    char *module = live_module_make(live, &module_size);
-    if (!module) {
-        free(data);
-        return STATUS_FAULT;
+/* Writes the data of all structures: {"option": , "values": , "structures": }. */
+static void put_data(FILE *out, const struct structures *all, const struct live_range *ranges) {
+    fputs("{\"option\":", out);
+    format_json_text(out, all->option ? all->option : "");
+    fputs(",\"values\":[", out);
+    for (int i = 0; all->option && i < all->count; i++) {
+        fputs(i ? "," : "", out);
+        format_json_text(out, all->values[i]);
     }
-    char *text = base64(module, module_size);
-    put_page(live, three, data, text);
-    free(text);
-    free(module);
+    fputs("],\"structures\":[", out);
+    for (int i = 0; i < all->count; i++) {
+        fputs(i ? ",\n" : "\n", out);
+        live_find_forces(&all->list[i]);
+        live_find_curves(&all->list[i]);
+        live_data_put(out, &all->list[i], ranges);
+    }
+    fputs("]}", out);
+}
+
+/* Writes the modules of all structures as a list of texts. Call it after put_data, which fills the tapes. */
+static bool put_modules(FILE *out, const struct structures *all) {
+    bool is_good = true;
+    for (int i = 0; i < all->count && is_good; i++) {
+        size_t size;
+        char *module = live_module_make(&all->list[i], &size);
+        is_good = module != NULL;
+        if (is_good) {
+            char *text = base64(module, size);
+            fprintf(out, "%s%s", i ? ",\n" : "[", text);
+            free(text);
+        }
+        free(module);
+    }
+    fputs("]", out);
+    return is_good;
+}
+
+static enum status write_page(const struct structures *all, const struct live_range *ranges,
+                              const char *three) {
+    char *data, *modules;
+    size_t size;
+    FILE *out = format_stream(&data, &size);
+    put_data(out, all, ranges);
+    fclose(out);
+    out = format_stream(&modules, &size);
+    const bool is_good = put_modules(out, all);
+    fclose(out);
+    if (is_good)
+        put_page(all, three, data, modules);
+    free(modules);
     free(data);
-    return system_target_finish(live->scene.result) ? STATUS_DONE : STATUS_FAULT;
+    return is_good && system_target_finish(all->list[0].scene.result) ? STATUS_DONE : STATUS_FAULT;
+}
+
+/* ---- Structures ---- */
+
+/* Reads the model to check the name of an option. */
+static enum status check_option(const struct options *options, const char *name) {
+    struct scene scene;
+    enum status status = scene_read(&scene, options, false);
+    if (status == STATUS_DONE && !live_has_option(&scene.generation.model, name))
+        status = options_error(options, "options", ": the model has no option '%s'", name);
+    scene_close(&scene);
+    return status;
+}
+
+/* NAME=VALUE,VALUE,... */
+static enum status read_choices(struct structures *all) {
+    const struct options *options = all->options;
+    const char *text = options_text(options, "options"), *equals = text ? strchr(text, '=') : NULL;
+    all->count = 1;
+    if (!text)
+        return STATUS_DONE;
+    if (!equals || equals == text)
+        return options_error(options, "options", ": '%s' is not of the form NAME=VALUE,VALUE,...", text);
+    all->option = format_text("%.*s", (int)(equals - text), text);
+    for (int i = 0; i < options->setting_count; i++)
+        if (strcmp(options->settings[i].name, all->option) == 0)
+            return options_error(options, "options", ": --set states '%s', too; omit one of them",
+                                 all->option);
+    const enum status status = options_check_list(options->command, "options", equals + 1);
+    all->values = options_list(equals + 1);
+    for (all->count = 0; all->values[all->count];)
+        all->count++;
+    return status == STATUS_DONE ? check_option(options, all->option) : status;
+}
+
+/* The options of the call, with one value of --options as a setting. */
+static const struct options *options_of(const struct structures *all, int place) {
+    const struct options *options = all->options;
+    struct options *own = format_allocate(1, sizeof *own);
+    *own = *options;
+    own->settings = format_allocate((size_t)options->setting_count + 1, sizeof *own->settings);
+    for (int i = 0; i < options->setting_count; i++)
+        own->settings[i] = options->settings[i];
+    if (all->option)
+        own->settings[own->setting_count++] = (struct setting){all->option, all->values[place]};
+    return own;
 }
 
 /* Reads the model once more, with its options but without values of parameters and inputs. */
@@ -131,38 +227,59 @@ static enum status read_drawn(struct live *live) {
     reading.settings = format_allocate((size_t)reading.setting_count, sizeof *reading.settings);
     reading.setting_count = 0;
     for (int i = 0; i < live->options->setting_count; i++)
-        for (int k = 0; k < model->option_count; k++)
-            if (strcmp(model->options[k].name, live->options->settings[i].name) == 0)
-                reading.settings[reading.setting_count++] = live->options->settings[i];
+        if (live_has_option(model, live->options->settings[i].name))
+            reading.settings[reading.setting_count++] = live->options->settings[i];
     const enum status status = scene_read(&live->drawn, &reading, false);
     live->drawn.generation.memory.work_bound = 0; /* the model is read; only a few numbers follow */
     return status;
 }
 
-static enum status write_live(const struct options *options) {
-    struct live live = {.options = options};
+/* Opens a structure; the first one has the file of the page. */
+static enum status open_structure(struct structures *all, int place) {
+    struct live *live = &all->list[place];
+    *live = (struct live){.options = options_of(all, place)};
+    enum status status =
+        scene_open(&live->scene, live->options,
+                   NEEDS_STATICS | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES | NEEDS_TANGENT |
+                       NEEDS_ONCE | (place == 0 ? NEEDS_RESULT : NEEDS_NO_WARNINGS),
+                   NULL);
+    if (status == STATUS_DONE) {
+        status = read_drawn(live);
+        if (status != STATUS_DONE)
+            scene_close(&live->drawn);
+    }
+    if (status != STATUS_DONE)
+        scene_close(&live->scene);
+    else
+        all->open_count++;
+    return status;
+}
+
+static enum status write_structures(struct structures *all, const char *three) {
     struct live_range *ranges;
+    enum status status = read_choices(all);
+    all->list = format_allocate((size_t)all->count, sizeof *all->list);
+    for (int i = 0; i < all->count && status == STATUS_DONE; i++)
+        status = open_structure(all, i);
+    if (status == STATUS_DONE)
+        status = read_ranges(all, &ranges);
+    if (status == STATUS_DONE)
+        status = write_page(all, ranges, three);
+    for (int i = 0; i < all->open_count; i++) {
+        scene_close(&all->list[i].drawn);
+        scene_close(&all->list[i].scene);
+    }
+    return status;
+}
+
+static enum status write_live(const struct options *options) {
+    struct structures all = {.options = options};
     struct refdyn_options integration;
-    enum status status = simulate_options(options, &integration);
+    const enum status status = simulate_options(options, &integration);
     if (status != STATUS_DONE)
         return status;
-    char *three = view_three_read();
-    status = three ? scene_open(&live.scene, options,
-                                NEEDS_RESULT | NEEDS_STATICS | NEEDS_MOTION | NEEDS_POINTS |
-                                    NEEDS_POINT_RATES | NEEDS_TANGENT | NEEDS_ONCE,
-                                NULL)
-                   : STATUS_FAULT;
-    if (status == STATUS_DONE)
-        status = read_ranges(&live, &ranges);
-    if (status == STATUS_DONE) {
-        status = read_drawn(&live);
-        if (status == STATUS_DONE)
-            status = write_page(&live, ranges, three);
-        scene_close(&live.drawn);
-    }
-    if (three)
-        scene_close(&live.scene);
-    return status;
+    const char *three = view_three_read();
+    return three ? write_structures(&all, three) : STATUS_FAULT;
 }
 
 /* ---- The command ---- */
@@ -188,7 +305,7 @@ static enum status run_live(const struct options *options) {
 }
 
 static enum status run_any(const struct options *options) {
-    static const char *const of_models[] = {"range", "until", "step", "tol", NULL};
+    static const char *const of_models[] = {"range", "options", "until", "step", "tol", NULL};
     if (options_has(options, "live"))
         return run_live(options);
     const enum status status = refuse(options, of_models, "needs --live");
@@ -199,13 +316,15 @@ static const struct option_rule live_rules[] = {
     {"live", NULL, OPTION_FLAG, "RUN is a MODEL.lua: a page that computes its motions itself", NULL, NULL},
     {"range", "NAME=FROM:TO", OPTION_TEXTS,
      "with --live: range of a slider (default: a tenth to ten times its value; repeatable)", NULL, NULL},
+    {"options", "NAME=VALUE,...", OPTION_TEXT,
+     "with --live: values of an option of the model, among which the page chooses", NULL, NULL},
     {.name = NULL}};
 
 const struct command view_command = {
     .name = "view",
     .run = run_any,
     .operands = "RUN...",
-    .options = "output! model watch set live range until step tol",
+    .options = "output! model watch set live range options until step tol",
     .tables = {live_rules, view_rules, simulate_rules, scene_rules},
     .output = "PAGE.html",
     .purpose = "motions as one HTML page, to look at from all sides",

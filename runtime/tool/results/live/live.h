@@ -9,7 +9,7 @@
 #include "runtime/tool/results/view/view.h"
 #include "runtime/tool/scene/scene.h"
 
-/* A live page while it is written. */
+/* One structure of a live page while it is written: the model with one choice of --options. */
 struct live {
     const struct options *options;
     struct scene scene; /* compiled, with the parameters and inputs of --set */
@@ -42,6 +42,9 @@ struct live_range {
 void live_data_put(FILE *out, struct live *live, const struct live_range *ranges);
 /* Returns whether the model has a slider of that name. */
 bool live_has_slider(const struct live *live, const char *name);
+
+/* Returns whether the model has an option of that name. */
+bool live_has_option(const struct model *model, const char *name);
 
 extern const struct command view_command;
 

@@ -1,5 +1,6 @@
 /*
- * Writes the data of a live page as JSON: the drawn model, as for a recorded run but without a motion, and
+ * Writes the data of one structure of a live page as JSON: the drawn model, as for a recorded run but without
+ * a motion, and
  *
  *     "live": {"file": , "settings": [[name, value], ...],
  *              "until": , "step": , "tol": , "shapeNumbers": ,
@@ -128,7 +129,7 @@ static void put_starts(FILE *out, const struct live *live, const struct live_ran
 
 /* ---- The model ---- */
 
-static bool is_option(const struct model *model, const char *name) {
+bool live_has_option(const struct model *model, const char *name) {
     for (int i = 0; i < model->option_count; i++)
         if (strcmp(model->options[i].name, name) == 0)
             return true;
@@ -140,7 +141,7 @@ static void put_settings(FILE *out, const struct live *live) {
     const char *separator = "";
     fputs("\"settings\":[", out);
     for (int i = 0; i < options->setting_count; i++) {
-        if (!is_option(&live->scene.generation.model, options->settings[i].name))
+        if (!live_has_option(&live->scene.generation.model, options->settings[i].name))
             continue;
         fprintf(out, "%s[", separator);
         format_json_text(out, options->settings[i].name);

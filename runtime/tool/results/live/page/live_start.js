@@ -4,8 +4,10 @@
  */
 "use strict";
 
-const data = JSON.parse(byId("data").textContent), live = data.live;
-const values = listValues(live), options = {until: live.until, step: live.step, tol: live.tol, from: "initial"};
+const written = JSON.parse(byId("data").textContent), modules = JSON.parse(byId("module").textContent);
+const structure = {option: written.option, values: written.values, place: addressedStructure(written)};
+let data = written.structures[structure.place], live = data.live, values = listValues(live);
+const options = {until: live.until, step: live.step, tol: live.tol, from: "initial"};
 const runs = [];
 let page = null, clock = null;
 
@@ -75,7 +77,7 @@ function runOf(motion) {
 /* ---- Charts ---- */
 
 function chartKey(chart) {
-    return `${chart.title} ${chart.curves.length}`;
+    return `${chart.title} ${chart.curves.map((curve) => curve.name).join()}`;
 }
 
 function listChosen() {
@@ -165,6 +167,8 @@ function showMotion(motion) {
         if (page.stage)
             fitStage(page.stage);
         showCharts();
+        byId("runs").textContent = "";
+        describeRuns();
     }
     setTime(clock, clock.time);
     showFacts(motion);
@@ -208,8 +212,24 @@ function changedValue() {
     state.changedAt = now;
     ask();
     clearTimeout(addressTimer);
-    addressTimer = setTimeout(() => writeAddress(values, options, live), 300);
+    addressTimer = setTimeout(() => writeAddress(values, options, live, structure), 300);
     showCommand();
+}
+
+/* Goes on with another structure; changed values stay. */
+function chooseStructure(place) {
+    const before = values;
+    structure.place = place;
+    data = written.structures[place];
+    live = data.live;
+    values = listValues(live);
+    carryValues(before, values);
+    byId("structure").value = String(place);
+    byId("sliders").textContent = "";
+    makePanel(byId("sliders"), values, options, changedValue);
+    showPlace(options, values);
+    startWorker();
+    changedValue();
 }
 
 function showCommand() {
@@ -243,7 +263,7 @@ function makeModelText() {
 }
 
 function makeLayout() {
-    const panel = newElement("section", "", ""), choices = newElement("details", "group", ""), boxes = newElement("div", "", "");
+    const panel = newElement("section", "", ""), choices = newElement("details", "group", ""), boxes = newElement("div", "", ""), sliders = newElement("div", "", "");
     const failure = newElement("p", "", ""), facts = newElement("p", "", "");
     Object.assign(panel, {id: "values"});
     panel.dataset.ownKeys = "1";
@@ -256,7 +276,11 @@ function makeLayout() {
     document.querySelector("main").append(panel);
     byId("picture").append(failure);
     panel.append(facts);
-    makePanel(panel, values, options, changedValue);
+    sliders.id = "sliders";
+    makePanel(sliders, values, options, changedValue);
+    if (structure.values.length > 0)
+        panel.append(structureField(structure, chooseStructure));
+    panel.append(sliders);
     choices.append(newElement("summary", "", "Curves"), boxes);
     panel.append(textButton("Reset all", () => { resetValues(values, live); changedValue(); }), choices, makeExport(), makeModelText());
 }
@@ -265,12 +289,15 @@ function bytesOf(text) {
     return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
 }
 
+/* The worker of the structure; what an earlier one still answers is too late. */
 function startWorker() {
-    const address = URL.createObjectURL(new Blob([JSON.parse(byId("worker").textContent)], {type: "text/javascript"}));
-    state.worker = new Worker(address);
-    state.worker.onmessage = ({data: answer}) => takeAnswer(answer);
-    state.worker.onerror = (event) => showMessage(`The worker has stopped: ${event.message}`, true);
-    state.worker.postMessage({module: bytesOf(JSON.parse(byId("module").textContent))});
+    const address = URL.createObjectURL(new Blob([JSON.parse(byId("worker").textContent)], {type: "text/javascript"})), worker = new Worker(address);
+    if (state.worker)
+        state.worker.terminate();
+    state.worker = worker;
+    worker.onmessage = ({data: answer}) => worker === state.worker && takeAnswer(answer);
+    worker.onerror = (event) => showMessage(`The worker has stopped: ${event.message}`, true);
+    worker.postMessage({module: bytesOf(modules[structure.place])});
 }
 
 makeLayout();
@@ -279,6 +306,8 @@ showCommand();
 startWorker();
 ask();
 window.addEventListener("hashchange", () => {
+    if (addressedStructure(structure) !== structure.place)
+        chooseStructure(addressedStructure(structure));
     if (readAddress(values, options))
         changedValue();
 });

@@ -6,6 +6,7 @@
 
 const POSITIONS = 1000; /* of a slider */
 const DIGITS = 4; /* of a value that a slider sets */
+const FIELD_LETTERS = 7; /* of a value that a field shows */
 
 /* ---- One value ---- */
 
@@ -42,6 +43,17 @@ function positionOf(range, value) {
     return Math.round(POSITIONS * Math.min(1, Math.max(0, Number.isFinite(part) ? part : 0)));
 }
 
+/* A number in at most FIELD_LETTERS letters: of its decimal and its exponential forms the one closest to it, of equally close ones the decimal one. */
+function shortNumber(value) {
+    const texts = [];
+    for (let digits = FIELD_LETTERS; digits > 0; digits--) {
+        const rounded = Number(value.toPrecision(digits));
+        texts.push(String(rounded), rounded.toExponential().replace("+", ""));
+    }
+    const far = (text) => Math.abs(Number(text) - value);
+    return texts.filter((text) => text.length <= FIELD_LETTERS).reduce((best, text) => (far(text) < far(best) ? text : best));
+}
+
 /* A value with its slider and its field. `kind` is p, x or q; with `isFree` it follows the model until it is set. */
 function makeValue(kind, index, about, makeRange) {
     return {kind, index, name: about.name, unit: about.unit, standard: about.value, fileValue: about.fileValue, value: about.value, isFree: about.value === null,
@@ -55,7 +67,7 @@ function showValue(one) {
     one.slider.value = String(positionOf(one.range, one.value));
     one.slider.setAttribute("aria-valuetext", `${one.value} ${one.unit}`);
     if (document.activeElement !== one.field)
-        one.field.value = String(Number(one.value.toPrecision(7)));
+        one.field.value = shortNumber(one.value);
 }
 
 /* Sets a value that the user has chosen. */
@@ -78,6 +90,7 @@ function valueRow(one, changed) {
     one.field.setAttribute("aria-label", `${one.name}, number`);
     one.slider.addEventListener("input", () => chooseValue(one, valueAtPosition(one.range, Number(one.slider.value)), changed));
     one.field.addEventListener("change", () => chooseValue(one, parseFloat(one.field.value), changed));
+    one.field.addEventListener("blur", () => showValue(one));
     row.append(label, one.slider, one.field);
     showValue(one);
     return row;
@@ -100,7 +113,7 @@ const OUTPUTS = 400;
 
 function optionField(name, options, changed) {
     const row = newElement("div", "row option", ""), label = newElement("label", "", OPTIONS[name].label), field = newElement("input", "", "");
-    Object.assign(field, {type: "number", step: "any", min: "0", id: `option-${name}`, value: String(options[name])});
+    Object.assign(field, {type: "number", step: "any", min: "0", id: `option-${name}`, value: shortNumber(options[name])});
     label.htmlFor = field.id;
     field.addEventListener("change", () => {
         const value = parseFloat(field.value);
@@ -117,7 +130,7 @@ const PLACES = {initial: "initial state", statics: "equilibrium"};
 
 /* Where the motion begins; start values have no effect on an equilibrium. */
 function placeField(options, values, changed) {
-    const row = newElement("div", "row option", ""), label = newElement("label", "", "From"), field = newElement("select", "", "");
+    const row = newElement("div", "row choice", ""), label = newElement("label", "", "From"), field = newElement("select", "", "");
     field.id = label.htmlFor = "option-from";
     for (const [value, text] of Object.entries(PLACES))
         field.append(Object.assign(newElement("option", "", text), {value}));
@@ -127,6 +140,17 @@ function placeField(options, values, changed) {
         showPlace(options, values);
         changed();
     });
+    row.append(label, field);
+    return row;
+}
+
+/* The values of an option among which --options lets choose. */
+function structureField(structure, chosen) {
+    const row = newElement("div", "row choice", ""), label = newElement("label", "", structure.option), field = newElement("select", "", "");
+    field.id = label.htmlFor = "structure";
+    structure.values.forEach((text, place) => field.append(Object.assign(newElement("option", "", text), {value: String(place)})));
+    field.value = String(structure.place);
+    field.addEventListener("change", () => chosen(Number(field.value)));
     row.append(label, field);
     return row;
 }
@@ -186,12 +210,29 @@ function resetValues(values, live) {
     }
 }
 
+/* Keeps what the user has changed in another structure. */
+function carryValues(before, values) {
+    for (const kind of ["p", "x", "q"])
+        for (const one of before[kind].filter(isChanged)) {
+            const same = values[kind].find((other) => other.name === one.name && !other.isHidden);
+            if (same)
+                Object.assign(same, {value: one.value, isFree: false});
+        }
+}
+
 /* ---- The address ---- */
 
-function writeAddress(values, options, live) {
+/* A page inside another document, as in a notebook, has no address of its own. */
+function hasAddress() {
+    return location.protocol !== "about:";
+}
+
+function writeAddress(values, options, live, structure) {
+    if (!hasAddress())
+        return;
     const address = new URLSearchParams(location.hash.slice(1));
     for (const key of [...address.keys()])
-        if (/^[pxq]\./.test(key) || key in OPTIONS)
+        if (/^[opxq]\./.test(key) || key in OPTIONS)
             address.delete(key);
     for (const one of [...values.p, ...values.x, ...values.q])
         if (isChanged(one))
@@ -199,10 +240,17 @@ function writeAddress(values, options, live) {
     for (const name of Object.keys(OPTIONS))
         if (options[name] !== live[name])
             address.set(name, String(options[name]));
+    if (structure.place > 0)
+        address.set(`o.${structure.option}`, structure.values[structure.place]);
     address.delete("from");
     if (options.from !== "initial")
         address.set("from", options.from);
     history.replaceState(null, "", `#${address}`);
+}
+
+/* The structure that the address names; the first one if it names none. */
+function addressedStructure({option, values}) {
+    return Math.max(0, values.indexOf(new URLSearchParams(location.hash.slice(1)).get(`o.${option}`)));
 }
 
 /* Returns whether the address sets a value. Names that the model does not have, and texts that are no numbers, have no effect. */
@@ -221,7 +269,7 @@ function readAddress(values, options) {
         const value = parseFloat(address.get(name));
         if (value > 0 || (value === 0 && name === "step")) {
             options[name] = value;
-            byId(`option-${name}`).value = String(value);
+            byId(`option-${name}`).value = shortNumber(value);
             hasSet = true;
         }
     }
