@@ -211,8 +211,8 @@ WRONG = {
     FREE.replace("0.2, 5", "2, 1"): "vary.T: rd.within(2, 1): the range must ascend",
     FREE.replace("0.2, 5", "1, 2, 3"): "vary.T: rd.within(1, 2, 3): the start must be within the range",
     FREE.replace("rd.within(0.2, 5)", "{ 1, 2 }"): "vary.T: a table; must be rd.within(from, to)",
-    FREE.replace("0.2, 5", "1"): "rd.within: 1 argument; must be as in rd.within(0.5, 2) or, with a start, rd.within(0.5, 2, 1)",
-    FREE.replace("0.2, 5", "1, \"2\""): "rd.within: argument 2 is of type string; must be a number, as in rd.within(0.5, 2) or, with a start, rd.within(0.5, 2, 1)",
+    FREE.replace("0.2, 5", "1"): "rd.within: 1 argument; must have 2 or 3: from and to, and optionally the start",
+    FREE.replace("0.2, 5", "1, \"2\""): "rd.within: argument 2 is of type string; must be a number",
     FREE.replace("0.2", "0"): "vary.T: the end of the motion begins at 0; must be after its start at t = 0",
     FREE.replace("T = rd", "degree = rd").replace('"T"', "1", 1).replace('"T"', '"degree"'):
         "vary.degree: an option of the model, which fixes its structure; use a parameter, an input or a start value",
@@ -228,7 +228,7 @@ WRONG = {
     FREE + ", for_all = { m = 2 }": "for_all.m: a number; must be a list of numbers such as { 1.8, 2.2 }",
     FREE + ", starts = 0": "starts: value 0; must be a whole number from 1 to 1000000",
     FREE + ", start = 3": 'start: unknown field; did you mean "starts"?',
-    FREE.replace("within(0.2, 5)", "grid(1, 2, 3)"): "rd.grid: unknown function; use one of plan, within, at_end, integral, largest, pi",
+    FREE.replace("within(0.2, 5)", "grid(1, 2, 3)"): "rd.grid: belongs to sweep files; in a plan use one of plan, within, at_end, integral, largest, pi",
     FREE.replace("within(0.2, 5)", "sin(1)"): "rd.sin: belongs to model files; in a plan use one of plan, within, at_end, integral, largest, pi",
 }
 
