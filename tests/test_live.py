@@ -386,7 +386,7 @@ def test_structures(package, tmp_path):
             assert f"--set n_rfe={elements} " in command and "--set L=1.6" in command and "--set m_E=2.25" in command
             assert farthest(page, tmp_path) < 1e-9
         assert page.ask("return page.charts.every((chart) => chart.curves.every((curve) => !/^arm_.*_[123]$/.test(curve.name)))")
-        fragment = page.wait("location.hash.includes('n_rfe') && location.hash")
+        fragment = page.wait("location.hash.includes('o.n_rfe=1') && location.hash")
         assert "o.n_rfe=1" in fragment and "p.L=1.6" in fragment
         page.ask("for (let i = 0; i < 20; i++) chooseStructure(i % 3); chooseStructure(2);")
         page.wait(f"{shown} && runs[0].frames.length === 13")
