@@ -202,6 +202,14 @@ static void add_points(struct record_limits *limits, struct record_limit *limit,
     }
 }
 
+/* Without a jump at the end of a step, the nearest sample inside is that of the end. */
+static void join_end(double *t, double *values, int end, int inner) {
+    if (fabs(values[inner] - values[end]) <= slack * fabs(values[end])) {
+        t[inner] = t[end];
+        values[inner] = values[end];
+    }
+}
+
 int record_limits_pass(struct record_limits *limits) {
     struct refdyn_integrator *integrator = limits->table.integrator;
     const double t_now = integrator->t, t_before = fmax(limits->t, integrator->t_begin);
@@ -223,9 +231,13 @@ int record_limits_pass(struct record_limits *limits) {
     }
     for (int i = 0; i < limits->count && status == REFDYN_OK; i++) {
         struct record_limit *limit = &limits->list[i];
+        double at[SAMPLES];
+        memcpy(at, t, sizeof at);
         for (int k = 0; k < SAMPLES; k++)
             values[k] = limits->samples[k * limits->count + i];
-        const int count = list_points(limits, limit, t, values, points, &status);
+        join_end(at, values, 0, 1);
+        join_end(at, values, SAMPLES - 1, SAMPLES - 2);
+        const int count = list_points(limits, limit, at, values, points, &status);
         add_points(limits, limit, points, count, &status);
     }
     limits->t = t_now;
