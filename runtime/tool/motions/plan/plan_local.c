@@ -110,8 +110,7 @@ static const double excess_of_failure = 10;
 static const double margin_first = 4e-9, margin_grows = 8;
 /* Weight of the excess in comparisons of points that exceed limits by little. */
 static const double merit_weight = 100;
-/* The last round is the one whose best point within the limits is worse than others by less than this part.
- */
+/* Rounds end when the best point within the limits is worse than others by less than this part. */
 static const double round_gain = 1e-8;
 
 bool plan_has_optimiser(void) {

@@ -1,7 +1,6 @@
 /*
  * The search for a plan: a scan of many starts by a Halton sequence, then local searches from the best ones.
- * The best starts exceed no limit and have the least objective; if all exceed one, they have the least
- * excess.
+ * The best starts are those within the limits, by objective; if there are none, those of least excess.
  */
 #include <math.h>
 #include <string.h>
