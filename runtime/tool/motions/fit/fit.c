@@ -9,7 +9,7 @@
 
 /* ---- Preparation ---- */
 
-/* Motions that are computed at the same time; each has a table of columns. */
+/* Motions computed at the same time; each has a table of columns. */
 static void start_tables(struct fit *fit) {
     const size_t count = (size_t)fit->table.count;
     fit->rooms_of_thread = fit->batch.lanes ? fit->batch.lanes->width : 1;
@@ -66,7 +66,7 @@ static enum status compare(struct fit *fit, const double *from) {
     return status;
 }
 
-/* Values that only act together cannot be found: reports them by name, and writes what is known of them. */
+/* The search cannot find values that only act together: reports them by name, and writes what is known. */
 static enum status refuse_dependent(struct fit *fit, const struct fit_solution *solution,
                                     const struct fit_certainty *certainty) {
     for (int i = 0; i < certainty->group_count; i++) {
@@ -82,7 +82,7 @@ static enum status refuse_dependent(struct fit *fit, const struct fit_solution *
     return STATUS_FAULT;
 }
 
-/* Evaluates the start, and refuses values that the data cannot tell apart. */
+/* Evaluates the start, and refuses values that the data cannot distinguish. */
 static enum status check_start(struct fit *fit, const double *from) {
     const size_t rows = (size_t)fit_residual_count(fit, false, INFINITY), count = (size_t)fit->count;
     struct fit_solution start = {.rows = (int)rows, .starts = 1};
@@ -165,7 +165,7 @@ static bool is_fit_file(const char *path) {
     return text_ends_with(path, ".lua");
 }
 
-/* FIT.lua replaces the options and the operands that say what is asked. */
+/* FIT.lua replaces the options and operands of the request. */
 static enum status check_file(const struct options *options) {
     static const char *const replaced[] = {"vary", "noise", "held-out"};
     const char *path = options->operands[1];

@@ -5,8 +5,8 @@
  *
  * where sigma is the standard deviation of a column's noise. Method: Levenberg and Marquardt (Marquardt, J.
  * SIAM 11:431-441, 1963), with derivatives of the motion by copies that repeat its steps (Bock 1981).
- * A positive value is searched in its logarithm. If the start is far, the search begins with the first part
- * of the data and many starts.
+ * The unknown of a positive value is its logarithm. If the start is far, the search begins with the first
+ * part of the data and many starts.
  *
  * A sensor shows y_model(t) = gain y(t - delay) + offset, with y a column of the motion.
  *
@@ -47,7 +47,7 @@ extern const double fit_sensor_ideal[FIT_SENSOR_COUNT];      /* 0, 1, 0 */
 
 /* Each `place` is the "FILE:LINE" of the entry; NULL on the command line. */
 struct fit_request {
-    const char *path; /* FIT.lua; NULL if options and operands say what is asked */
+    const char *path; /* FIT.lua; NULL if the request is in options and operands */
     const char *place;
     struct fit_asked_value {
         const char *name, *place;
@@ -128,7 +128,7 @@ struct fit {
     struct refdyn_batch batch;           /* the motion, without times and columns */
     struct fit_value *values;            /* (all_count) those of the model, of sensors, of starts */
     int count;                           /* values that the fit finds */
-    int all_count; /* with the starts of files that are held out, which are found after the fit */
+    int all_count; /* with the starts of held-out files, which are found after the fit */
     struct fit_signal *signals;
     int signal_count;
     int asked; /* the first signals: those of --noise; with --check all other columns follow */
@@ -137,7 +137,7 @@ struct fit {
     long motions;   /* computed in all, copies included */
     int end_status; /* of the last motion: a status of the runtime, and the time reached [s] */
     double end_t;
-    int lost; /* residuals of the last derivatives that lacked one */
+    int lost; /* residuals without a derivative in the last evaluation */
     struct progress progress;
 };
 
@@ -230,7 +230,7 @@ struct fit_solution {
 
 /* Finds the values; `from` (values) are the unknowns of the start. */
 void fit_search(struct fit *fit, const double *from, struct fit_solution *solution);
-/* Residuals r of the files that are held out, whose own unknown starts are found first. `u` (all_count). */
+/* Residuals r of the held-out files, after a search for their unknown starts. `u` (all_count). */
 enum fit_outcome fit_validate(struct fit *fit, double *u, double *r);
 
 /* ---- Report (fit_report.c) ---- */
@@ -256,7 +256,7 @@ const char *fit_group_text(const char *const *names);
 void fit_put_errors(struct document *document, const struct fit *fit, const struct fit_certainty *certainty);
 /* Puts singular values, and what is not identifiable. */
 void fit_put_groups(struct document *document, const struct fit_certainty *certainty);
-/* Reports why the last motion has failed, or that a signal has ended the search; returns STATUS_NUMBERS. */
+/* Reports why the last motion failed, or that a signal ended the search; returns STATUS_NUMBERS. */
 enum status fit_report_outcome(const struct fit *fit, enum fit_outcome outcome);
 /* Puts data and model over time (fit_series.c); u (all_count). */
 void fit_put_series(struct document *document, struct fit *fit, const double *u);

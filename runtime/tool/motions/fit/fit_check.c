@@ -1,10 +1,10 @@
 /*
  * `fit --check`: identifiability before data exist.
  *
- * In: the values, and the columns that are to be measured, each with its noise. Out: the standard errors that
- * data of the motion of the start would give, what they would not determine, and the further column that
- * would help most: it raises the smallest singular value of J most. The noise of a further column is assumed
- * to be a hundredth of its range.
+ * In: the values, and the columns to be measured, each with its noise. Out: the standard errors to expect
+ * from data of the motion of the start, what these data would not determine, and the further column that
+ * would help most: it raises the smallest singular value of J most. The assumed noise of a further column is
+ * a hundredth of its range.
  */
 #include <math.h>
 #include <stdlib.h>

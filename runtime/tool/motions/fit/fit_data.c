@@ -1,6 +1,6 @@
 /*
  * Measurements: CSV files with the time `t` and columns named as in a motion. An empty field is a gap.
- * Columns that are inputs of the model move it. Reports data that cannot be right: constant columns, other
+ * Columns that are inputs of the model drive it. Reports data that cannot be right: constant columns, other
  * units, exchanged columns, another unit of time.
  */
 #include <math.h>
@@ -224,7 +224,7 @@ enum status fit_data_imagine(struct fit *fit) {
 
 /* ---- Comparison with the motion of the start ---- */
 
-/* Sums over the rows of a file in which both a datum and its motion are known. */
+/* Sums over the rows of a file that have both a datum and a value of the motion. */
 struct sums {
     double dd, mm, dm, apart; /* of squares, products, and squared differences */
     long count;
@@ -248,7 +248,7 @@ static struct sums sum_over(const struct fit *fit, const struct fit_data *data, 
     return sums;
 }
 
-/* Factors between units that are mistaken for each other. */
+/* Factors between units that users confuse. */
 static const struct {
     double factor;
     const char *text;
@@ -256,7 +256,7 @@ static const struct {
              {1000, "thousandths of the model's unit, such as mm"},
              {100, "hundredths of the model's unit, such as cm"},
              {1 / 9.81, "multiples of g"}};
-/* Data agree with the motion up to a factor if their cosine is larger, and the factor is within this part. */
+/* Data are in another unit if their cosine with the motion is larger, and the factor is within this part. */
 static const double cosine_least = 0.9, factor_part = 0.2;
 /* Columns are exchanged if the exchange decreases both sums of squares, one of them by this factor. */
 static const double exchange_gain = 30;

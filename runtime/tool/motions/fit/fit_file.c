@@ -1,5 +1,5 @@
 /*
- * What `fit` is asked in a file: from the table of rd.fit in FIT.lua to the request.
+ * A request in a file: from the table of rd.fit in FIT.lua to `struct fit_request`.
  *
  * The file runs in the sandbox of model files. It is read without the model, so that it may contain any name.
  * Texts are copied into the memory of the program, and the memory of Lua is released.
@@ -12,7 +12,7 @@
 #include "gen/read/read.h"
 #include "runtime/tool/motions/fit/fit.h"
 
-/* Bound of the memory for reading. */
+/* Largest memory for reading. */
 static const size_t bound_of_reading = (size_t)64 << 20;
 
 static const char vary_form[] = "{ m = rd.free() }", noise_form[] = "{ psi = 1e-3 }",
@@ -291,7 +291,7 @@ static void read_held_out(struct fit_file *file, const struct value *value, cons
     add_data(file, value, path, true);
 }
 
-/* In the order in which they are read. */
+/* In the order of reading. */
 static const struct {
     const char *name;
     read_field *read;

@@ -13,8 +13,8 @@
 
 #include "runtime/tool/motions/fit/fit.h"
 
-/* Columns of J of length 1 depend on each other if a singular value is smaller. Derivatives have errors of
- * about 1e-6. */
+/* Columns of J, scaled to length 1, depend on each other if a singular value is smaller. Derivatives have
+ * errors of about 1e-6. */
 static const double dependent_most = 1e-4;
 /* The data do not determine a direction whose standard error exceeds 1: a factor of e, or one unit. */
 static const double determined_least = 1;
@@ -180,7 +180,7 @@ static double square_sum(const double *r, int count) {
     return sum;
 }
 
-/* The residuals of the files that were held out; returns their number, 0 if there are none or they failed. */
+/* The residuals of the held-out files; returns their number, 0 if there are none or their motion failed. */
 static int validate(struct fit *fit, double *u, double **r) {
     const int count = fit_residual_count(fit, true, INFINITY);
     *r = format_allocate_large((size_t)count + 1, sizeof **r);
@@ -259,7 +259,7 @@ static void put_validation(struct document *document, const struct fit *fit, con
     format_put_close(document, '}');
 }
 
-/* The unknowns of all values, with those of files that are held out at their start. */
+/* The unknowns of all values; those of held-out files are at their start. */
 static double *all_unknowns(const struct fit *fit, const struct fit_solution *solution) {
     double *u = format_allocate((size_t)fit->all_count, sizeof *u);
     for (int j = 0; j < fit->all_count; j++)
@@ -309,7 +309,7 @@ enum status fit_report_outcome(const struct fit *fit, enum fit_outcome outcome) 
 
 /* ---- The summary ---- */
 
-/* chi^2 by degree of freedom from which on the model does not explain the data, whatever their number. */
+/* With a larger chi^2 for each degree of freedom, the model does not explain the data. */
 static const double unexplained_least = 1.5;
 
 void fit_report_print(struct fit *fit, const struct fit_solution *solution,

@@ -1,5 +1,5 @@
 /*
- * What `fit` is asked on the command line: the values to be found (--vary NAME or NAME=FROM:TO), the measured
+ * A request on the command line: the values to be found (--vary NAME or NAME=FROM:TO), the measured
  * columns with the standard deviations of their noise (--noise COLUMN=SIGMA), and files of data.
  */
 #include <math.h>

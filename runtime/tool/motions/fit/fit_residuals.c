@@ -1,12 +1,12 @@
 /*
  * Residuals of the motions, (y_model - y_data)/sigma at each datum, and their derivatives by the unknowns.
  *
- * In: the unknowns. The motion of each file begins at its start, with the inputs of that file, and shows its
- * columns at the times of the data less the delays of their sensors. Before the start, the value of the start
- * holds. Out: residuals file by file, row by row, column by column; gaps have none.
+ * In: the unknowns. The motion of each file begins at its start, with the inputs of that file. Its columns
+ * are compared at the times of the data less the delays of their sensors. Before the start, the value of the
+ * start holds. Out: residuals file by file, row by row, column by column; gaps have none.
  *
- * If the delay of a column is unknown, the motion is shown at t - delay - e and t - delay + e. The mean is y,
- * and the difference is 2 e dy/dt, whose negative is the derivative by the delay.
+ * If the delay of a column is unknown, the motion has outputs at t - delay - e and t - delay + e. Their mean
+ * is y, and their difference is 2 e dy/dt. The derivative by the delay is -dy/dt.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -54,7 +54,7 @@ int fit_residual_count(const struct fit *fit, bool is_held_out, double until) {
 
 /* The e of an unknown delay, as part of the mean time between rows: e^2 y'' is then below the noise. */
 static const double shift_part = 1e-4;
-/* Times that are closer are one output. */
+/* Times closer than this part share an output. */
 static const double same_part = 1e-9;
 
 /* The outputs at which columns are compared. Number 0 is the start, number i the time times[i - 1]. */

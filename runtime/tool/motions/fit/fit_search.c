@@ -2,10 +2,10 @@
  * The search for the values.
  *
  * It begins with least squares from the given start over all data. If chi^2 then exceeds what noise explains,
- * or the solution is far from the start, it may be one of many local minima: a motion that drifts out of
- * phase with the data and back. The search then tries many starts on the first part of the data, where phases
- * still agree, solves for the best of them, and continues the better ones with longer and longer parts. A
- * short part does not determine every value: there, each unknown is also drawn to its start.
+ * or the solution is far from the start, it may be one of many local minima: the motion drifts out of phase
+ * with the data and back. The search then tries many starts on the first part of the data, where phases still
+ * agree. It solves for the best of them, and continues the better ones on longer and longer parts. A short
+ * part does not determine every value: there, a penalty draws each unknown to its start.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -32,7 +32,7 @@ static const double step_most = 0.7;
 static const double deviations_most = 6;
 /* A solution is near its start if no unknown has moved further. */
 static const double near_most = 0.25;
-/* From each part to the next one, this share of the starts goes on. */
+/* From each part to the next one, this share of the starts continues. */
 static const double kept_share = 0.7;
 /* On a part, an unknown that is this far from its start adds 1 to chi^2. */
 static const double draw = 0.5;
@@ -44,7 +44,7 @@ struct fit_search {
     double *lower, *upper; /* (values) bounds of the unknowns */
 };
 
-/* The residuals of a part; those that draw unknowns to their start follow those of the data. */
+/* The residuals of a part: those of the data, then those that draw unknowns to their start. */
 static enum fit_outcome part_residuals(void *context, const double *u, double *r, double *J) {
     const struct fit_search *search = context;
     const int count = search->fit->count, rows = fit_residual_count(search->fit, false, search->until);

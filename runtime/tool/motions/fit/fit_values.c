@@ -11,8 +11,8 @@
 
 #include "runtime/tool/motions/fit/fit.h"
 
-/* Bounds of a positive value without bounds given by the user, as factors of its start: far beyond any start
- * that the search recovers from. */
+/* Bounds of a positive value if the user states none, as factors of its start: the search does not recover
+ * from starts this far off. */
 static const double factor_most = 1e6;
 
 /* ---- Unknowns ---- */
@@ -235,7 +235,7 @@ static enum status find_starts(struct fit *fit, struct refdyn_variable *variable
     return status;
 }
 
-/* Adds the starts of each file; those of files that are held out follow the values of the fit. */
+/* Adds the starts of each file; those of held-out files follow the values of the fit. */
 static void add_starts(struct fit *fit, const struct refdyn_variable *variables) {
     const struct fit_request *request = &fit->request;
     const int first_column = fit->variables.count - request->start_count;
@@ -258,7 +258,7 @@ static void add_starts(struct fit *fit, const struct refdyn_variable *variables)
     }
 }
 
-/* The files, with those that are held out at the end. With --check one imagined file replaces them. */
+/* The files, held-out ones last. With --check one imagined file replaces them. */
 static void list_data(struct fit *fit) {
     const struct fit_request *request = &fit->request;
     if (options_has(fit->options, "check")) {

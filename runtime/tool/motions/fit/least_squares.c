@@ -2,8 +2,8 @@
  * Least squares with bounds by Levenberg and Marquardt.
  *
  * Each round factors J = Q R once. A step d minimises |R d + Q^T r|^2 + lambda |D d|^2 over the unknowns that
- * are not held at a bound, D the norms of the columns (Marquardt 1963; More, Lecture Notes in Mathematics
- * 630:105-116, 1978). Lambda falls after steps that succeed and grows after the others.
+ * are not held at a bound, with D the norms of the columns (Marquardt 1963; More, Lecture Notes in
+ * Mathematics 630:105-116, 1978). Lambda falls after steps that succeed and grows after the others.
  */
 #include <float.h>
 #include <math.h>
@@ -15,10 +15,10 @@
 
 /* First lambda, its factors after a good and a bad step, and the value beyond which steps are too small. */
 static const double lambda_first = 1e-3, lambda_falls = 0.2, lambda_grows = 4, lambda_most = 1e12;
-/* A step is good if chi^2 falls by this part of what the derivatives predict. */
+/* A step is good if chi^2 falls by at least this part of the predicted decrease. */
 static const double gain_least = 1e-3;
-/* The search ends when the derivatives predict a smaller decrease of chi^2: far below its own scatter, which
- * is that of a sum of squares of normal numbers; or below rounding and the error of the motion. */
+/* The search ends when the derivatives predict a smaller decrease of chi^2: far below its own scatter,
+ * that of a sum of squares of normal numbers; or, as a part of chi^2, below the error of the motion. */
 static const double decrease_least = 1e-4, decrease_part = 1e-9;
 
 /* A round: the factors of J, and scratch for steps. */

@@ -6,7 +6,7 @@
 
 #include "runtime/tool/motions/plan/planning.h"
 
-/* Bound of the memory for reading. */
+/* Largest memory for reading. */
 static const size_t bound_of_reading = (size_t)256 << 20;
 /* Starts of the scan, unless the file sets them. */
 static const double starts_default = 100;
@@ -70,7 +70,7 @@ static bool is_list(const struct value *value) {
     return value->kind == VALUE_TABLE && !value->tag && value->field_count == 0;
 }
 
-/* Names with commas between them, as on the command line. */
+/* Names separated by commas, as on the command line. */
 static void read_names(const struct reading *reading, const struct value *value, const char *path,
                        void *target) {
     const char **names, *text = "";

@@ -1,9 +1,9 @@
 /*
  * Local search by SLSQP of NLopt: first until no limit is exceeded, then for the least objective.
  *
- * If limits are exceeded at the start, the largest excess z is minimised under excess_i <= z. If it cannot
- * become 0, the limits contradict each other near this start. A program that was built without NLopt reports
- * that instead.
+ * If the start exceeds limits, the search first minimises the largest excess z under excess_i <= z. If z
+ * cannot become 0, the limits contradict each other near this start. A program built without NLopt says that
+ * it lacks NLopt.
  */
 #include <float.h>
 #include <math.h>
@@ -99,18 +99,18 @@ enum {
     ROUNDS_MOST = 5
 };
 
-/* The search ends when x changes by less than this, or the objective by less than this part. */
+/* The search ends when x changes by less than this, or the objective by less than this part of it. */
 static const double x_least = 1e-9, objective_least = 1e-10;
-/* Excess up to which NLopt takes a point as one within the limits; half the slack of `sim`. */
+/* NLopt accepts points up to this excess as within the limits; half the slack of `sim`. */
 static const double tolerance = 5e-10;
 /* Excess of a motion that does not reach its end, so that the search returns to others. */
 static const double excess_of_failure = 10;
-/* First margin after a result that exceeds a limit, in its size; factor of the next one. Motions choose their
- * steps, so that their extremes scatter by about the tolerance of the motion. */
+/* First margin after a result that exceeds a limit, in the limit's size; factor of each next margin. Extremes
+ * scatter by about the tolerance of the motion, because motions choose their steps. */
 static const double margin_first = 4e-9, margin_grows = 8;
-/* Weight of the excess when points are compared that exceed limits by little. */
+/* Weight of the excess in comparisons of points that exceed limits by little. */
 static const double merit_weight = 100;
-/* A round is the last one if its best point is worse than others by less than this part. */
+/* Rounds end when the best point within the limits is worse than others by less than this part. */
 static const double round_gain = 1e-8;
 
 bool plan_has_optimiser(void) {
@@ -128,7 +128,7 @@ struct problem {
     enum { MINIMISE_OBJECTIVE, MINIMISE_EXCESS, MINIMISE_LARGEST_OBJECTIVE } what;
     double margin;         /* by which limits are tightened */
     double objective_size; /* the objective is divided by it */
-    bool is_new;           /* nothing was evaluated yet */
+    bool is_new;           /* no point was evaluated yet */
 };
 
 static int unknown_count(const struct problem *problem) {
@@ -285,7 +285,7 @@ static void run(struct problem *problem) {
     evaluate(problem, x, false);
 }
 
-/* Starts again from the best point of all rounds; its merit is that for the present objective. */
+/* Starts again from the best point of all rounds, with its merit for the present objective. */
 static void restart(struct problem *problem) {
     struct plan *plan = problem->plan;
     evaluate(problem, problem->near, false);
@@ -295,7 +295,7 @@ static void restart(struct problem *problem) {
     keep(problem);
 }
 
-/* Rounds with growing margins, until the best point within the limits is as good as those beyond them. */
+/* Rounds with growing margins, until the best point within the limits is as good as the best one overall. */
 static void run_rounds(struct problem *problem) {
     struct plan *plan = problem->plan;
     struct plan_point *point = problem->point;

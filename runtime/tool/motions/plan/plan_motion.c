@@ -2,9 +2,9 @@
  * Motions of a plan: extremes of the limits, objectives and their gradients.
  *
  * A free motion of each case locates the extremes within its steps, as `sim` does. Then copies that repeat
- * its steps give derivatives at the times of these extremes. With the fraction s of the motion as time, an
- * extreme has the derivative of its value at constant s: within the motion the rate of the value is zero
- * there, and at both ends s is constant.
+ * its steps provide derivatives at the times of these extremes. With the fraction s of the motion as time,
+ * the derivative of an extreme is that of its value at constant s: within the motion the rate of the value
+ * is zero there, and at both ends s is constant.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -20,8 +20,8 @@ enum {
 
 /* Times nearer to each other than this part of the motion share an output. */
 static const double same_part = 1e-9;
-/* Smaller excesses at the end, as a part of the limit's size, are rounding. A single value may be prescribed
- * there, so that the range has no width. */
+/* Smaller excesses at the end, as a part of the limit's size, are rounding: equal bounds, which prescribe a
+ * value there, leave a range without width. */
 static const double end_slack = 1e-9;
 /* Distance from a jump, as a part of the motion, at which the values on one side of it are taken. It is
  * larger than the changes of copies. */
@@ -153,7 +153,7 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     return 0;
 }
 
-/* Sets the scene to the start of the motion of a case. Returns a status of the runtime. */
+/* Sets the scene to the start of a case's motion. Returns a status of the runtime. */
 static int place(struct plan *plan, const struct motions *motions, int one) {
     struct refdyn_batch batch = motions->batch;
     struct start start = {plan->scene, REFDYN_BAD_OPTION};
@@ -394,8 +394,8 @@ static double break_rate(const struct plan *plan, const struct motions *motions,
     return 0;
 }
 
-/* Derivatives of an extreme at a jump: those of the values on its side, and their rate times that of the
- * jump. */
+/* Derivatives of an extreme at a jump: those of the values on its side, plus the rate of these values times
+ * the derivative of the jump's time. */
 static void differentiate_jump(struct plan *plan, struct plan_point *point, const struct motions *motions,
                                int one, int signal, struct plan_extreme extreme, double *by) {
     const double start = plan->batch.t, end = motions->ends[one], span = end - start,
@@ -599,7 +599,7 @@ static int is_stopped(void *context) {
     return system_interrupted != 0;
 }
 
-/* The largest of the cases of each point. */
+/* The largest value of all cases, for each point. */
 static void join_cases(const struct plan *plan, const double *of_motions, int points, double *of_points) {
     for (int i = 0; i < points; i++) {
         of_points[i] = -INFINITY;

@@ -88,8 +88,8 @@ static void put_violation(struct document *document, const struct plan *plan, co
     format_put_close(document, '}');
 }
 
-/* The values of the case in which a limit is nearest to its bound. If no limit is active, a measure of a
- * column chooses the case with its largest value. */
+/* The values of the case in which a limit is nearest to its bound. If no limit is active, and the objective
+ * is a measure of a column: of the case with the largest objective. */
 static void put_worst_case(struct document *document, const struct plan *plan,
                            const struct plan_point *point) {
     const int worst = plan_worst(plan, point);

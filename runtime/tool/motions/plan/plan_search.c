@@ -1,6 +1,6 @@
 /*
  * The search for a plan: a scan of many starts by a Halton sequence, then local searches from the best ones.
- * The best starts have no limit exceeded and the least objective; if there are none, the least excess.
+ * The best starts are those within the limits, by objective; if there are none, those of least excess.
  */
 #include <math.h>
 #include <string.h>
@@ -31,7 +31,7 @@ static int next_prime(int after) {
     }
 }
 
-/* The first start is that of the file, values without a start in the middle of their ranges. */
+/* The first start is that of the file; values without a start are in the middle of their ranges. */
 static void make_starts(const struct plan *plan, double *x, int starts) {
     for (int k = 0, prime = 1; k < plan->count; k++) {
         const struct plan_value *value = &plan->values[k];
@@ -57,7 +57,7 @@ static bool is_near(const struct plan *plan, const double *a, const double *b) {
     return true;
 }
 
-/* Chooses starts of local searches that are apart from each other; returns their number. */
+/* Chooses starts of local searches that differ enough from each other; returns their number. */
 static int choose(const struct plan *plan, const double *x, const double *objectives, const double *excesses,
                   int starts, int *chosen) {
     bool *is_out = format_allocate((size_t)starts, sizeof *is_out);

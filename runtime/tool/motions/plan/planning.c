@@ -7,11 +7,11 @@
 #include "runtime/tool/motions/plan/planning.h"
 #include "runtime/tool/support/system/system.h"
 
-/* Tolerance of the motions. Their extremes scatter by some multiple of it, which line searches take for
+/* Tolerance of the motions. Their extremes scatter by some multiple of it, which line searches mistake for
  * slopes.
  */
 static const double tol_default = 1e-9;
-/* Cases of for_all, each of which is a motion of every evaluation. */
+/* Most cases of for_all; every evaluation computes a motion of each. */
 static const int cases_most = 1000;
 
 /* ---- Names of the model ---- */
@@ -126,7 +126,7 @@ static int find_signal(struct plan *plan, struct place place, const char *what, 
     return plan->signal_count++;
 }
 
-/* The scale of a limit: the distance of its bounds, or the size of the bound that it has. */
+/* The scale of a limit: the distance of its bounds, or the size of its only bound. */
 static double size_of(const struct plan_limit *limit) {
     if (isfinite(limit->from) && isfinite(limit->to) && limit->to > limit->from)
         return limit->to - limit->from;
@@ -283,7 +283,7 @@ static enum status run_scene(struct scene *scene, const struct options *options,
 
 /* ---- The command ---- */
 
-/* Options that the file sets, unless the command line has them. */
+/* Options from the file; those of the command line take precedence. */
 static void take_options(struct options *options, const struct plan_file *file) {
     const char *const names[] = {"from", "method", "hold"}, *const texts[] = {file->from, file->method,
                                                                               file->hold};

@@ -57,7 +57,7 @@ struct plan_file {
     struct memory memory;
     struct graph graph;
     struct messages messages;
-    int told; /* how many of its messages were printed */
+    int told; /* number of its printed messages */
     jmp_buf out_of_memory;
     struct script *script;
     struct place place; /* of the plan */
@@ -99,8 +99,8 @@ struct plan {
     struct plan_limit *limits;
     int limit_count;
     int end_value;  /* the value that is the end of the motion; -1: none */
-    int end_varied; /* the value of for_all that is; -1: none */
-    double t_end;   /* if neither is [s] */
+    int end_varied; /* the value of for_all that is the end; -1: none */
+    double t_end;   /* the end if neither varies [s] */
     int objective;  /* a value, or a signal */
     double objective_size;
 
@@ -128,7 +128,7 @@ struct plan_extreme {
     double value, t;
 };
 
-/* What the motions at x have. Entries by case: those of case 0, then those of case 1 ... */
+/* Results of the motions at x. Entries by case: those of case 0, then those of case 1 ... */
 struct plan_point {
     double *x;    /* (count) each from 0 to 1 */
     bool is_done; /* all motions reach their ends */

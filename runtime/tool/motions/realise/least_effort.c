@@ -1,13 +1,12 @@
 /*
- * The least effort of a motion with more drives than rows: of all changes of the linearised motion, those
- * that make
+ * The least effort of a motion with more drives than rows: the changes of the linearised motion that minimise
  *
  *     J = sum over intervals k and Gauss points i of h_k b_i |W (tau + dtau)|^2
  *
- * least, from a first node that stays to an end at rest. Backward through the intervals, the least J of all
- * later ones is |R x + rho|^2 with a triangular R: an orthogonal factor eliminates the free values of each
- * interval as a function of its node (the square root form of the Riccati recursion: M. Morf and T. Kailath,
- * IEEE Trans. Automat. Contr. 20:487-497, 1975). The forward sweep follows this feedback.
+ * from a fixed first node to an end at rest. The recursion runs backward through the intervals. The least J
+ * of all later ones is |R x + rho|^2 with a triangular R: an orthogonal factor eliminates the free values of
+ * each interval as a function of its node (the square root form of the Riccati recursion: M. Morf and T.
+ * Kailath, IEEE Trans. Automat. Contr. 20:487-497, 1975). The forward sweep follows this feedback.
  *
  * The first node can only stay if the drives act on all degrees of freedom. Otherwise some growing modes do
  * not depend on the free values, and R has no bound.
@@ -20,7 +19,7 @@
 
 /* Weight of the rates at the end, relative to the root of the effort [s/rad, s/m]. */
 static const double weight_of_end = 1e6;
-/* Rows whose rates are less with a mechanism at rest do not move [m/s, rad/s]. */
+/* Rows whose rates by time alone are smaller do not move [m/s, rad/s]. */
 static const double rest_tol = 1e-9;
 
 /* The effort from a node on: |R x + rho|^2 for the change x of the node, divided by its scale. */
@@ -59,8 +58,8 @@ static double *orthogonal_to(const double *rows, int count, int n) {
     return Q + count * n;
 }
 
-/* The effort after the end: the rates that rows leave free differ from those of `last`, or from 0 if the
- * programme rests. */
+/* The effort after the end: the differences of the rates that rows leave free from those of `last`, or from 0
+ * if the programme rests. */
 static bool put_end(const struct realise_motion *motion, const double *last, const double *scale,
                     struct effort *effort) {
     struct refdyn_workspace *work = &motion->problem->scene->work;
@@ -85,7 +84,7 @@ static bool put_end(const struct realise_motion *motion, const double *last, con
 
 /* ---- The recursion ---- */
 
-/* Rows of the effort after interval k, by its free values, its node and in addition. */
+/* Rows of the effort after interval k: columns of its free values, columns of its node, the constant. */
 static void put_later(const struct realise_interval *interval, const double *scale, int n, int free, int rows,
                       const struct effort *later, double *A) {
     const int size = 2 * n;

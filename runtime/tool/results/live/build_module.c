@@ -185,7 +185,7 @@ static bool compile_common(struct module_build *build, const char *key) {
            compile_cache_add(&build->cache, key, system_scratch_file(&build->scratch, "common.o"));
 }
 
-/* Writes the object of what all pages have, without the seal of the cache, which the linker would refuse. */
+/* Writes the object that all pages share, without the seal of the cache, which the linker would refuse. */
 static bool provide_common(struct module_build *build) {
     const char *key = make_key(build, "", 0);
     size_t size;

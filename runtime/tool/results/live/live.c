@@ -1,6 +1,5 @@
 /*
- * `refdyn view`: of runs as view.c shows them; with --live of a model, as a page that computes its motions
- * itself.
+ * `refdyn view`: a page of runs (view.c) or, with --live, a page that computes the motions of a model itself.
  *
  * The page contains the text of the model, three.js, the style and scripts of view/page and page/, and a
  * module of WebAssembly: the model's C, the runtime core and the records of motions.

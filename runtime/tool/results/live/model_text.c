@@ -1,5 +1,5 @@
-/* Writes what the module of a live page knows of its model, as C: numbers of the drawing as functions of the
- * parameters, and applied forces as functions of the state. */
+/* Writes the data of the model for the module of a live page, as C: numbers of the drawing as functions of
+ * the parameters, and applied forces as functions of the state. */
 #include "runtime/tool/results/live/live.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -92,7 +92,7 @@ static void put_operand(FILE *out, const struct live *live, expression e) {
         fputs(isnan(number) ? "(double)NAN" : number < 0 ? "(double)-INFINITY" : "(double)INFINITY", out);
 }
 
-/* The operator of a node, as ops.def states it. */
+/* The operator of a node, from ops.def. */
 static void put_operation(FILE *out, const struct live *live, const struct node *node) {
     const enum operation operation = (enum operation)node->operation;
     const int arity = operation_arity(operation);
@@ -178,7 +178,7 @@ static void put_places(FILE *out, const struct live *live) {
     fputs("    0};\n\n", out);
 }
 
-/* Which anchored parameters the rows read. */
+/* The anchored parameters that the rows read. */
 static void put_row_waits(FILE *out, const struct live *live) {
     const struct refdyn_model *emitted = live->scene.model;
     const struct model *model = &live->scene.generation.model;

@@ -46,7 +46,7 @@ static void put_number(FILE *out, double value) {
         fputs("null", out);
 }
 
-/* A range that is not given is NAN, which is written as null. */
+/* A missing range is NAN, written as null. */
 static void put_slider(FILE *out, const char *name, const char *unit, double value, double from, double to,
                        const struct live_range *ranges) {
     for (; ranges->name; ranges++)
