@@ -120,7 +120,8 @@ class Model:
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
         self._steppers: dict[tuple[str, str | None], stepping.Stepper] = {}
         self._purposes: dict[tuple[str, frozenset[str]], Compiled] = {}
-        self._form: xarray.Dataset | None = None  # of the last motion
+        self._layout: tuple[Any, ...] | None = None  # names and times of the last motion
+        self._form: xarray.Dataset | None = None  # a dataset of this layout
         printed, facts, _ = program.run("compile", sources.path(), *program.settings(settings), places=sources.places)
         description, self._warned = json.loads(printed), frozenset(facts)
         sources.keep(description["sources"])
