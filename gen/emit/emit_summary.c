@@ -130,7 +130,8 @@ static void print_coordinate(const struct generation *gen, const struct frame *f
 
 static void print_coordinates(const struct generation *gen, FILE *out) {
     fprintf(out, "coordinates:\n");
-    for (int i = 0; i < gen->tree.count; i++) {
+    const int joints = tree_joint_count(&gen->tree);
+    for (int i = 0; i < joints; i++) {
         const struct frame *frame = &gen->tree.frames[i];
         fprintf(out, "  %d %s [%s] on %s, starts at %g", i, frame->name,
                 frame->joint.is_revolute ? "rad" : "m",
@@ -138,6 +139,11 @@ static void print_coordinates(const struct generation *gen, FILE *out) {
                 value_of(gen, frame->joint.start));
         print_coordinate(gen, frame, out);
     }
+    if (gen->model.state_count)
+        fprintf(out, "states:\n");
+    for (int i = 0; i < gen->model.state_count; i++)
+        fprintf(out, "  %d %s [%s], starts at %g\n", joints + i, gen->model.states[i].name, gen->model.states[i].unit,
+                value_of(gen, gen->model.states[i].start));
 }
 
 static void print_programme(const struct generation *gen, FILE *out) {

@@ -167,6 +167,15 @@ struct bound {
     struct place place;
 };
 
+/* A continuous state z of a controller or a drive, with z' = rate. The tree has a frame for it (tree.h). */
+struct model_state {
+    const char *name, *unit;
+    expression rate, start;
+    double scale;     /* change that tolerances equate with a turn of 1 rad */
+    const char *path; /* its name in messages: "states[1]"; NULL: used but not declared */
+    struct place place;
+};
+
 /* A drive: its force is an input, which a programme realised by drives determines. */
 struct drive {
     const char *name;
@@ -274,6 +283,8 @@ struct model {
     int bound_count;
     struct drive *drives;
     int drive_count;
+    struct model_state *states; /* in the order in which the author's function first names them */
+    int state_count, state_capacity;
     struct row *rows;
     int row_count, row_capacity;
     struct event *events;
