@@ -271,7 +271,7 @@ struct model {
     int link_count;
     struct point *points; /* the first point_count are points of interest; forces and rows use the others */
     int point_count, marker_count, marker_capacity;
-    struct force *forces;
+    struct force *forces; /* of the author and of drives, then the rates of all states */
     int force_count;
     struct load *loads;
     int load_count, load_capacity;

@@ -420,6 +420,10 @@ void record_table_put_units(const struct record_table *table, const struct recor
     writer->close(writer->context, '}');
 }
 
+bool record_table_is_state(const struct record_table *table, int column) {
+    return column >= table->ends[RECORD_STATES - 1] && column < table->ends[RECORD_STATES];
+}
+
 void record_table_want(struct record_table *table, const bool *wanted) {
     for (int block = 0, i = 0; block < RECORD_BLOCKS; block++) {
         table->is_wanted[block] = false;

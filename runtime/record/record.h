@@ -50,7 +50,7 @@ void record_put_state(const struct refdyn_model *model, const double *q, const d
  * If an earlier column already has a name, the later one is prefixed with its kind: point_, input_ ... */
 
 /* groups of columns that are computed together: the state, points, residuals ... */
-enum { RECORD_BLOCKS = 11 };
+enum { RECORD_BLOCKS = 11, RECORD_STATES = 5 /* the block of continuous states */ };
 
 /* Columns of one dataset in an HDF5 file. */
 struct record_part {
@@ -88,6 +88,8 @@ void record_table_want(struct record_table *table, const bool *wanted);
 void record_table_fill(struct record_table *table);
 /* The first column that is infinite or NaN after record_table_fill, NULL if all are finite. */
 const char *record_table_not_finite(const struct record_table *table);
+/* Returns whether the column is the value of a continuous state. */
+bool record_table_is_state(const struct record_table *table, int column);
 /* The column with this name, -1 if there is none. */
 int record_table_find(const struct record_table *table, const char *name, size_t length);
 /* Writes the known units of the columns as object "units". */
