@@ -45,9 +45,10 @@ struct refdyn_name {
 };
 
 enum {
-    REFDYN_STATE = -2 /**< as the parent of a coordinate: a continuous state z of a controller or a drive. z is
-                           its rate in qd, z' its acceleration in qdd; no function reads it in q. States
-                           are the last coordinates */
+    REFDYN_STATE =
+        -2 /**< as the parent of a coordinate: a continuous state z of a controller or a drive. z is
+                its rate in qd, z' its acceleration in qdd; no function reads it in q. States
+                are the last coordinates */
 };
 
 /** The level at which a constraint row is written. */
@@ -191,13 +192,13 @@ struct refdyn_model {
     int coupling_count;          /**< couplings in `tangent_vectors`: rows of pulled, pull_by_q, pull_by_qd */
     const struct refdyn_name *coordinates; /**< (n), then one more for each state, with the change of it that
                                                 counts as much as 1 rad. The unit of a state is that of z */
-    const struct refdyn_name *parameters;          /**< (parameter_count) */
-    const struct refdyn_name *inputs;              /**< (input_count) */
-    const char *const *points;                     /**< (point_count) names */
-    const char *const *courses;                    /**< (course_count) names */
-    const struct refdyn_row *rows;                 /**< (m) */
-    const struct refdyn_event *events;             /**< (event_count) */
-    const struct refdyn_change *changes;           /**< (change_count) event by event */
+    const struct refdyn_name *parameters;  /**< (parameter_count) */
+    const struct refdyn_name *inputs;      /**< (input_count) */
+    const char *const *points;             /**< (point_count) names */
+    const char *const *courses;            /**< (course_count) names */
+    const struct refdyn_row *rows;         /**< (m) */
+    const struct refdyn_event *events;     /**< (event_count) */
+    const struct refdyn_change *changes;   /**< (change_count) event by event */
     const struct refdyn_requirement *requirements; /**< (requirement_count) */
     const int *parent; /**< (n) previous coordinate on the way to the ground, -1: none, REFDYN_STATE: it is a
                             state. M[i][j] is zero unless one of i, j leads to the other */

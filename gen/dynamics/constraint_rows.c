@@ -73,7 +73,11 @@ expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, e
     expression *result = memory_get(k->memory, ((size_t)count + 1) * sizeof *result);
     for (int i = 0; i < k->tree->count; i++)
         if (k->tree->frames[i].kind == FRAME_JOINT && k->tree->frames[i].run < 0)
-            by[i] = kinematics_coordinate_of(k, i, resting && order == 0 && k->tree->frames[i].is_state ? 1 : order); /* 0, not a symbol, in a run, which no formula names */
+            by[i] =
+                kinematics_coordinate_of(k, i,
+                                         resting && order == 0 && k->tree->frames[i].is_state
+                                             ? 1
+                                             : order); /* 0, not a symbol, in a run, which no formula names */
     for (int i = n; i < count; i++)
         by[i] = expr_symbol(k->g, SYMBOL_POINT, i - n, order);
     rewrite_gradient(k->g, e, by, result, count);
@@ -91,8 +95,8 @@ static expression *coordinate_derivatives_placed_gradient(const struct kinematic
 expression *coordinate_derivatives_coefficients(const struct kinematics *k, expression e, int order,
                                                 bool resting) {
     const int n = k->tree->count, markers = k->model->marker_count;
-    expression *c =
-        coordinate_derivatives_symbol_gradient(k, e, order, resting); /* followed by three weights for each point */
+    expression *c = coordinate_derivatives_symbol_gradient(
+        k, e, order, resting); /* followed by three weights for each point */
     rewrite_substitute(k->g, resting ? rest_symbol : place_symbol, (void *)k, c, c, n + 3 * markers);
     for (int j = -1; recursion_next_joint(k->g, k->tree, &j);)
         for (int p = 0; p < markers; p++)

@@ -86,8 +86,10 @@ static void emit_coordinate_list(struct emission *x, struct text *text) {
     text_add(text, " * Coordinates q and their rates qd, in this order:\n");
     for (int i = 0; i < tree->count;) {
         if (tree->frames[i].is_state) {
-            text_add(text, " *   %d %s [%s], a continuous state: its value is qd[%d], and q[%d] is not read\n", i, tree->frames[i].name,
-                     text_comment(text->memory, x->plan->model->states[i - tree_joint_count(tree)].unit), i, i);
+            text_add(
+                text, " *   %d %s [%s], a continuous state: its value is qd[%d], and q[%d] is not read\n", i,
+                tree->frames[i].name,
+                text_comment(text->memory, x->plan->model->states[i - tree_joint_count(tree)].unit), i, i);
             i++;
             continue;
         }

@@ -172,6 +172,7 @@ struct model_state {
     const char *name, *unit;
     expression rate, start;
     double scale;     /* change that tolerances equate with a turn of 1 rad */
+    int number;       /* in the author's list */
     const char *path; /* its name in messages: "states[1]"; NULL: used but not declared */
     struct place place;
 };
@@ -283,7 +284,7 @@ struct model {
     int bound_count;
     struct drive *drives;
     int drive_count;
-    struct model_state *states; /* in the order in which the author's function first names them */
+    struct model_state *states; /* in the author's order */
     int state_count, state_capacity;
     struct row *rows;
     int row_count, row_capacity;

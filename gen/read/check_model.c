@@ -115,8 +115,9 @@ static const char *taken_by(const struct check *check, const char *name) {
             return "a parameter";
     for (int i = 0; i < tree_joint_count(check->tree); i++)
         for (int k = 0; k < 3; k++)
-            if (strcmp(memory_format(check->messages->memory, "%s%s", check->tree->frames[i].name, endings[k]),
-                       name) == 0)
+            if (strcmp(
+                    memory_format(check->messages->memory, "%s%s", check->tree->frames[i].name, endings[k]),
+                    name) == 0)
                 return k == 0 ? "a coordinate" : k == 1 ? "the rate of a coordinate" : "an acceleration";
     return strcmp(name, "t") == 0 ? "the time" : strcmp(name, "energy") == 0 ? "the energy" : NULL;
 }
@@ -169,8 +170,8 @@ static void check_dependent(const struct check *check) {
     for (int i = 0; i < model->dependent_count; i++)
         if (tree_find_state(check->tree, model->dependent[i]) >= 0)
             message_error(check->messages, model->dependent_place,
-                          "dependent[%d]: \"%s\" is a state, which no row determines; name a coordinate", i + 1,
-                          model->dependent[i]);
+                          "dependent[%d]: \"%s\" is a state, which no row determines; name a coordinate",
+                          i + 1, model->dependent[i]);
     if (count_written_rows(model) > tree_joint_count(check->tree))
         message_error(check->messages, model->place,
                       "constraints: number of rows is %d; must be at most that of coordinates, %d",
@@ -387,7 +388,8 @@ static void check_row(const struct check *check, const struct row *row) {
     check_formula(check, row->place, path, row->residual);
     if (moving.states > 0)
         message_error(check->messages, row->place,
-                      "%s: depends on a state; rows may depend on t, coordinates, points and inputs only", path);
+                      "%s: depends on a state; rows may depend on t, coordinates, points and inputs only",
+                      path);
     else if (row->level == ROW_POSITION && moving.symbols[1] > 0)
         message_error(check->messages, row->place, "%s: depends on velocities; use rd.velocity", path);
     else if (row->level != ROW_ACCELERATION && moving.symbols[2] > 0)

@@ -31,7 +31,12 @@ struct setting {
 
 struct read_request {
     const char *file;
-    enum file_kind { FILE_MODEL, FILE_SWEEP, FILE_FIT, FILE_PLAN } kind; /* each has its own functions in rd */
+    enum file_kind {
+        FILE_MODEL,
+        FILE_SWEEP,
+        FILE_FIT,
+        FILE_PLAN
+    } kind;                         /* each has its own functions in rd */
     const struct setting *settings; /* --set NAME=VALUE; the last one of a name is used */
     int setting_count;
     const char *name; /* replaces the model's name; NULL: the model keeps it */

@@ -68,7 +68,8 @@ static bool is_folded(const struct reader *reader, const struct changed_kind *ki
 static void add_change(const struct reader *reader, const struct changed_kind *kind, int index,
                        const struct value_field *named, const char *path) {
     struct model *model = reader->model;
-    const int first = kind->field == FIELD_EVENT_states ? tree_joint_count(reader->tree) : 0; /* rates of states */
+    const int first =
+        kind->field == FIELD_EVENT_states ? tree_joint_count(reader->tree) : 0; /* rates of states */
     struct change change = {
         .what = kind->what, .index = first + index, .path = path, .place = named->value.place};
     if (!value_expression(reader->check.graph, &named->value, &change.value))

@@ -6,25 +6,37 @@
 
 #include <string.h>
 
+static int count_declared(const struct model *model) {
+    int count = 0;
+    for (int i = 0; i < model->state_count; i++)
+        count += model->states[i].path != NULL;
+    return count;
+}
+
 static void read_state(const struct reader *reader, const struct value *value, const char *path) {
     const struct checker *check = &reader->check;
     struct model *model = reader->model;
-    const struct value *name = fields_get(value, FIELD_STATE_name), *rate = fields_get(value, FIELD_STATE_rate),
-                       *unit = fields_get(value, FIELD_STATE_unit), *scale = fields_get(value, FIELD_STATE_scale);
+    const struct value *name = fields_get(value, FIELD_STATE_name),
+                       *rate = fields_get(value, FIELD_STATE_rate),
+                       *unit = fields_get(value, FIELD_STATE_unit),
+                       *scale = fields_get(value, FIELD_STATE_scale);
     if (!name || name->kind != VALUE_TEXT || is_empty_text(name))
         return; /* reported by fields_check */
-    struct model_state *state = &model->states[state_symbols_find_state(model, name->text, true)];
+    const int index = state_symbols_find_state(model, name->text, true);
+    struct model_state *state = &model->states[index];
     if (state->path) {
-        message_error(check->messages, value->place, "%s.name: \"%s\" is already taken in line %d; choose another name",
-                      path, state->name, state->place.line);
+        message_error(check->messages, value->place,
+                      "%s.name: \"%s\" is already taken in line %d; choose another name", path, state->name,
+                      state->place.line);
         return;
     }
     *state = (struct model_state){.name = state->name,
-                            .unit = unit ? unit->text : "",
-                            .start = fields_get_value(check, value, FIELD_STATE_start),
-                            .scale = scale ? scale->number : 1,
-                            .path = path,
-                            .place = value->place};
+                                  .unit = unit ? unit->text : "",
+                                  .start = fields_get_value(check, value, FIELD_STATE_start),
+                                  .scale = scale ? scale->number : 1,
+                                  .number = count_declared(model),
+                                  .path = path,
+                                  .place = value->place};
     if (rate)
         value_expression(check->graph, rate, &state->rate);
 }
@@ -59,14 +71,33 @@ static void refuse_undeclared(const struct reader *reader, const struct value *r
             path = memory_format(memory, "%s.rate", model->states[i].path);
         }
     }
-    message_error(reader->check.messages, place, "%s: unknown state \"%s\"%s", path, model->states[number].name,
+    message_error(reader->check.messages, place, "%s: unknown state \"%s\"%s", path,
+                  model->states[number].name,
                   message_advice_on_name(memory, model->states[number].name, declared, count));
+}
+
+/* Puts the states, which are in the order in which the function first named them, in the order of its list.
+ */
+static void put_in_order(const struct reader *reader) {
+    struct model *model = reader->model;
+    const int count = model->state_count;
+    struct model_state *states = memory_get(reader->check.memory, ((size_t)count + 1) * sizeof *states);
+    int *to = memory_get(reader->check.memory, ((size_t)count + 1) * sizeof *to);
+    for (int i = 0; i < count; i++) {
+        to[i] = model->states[i].number;
+        states[to[i]] = model->states[i];
+    }
+    graph_exchange_symbols(reader->check.graph, SYMBOL_COORDINATE, 1, tree_joint_count(reader->tree), to,
+                           count);
+    model->states = states;
+    model->state_capacity = count;
 }
 
 static const struct entry_kind kinds[] = {{"state", OWNER_STATE, read_state}};
 
 void read_states(const struct reader *reader, const struct value *result) {
-    static const char needed[] = "a list of states such as { rd.state { \"z\", rate = expression } }, or {} for none";
+    static const char needed[] =
+        "a list of states such as { rd.state { \"z\", rate = expression } }, or {} for none";
     const struct model *model = reader->model;
     const int errors = reader->check.messages->errors;
     if (read_is_result(reader, result, "states", needed) &&
@@ -75,6 +106,8 @@ void read_states(const struct reader *reader, const struct value *result) {
     for (int i = 0; i < model->state_count && reader->check.messages->errors == errors; i++)
         if (!model->states[i].path)
             refuse_undeclared(reader, result, i);
+    if (reader->check.messages->errors == errors)
+        put_in_order(reader);
 }
 
 void read_rates_of_states(const struct reader *reader) {

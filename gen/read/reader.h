@@ -213,7 +213,7 @@ extern const struct view view_of_state, view_of_parameters;
 /* The names that a view can have as fields. */
 struct view_names {
     const struct declarations *declarations;
-    struct model *model; /* its links and points; the directions that are read become markers */
+    struct model *model;            /* its links and points; the directions that are read become markers */
     const char *const *coordinates; /* of joints */
     int coordinate_count;
     bool declares_states; /* unknown names of states become states of the model */

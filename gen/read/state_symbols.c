@@ -104,7 +104,7 @@ enum view_kind {
     VIEW_POINT,
     VIEW_INPUTS,
     VIEW_STATES, /* continuous states of controllers */
-    VIEW_AXES, /* by link */
+    VIEW_AXES,   /* by link */
     VIEW_AXES_OF_POINT,
     VIEW_AXES_OF_LINK,
     VIEW_AXES_OF_TIP,
@@ -134,8 +134,7 @@ static struct view_result found(const struct view_names *names, const struct vie
 }
 
 static struct view_result state_field(const struct view_names *names, struct view view, const char *field) {
-    static const char *const known[] = {"t",      "q",     "qd",   "qdd",   "points",
-                                        "inputs", "start", "axes", "states"};
+    static const char *const known[] = {"t", "q", "qd", "qdd", "points", "inputs", "start", "axes", "states"};
     struct view inner = {.at_start = view.at_start};
     switch (text_index(field, known, 9)) {
     case 0:
@@ -354,9 +353,9 @@ static struct view_result declared_state_field(const struct view_names *names, s
             known[i] = model->states[i].name;
         return no_field(names, "s.states", field, "state", known, model->state_count);
     }
-    return found(names, &view,
-                 expr_symbol(names->declarations->graph, SYMBOL_COORDINATE, names->coordinate_count + index,
-                             1));
+    return found(
+        names, &view,
+        expr_symbol(names->declarations->graph, SYMBOL_COORDINATE, names->coordinate_count + index, 1));
 }
 
 struct view_result state_symbols_field(const struct view_names *names, struct view view, const char *field) {

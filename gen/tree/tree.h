@@ -103,7 +103,7 @@ void tree_expand(struct memory *memory, const struct model *model, struct tree *
  * these frames out, and at rest z keeps its value. Theory, sect. 4.14.
  */
 void tree_add_states(struct memory *memory, const struct model *model, struct tree *tree);
-int tree_joint_count(const struct tree *tree); /* of frames before those of states */
+int tree_joint_count(const struct tree *tree);                  /* of frames before those of states */
 int tree_find_state(const struct tree *tree, const char *name); /* -1: none */
 int tree_find_frame(const struct tree *tree, const char *name); /* of a joint or a state; -1: none */
 /* Places points and directions, after forces and rows have named all of them. */

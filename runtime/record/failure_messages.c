@@ -31,7 +31,8 @@ static void print_place(const struct refdyn_workspace *work, FILE *out) {
                 work->model->coordinates[fault->coordinate].name);
 }
 
-/* Selects all values from `first` to before `end`; of many, the one that failed, those that are not finite, and the largest. */
+/* Selects all values from `first` to before `end`; of many, the one that failed, those that are not finite,
+ * and the largest. */
 static bool is_shown(const double *values, int first, int end, int i, int fault) {
     int larger = 0;
     if (end - first <= SHOWN_ALL || i == fault || !isfinite(values[i]))

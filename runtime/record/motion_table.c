@@ -346,12 +346,10 @@ static void put_contacts(struct record_table *table) {
 /* ---- Blocks ---- */
 
 static const struct block blocks[RECORD_BLOCKS] = {
-    {name_state, put_state_cells},   {name_points, put_points},
-    {name_residuals, put_residuals}, {name_energy, put_energy},
-    {name_forces, put_forces},       {name_states, put_states},
-    {name_inputs, put_inputs},       {name_courses, put_courses},
-    {name_accelerations, put_accelerations}, {name_angular, put_angular},
-    {name_contacts, put_contacts}};
+    {name_state, put_state_cells}, {name_points, put_points},    {name_residuals, put_residuals},
+    {name_energy, put_energy},     {name_forces, put_forces},    {name_states, put_states},
+    {name_inputs, put_inputs},     {name_courses, put_courses},  {name_accelerations, put_accelerations},
+    {name_angular, put_angular},   {name_contacts, put_contacts}};
 
 static void *allocate(struct record_memory memory, size_t count, size_t size) {
     return memory.get(memory.context, (count + 1) * size);

@@ -394,12 +394,12 @@ void record_freedom_drop(struct record_freedom *freedom, int count);
  *     position rows: u x = 0,   velocity rows: u x' + psi_q x = 0 */
 struct record_linear {
     int n, m;
-    int states;                   /* number of continuous states, the last coordinates: x' is their value, and x
-                                     has no effect */
-    int *place;                   /* (n) of the coordinates not held, in q */
-    double *M, *D, *K;            /* (n x n) */
-    double *u, *psi_q;            /* (m x n) */
-    double *G_q, *G_qd;           /* (m x n) derivatives of u qdd - k */
+    int states;         /* number of continuous states, the last coordinates: x' is their value, and x
+                           has no effect */
+    int *place;         /* (n) of the coordinates not held, in q */
+    double *M, *D, *K;  /* (n x n) */
+    double *u, *psi_q;  /* (m x n) */
+    double *G_q, *G_qd; /* (m x n) derivatives of u qdd - k */
     enum refdyn_row_level *level; /* (m) */
     double *given;                /* (3 n + 1 + m, all coordinates) qd, qdd, power, lambda of the state */
     double *force;                /* (n) h + Q + u^T lambda - M qdd, the unbalanced force */

@@ -350,8 +350,8 @@ static void sort_modes(struct record_spectrum *spectrum) {
 
 /* Adds a pair that is real within rounding as two modes. Their shapes differ unless the system is defective.
  */
-static void add_real_pair(struct record_spectrum *spectrum, double eigenvalue, const double complex *x,
-                          int n, int joints) {
+static void add_real_pair(struct record_spectrum *spectrum, double eigenvalue, const double complex *x, int n,
+                          int joints) {
     double complex *parts = record_allocate(spectrum->algebra, 2 * (size_t)n, sizeof *parts);
     double apart = 0;
     for (int j = 0; j < n; j++) {

@@ -90,8 +90,8 @@ static int have_states_last(const struct refdyn_model *model) {
 
 static int has_places(const struct refdyn_model *model) {
     const int n = model->n, m = model->m;
-    return lie_in(model->parent, n, REFDYN_STATE, n) && have_states_last(model) && lie_in(model->dependent, m, 0, n) &&
-           lie_in(model->held, model->held_count, 0, n) &&
+    return lie_in(model->parent, n, REFDYN_STATE, n) && have_states_last(model) &&
+           lie_in(model->dependent, m, 0, n) && lie_in(model->held, model->held_count, 0, n) &&
            lie_in(model->gains, 2 * m, -1, model->parameter_count + model->derived_count) &&
            lie_in(model->anchored, model->anchored_count, 0, model->parameter_count);
 }

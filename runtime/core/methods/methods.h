@@ -82,7 +82,7 @@ struct refdyn_step {
     /* (n) change that counts as 1 rad: options.length for a translation, 1 for a rotation, the scale of a
      * state */
     double *units;
-    double *memory; /* private to the method */
+    double *memory;    /* private to the method */
     int has_rates_new; /* rates_new were evaluated at state_new */
     /* state_new has been projected onto the programme already: row met_row had the largest residual, `side`
      * is the state before, row terms and rates_new are evaluated */

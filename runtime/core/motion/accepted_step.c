@@ -127,9 +127,9 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
         return status;
     }
     if (!attempt->is_measured)
-        refdyn_attempt_measured(motion, attempt,
-                                refdyn_step_largest_error(&motion->step, attempt->h,
-                                                          refdyn_attempt_span(motion, attempt->h)));
+        refdyn_attempt_measured(
+            motion, attempt,
+            refdyn_step_largest_error(&motion->step, attempt->h, refdyn_attempt_span(motion, attempt->h)));
     *error = attempt->size;
     attempt->ahead.rank = motion->work->partition.rank;
     const int is_good = *error <= 1 || refdyn_repeats(motion);

@@ -22,19 +22,19 @@ struct place {
 
 struct balance {
     struct refdyn_workspace *work;
-    double t; /* [s] */
+    double t;                        /* [s] */
     int n, joints, count, row_count; /* joints: the coordinates before states */
-    int *free;                 /* (count) coordinates not held */
-    const int *rows;           /* (row_count) rows that hold */
-    int (*ask)(void *context); /* of the options, with its context */
+    int *free;                       /* (count) coordinates not held */
+    const int *rows;                 /* (row_count) rows that hold */
+    int (*ask)(void *context);       /* of the options, with its context */
     void *context;
     double *size;    /* (row_count) largest coefficient in units over all places that were read; a row whose
                         coefficients all vanish becomes redundant */
     double *unit;    /* (n) change that counts as much as 1 rad */
     double share;    /* fraction of the load Q_start that does not act */
     double *Q_start; /* (n) */
-    double *rates;   /* (2 n + 1 + m) argument of the tangent: rates 0 except for states, accelerations 0, then
-                        lambda */
+    double *rates; /* (2 n + 1 + m) argument of the tangent: rates 0 except for states, accelerations 0, then
+                      lambda */
 
     /* independent rows; their bound, because a redundant row looks independent where rows are not satisfied
      */

@@ -340,7 +340,8 @@ static void set_found_start(struct scene *scene) {
     for (int i = 0; i < state->found_count; i++) {
         const char *name = state->found[i].name;
         const size_t length = strlen(name);
-        const int joints = refdyn_joint_count(model), found = refdyn_find_name(model->coordinates, model->n, name),
+        const int joints = refdyn_joint_count(model),
+                  found = refdyn_find_name(model->coordinates, model->n, name),
                   place = found < joints ? found : -1,
                   rate = found >= joints ? found
                          : length > 2 && strcmp(name + length - 2, "_d") == 0

@@ -400,9 +400,9 @@ static void put_motion(FILE *out, const struct scene *scene, const struct option
     fputs("<table>\n", out);
     put_row_of_texts(out, "model", model->name);
     put_row_of_texts(out, "hash of its C", model->hash);
-    put_row_of_texts(
-        out, "size",
-        format_text("coordinates %d, constraint rows %d, points %d", refdyn_joint_count(model), model->m, model->point_count));
+    put_row_of_texts(out, "size",
+                     format_text("coordinates %d, constraint rows %d, points %d", refdyn_joint_count(model),
+                                 model->m, model->point_count));
     put_row_of_texts(out, "motion",
                      format_text("t = %g to %g s from %s, made consistent; states compared every %g s",
                                  scene->state.t, plan->until, start_text(options), plan->every));

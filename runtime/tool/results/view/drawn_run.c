@@ -282,7 +282,8 @@ static struct applied_force load_of(const struct generation *generation, int i) 
 }
 
 bool view_applied_force(const struct generation *generation, int i, struct applied_force *force) {
-    const int drives = generation->model.force_count - generation->model.state_count, all = drives + generation->model.load_count;
+    const int drives = generation->model.force_count - generation->model.state_count,
+              all = drives + generation->model.load_count;
     if (i < all)
         *force = i < drives ? drive_of(generation, i) : load_of(generation, i - drives);
     return i < all;

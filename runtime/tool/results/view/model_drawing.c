@@ -370,9 +370,9 @@ static void put_svg(FILE *out, const struct drawing *drawing) {
         width, height, width, height);
     fprintf(out, "<rect width=\"%g\" height=\"%g\" fill=\"#ffffff\"/>\n", width, height);
     put_label(out, MARGIN, MARGIN + 12, " font-size=\"15\" font-weight=\"bold\"",
-              format_text("%s: %d coordinate%s, %d row%s", drawing->model->name, tree_joint_count(drawing->tree),
-                          tree_joint_count(drawing->tree) == 1 ? "" : "s", drawing->model->row_count,
-                          drawing->model->row_count == 1 ? "" : "s"));
+              format_text("%s: %d coordinate%s, %d row%s", drawing->model->name,
+                          tree_joint_count(drawing->tree), tree_joint_count(drawing->tree) == 1 ? "" : "s",
+                          drawing->model->row_count, drawing->model->row_count == 1 ? "" : "s"));
     put_lines(out, drawing);
     for (int i = 0; i <= count; i++)
         put_box(out, &drawing->links[i]);
