@@ -26,6 +26,7 @@ FEW = ("branched", "bricard", "fivebar", "gantry", "planar", "slidercrank", "spi
 CASES = [(path, ()) for path in all_models() if path != REFERENCE and (LONG or path.stem in FEW)]
 CASES += [(REFERENCE, ("--set", "n_rfe=1")), (REFERENCE, ("--set", "drive=input", "--set", "eta=1e-3"))]
 CASES += [(REFERENCE, ()), (REFERENCE, ("--fold",))] * LONG
+CASES += [(TESTS / "models" / "control" / "states.lua", ())]
 LOOPS = ("--loops", "always")
 CASES += [(REFERENCE, (*LOOPS, "--set", "n_rfe=6")), (REFERENCE, (*LOOPS, "--fold")), (MODELS / "planar.lua", (*LOOPS, "--set", "n_rfe=5")),
           (TESTS / "models" / "loaded_beams.lua", (*LOOPS, "--set", "n_rfe=2"))]

@@ -425,8 +425,8 @@ static void check_impact(const struct check *check, const struct event *event) {
     const struct moving moving = moving_of(check, event->value);
     if (moving.symbols[1] > 0)
         message_error(check->messages, event->place,
-                      "%s: depends on velocities; an impact needs an expression in positions only",
-                      event->path);
+                      "%s: depends on %s; an impact needs an expression in positions only", event->path,
+                      moving.states > 0 ? "a state" : "velocities");
     else if (moving.symbols[0] == 0)
         message_error(check->messages, event->place,
                       "%s: depends on no coordinate; an impact needs an expression in positions",
