@@ -235,8 +235,8 @@ void refdyn_anchor(struct refdyn_workspace *work, double t, const double *q, con
 int refdyn_set_parameter(struct refdyn_workspace *work, const char *name, double value);
 /** Sets the input with this name. Errors as in refdyn_set_parameter. */
 int refdyn_set_input(struct refdyn_workspace *work, const char *name, double value);
-/** Sets the coordinate with this name in q (n), which are coordinates or rates of the caller. Errors as in
- * refdyn_set_parameter. */
+/** Sets the coordinate with this name in q (n), which are coordinates or rates of the caller. A state is a
+ * rate. Errors as in refdyn_set_parameter. */
 int refdyn_set_coordinate(const struct refdyn_model *model, double *q, const char *name, double value);
 
 /** Returns the index of a name in a table of coordinates, parameters or inputs, -1 if it is unknown: check
@@ -246,6 +246,9 @@ int refdyn_find_name(const struct refdyn_name *names, int count, const char *nam
 int refdyn_find_row(const struct refdyn_model *model, const char *name);
 /** Returns the index of a point, -1 if the name is unknown. */
 int refdyn_find_point(const struct refdyn_model *model, const char *name);
+/** Number of coordinates of joints. Continuous states of controllers follow them as coordinates whose value z
+ * is in qd and whose z' is in qdd; their q is the integral of z and has no meaning. */
+int refdyn_joint_count(const struct refdyn_model *model);
 /** Number of rows of the programme. Rows of contacts follow them. */
 int refdyn_programme_rows(const struct refdyn_model *model);
 
@@ -569,9 +572,9 @@ int refdyn_integrator_until(struct refdyn_integrator *integrator, double t);
 int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t);
 /** Advances to t_out through all events. Errors as in refdyn_integrator_step. */
 int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out);
-/** Shows the state at t in the last step, t_begin <= t <= t_end within rounding, as at an output. The next step continues
- * from the end of the last one. Errors: BAD_TIME if t is outside; those of refdyn_accelerate and
- * refdyn_project; NOT_STARTED. */
+/** Shows the state at t in the last step, t_begin <= t <= t_end within rounding, as at an output. The next
+ * step continues from the end of the last one. Errors: BAD_TIME if t is outside; those of refdyn_accelerate
+ * and refdyn_project; NOT_STARTED. */
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 /** Computes the programme force r (n) at the shown state [N, N m], as refdyn_programme_force, or as M qdd - f
  * if is_undetermined. Error: NOT_STARTED. */
@@ -691,6 +694,10 @@ struct refdyn_statics_result {
     const double *contact_gap; /**< (contacts of the model) gaps; NULL: no contact takes part */
 };
 
+/** Moves the values of states from the rates qd to q, where refdyn_statics reads and writes them. */
+void refdyn_enter_statics(const struct refdyn_model *model, double *q, const double *qd);
+/** Moves them back to qd, whose other rates become 0, and sets the coordinates of states to 0. */
+void refdyn_leave_statics(const struct refdyn_model *model, double *q, double *qd);
 /** Default options of statics. */
 struct refdyn_statics_options refdyn_statics_default(void);
 /** Returns 0 or BAD_OPTION; then *fact (fact may be NULL) is a static text that says what must be true. */
@@ -699,7 +706,7 @@ int refdyn_statics_validate(const struct refdyn_statics_options *options, const 
 size_t refdyn_statics_size(const struct refdyn_model *model);
 /**
  * Computes an equilibrium: Q(q, qd = 0, t) + u^T lambda = 0 over the coordinates not held, phi(q, t) = 0 for
- * the rows that hold.
+ * the rows that hold, z' = 0 for states z.
  *
  * First q0 is projected onto the rows by the smallest change; rows may depend on others. Then Newton's
  * iteration solves the same equations with
@@ -716,7 +723,8 @@ size_t refdyn_statics_size(const struct refdyn_model *model);
  * Afterwards the parameters in work->p that switch these rows on say which contacts carry.
  *
  * - held (held_count): coordinates kept at their value in q; model->held and model->held_count, or others
- * - q (n): start, then the equilibrium; after a failure the last equilibrium, of the load result->load
+ * - q (n): start, then the equilibrium, with the values of states in place of their coordinates
+ *   (refdyn_enter_statics); after a failure the last equilibrium, of the load result->load
  * - hold_force (n, or NULL): -(Q + u^T lambda) at held coordinates, 0 elsewhere [N, N m]
  *
  * Errors: NOT_FINITE; NO_CONVERGENCE (work->fault.row if rows cannot be satisfied, else

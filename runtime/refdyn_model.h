@@ -44,6 +44,13 @@ struct refdyn_name {
                        default parameters */
 };
 
+enum {
+    REFDYN_STATE =
+        -2 /**< as the parent of a coordinate: a continuous state z of a controller or a drive. z is
+                its rate in qd, z' its acceleration in qdd; no function reads it in q. States
+                are the last coordinates */
+};
+
 /** The level at which a constraint row is written. */
 enum refdyn_row_level {
     REFDYN_POSITION,    /**< phi(q, t) = 0 */
@@ -183,17 +190,18 @@ struct refdyn_model {
     double tangent_cost;         /**< of `tangent`, counted in the same way */
     double tangent_vectors_cost; /**< of `tangent_vectors`, counted in the same way */
     int coupling_count;          /**< couplings in `tangent_vectors`: rows of pulled, pull_by_q, pull_by_qd */
-    const struct refdyn_name *coordinates;         /**< (n) */
-    const struct refdyn_name *parameters;          /**< (parameter_count) */
-    const struct refdyn_name *inputs;              /**< (input_count) */
-    const char *const *points;                     /**< (point_count) names */
-    const char *const *courses;                    /**< (course_count) names */
-    const struct refdyn_row *rows;                 /**< (m) */
-    const struct refdyn_event *events;             /**< (event_count) */
-    const struct refdyn_change *changes;           /**< (change_count) event by event */
+    const struct refdyn_name *coordinates; /**< (n), then one more for each state, with the change of it that
+                                                counts as much as 1 rad. The unit of a state is that of z */
+    const struct refdyn_name *parameters;  /**< (parameter_count) */
+    const struct refdyn_name *inputs;      /**< (input_count) */
+    const char *const *points;             /**< (point_count) names */
+    const char *const *courses;            /**< (course_count) names */
+    const struct refdyn_row *rows;         /**< (m) */
+    const struct refdyn_event *events;     /**< (event_count) */
+    const struct refdyn_change *changes;   /**< (change_count) event by event */
     const struct refdyn_requirement *requirements; /**< (requirement_count) */
-    const int *parent; /**< (n) previous coordinate on the way to the ground, -1: none. M[i][j] is zero unless
-                            one of i, j leads to the other */
+    const int *parent; /**< (n) previous coordinate on the way to the ground, -1: none, REFDYN_STATE: it is a
+                            state. M[i][j] is zero unless one of i, j leads to the other */
     const int *dependent; /**< (m) coordinates declared dependent; NULL: the runtime chooses them */
     const int *gains;     /**< (m x 2) places in p of 2 alpha and beta^2 of each row, -1: k does not read it.
                                `prepare` sets them; a caller may replace them afterwards */
@@ -224,7 +232,8 @@ struct refdyn_model {
     refdyn_function *energy;   /**< (2) kinetic, potential (gravity and linear springs; gravity's zero is the
                                   ground   origin) [J] */
     refdyn_function *power;    /**< (1) of all forces in Q without a potential: qd . Q_nonconservative [W] */
-    refdyn_function *Q_q;      /**< (n x n) dQ_i/dq_j at qd = 0, for any qd: the tangent of statics */
+    refdyn_function *Q_q;      /**< (n x n) dQ_i/dq_j at qd = 0, for any qd: the tangent of statics. States
+                                  keep their values, and their columns are derivatives by these */
     refdyn_function *qdd_free; /**< (n) accelerations without constraints, O(n) [m/s^2, rad/s^2] */
     refdyn_function
         *qdd; /**< (n) accelerations with constraints and stabilisation, O(n m) [m/s^2, rad/s^2] */

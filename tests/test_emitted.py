@@ -14,6 +14,7 @@ COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["clang++", "-std=c++17
 SCENES = [(path, []) for path in few_models() + few_models_of_tests()]
 SCENES += [(REFERENCE, ["--set", "n_rfe=1"]), (REFERENCE, ["--set", "form=printed"]), (REFERENCE, ["--set", "dofs=psi"]),
            (REFERENCE, ["--set", "program=none"]), (REFERENCE, ["--set", "drive=input"])]
+SCENES += [(TESTS / "models" / "control" / "states.lua", [])]
 RUNS = TESTS / "models" / "runs.lua"
 SCENES += [(RUNS, ["--set", f"kind={kind}", "--set", f"rfe={rfe}", "--loops", "always"]) for kind, rfe in (("rods", 3), ("slides", 6))]
 SCENES += [(path, [*options, "--fold"]) for path, options in (SCENES if LONG else SCENES[::3])]

@@ -19,6 +19,7 @@ FLEXIBLE = (REFERENCE, ["--set", "n_rfe=4", "--emit", "M,h,Q,energy,qdd_free,con
 ALL = [(path, []) for path in all_models() + models_of_tests()]
 SOME = {"fourbar", "functions", "switched"}
 SCENES = (ALL if LONG else [scene for scene in ALL if scene[0].stem in SOME]) + [RODS, FLEXIBLE]
+SCENES += [(TESTS / "models" / "control" / "states.lua", [])] * LONG
 FEW = [(FUNCTIONS, []), (SWITCHED, []), (REFERENCE, ["--set", "n_rfe=1", *DERIVATIVES])]
 # Differently fused sums, or sines of libm, differ by rounding; solutions with them differ more.
 ROUNDING, SOLVED = 1e-13, 1e-10

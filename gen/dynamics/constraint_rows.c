@@ -25,9 +25,17 @@ static expression place_symbol(void *context, struct graph *g, expression e) {
     return by_order[s.order].at[s.index % 3];
 }
 
+bool coordinate_derivatives_rests(const struct kinematics *k, const struct symbol *symbol) {
+    const struct tree *tree = k->tree;
+    if (symbol->order == 0 || (symbol->kind != SYMBOL_COORDINATE && symbol->kind != SYMBOL_POINT))
+        return false;
+    return symbol->order == 2 || symbol->kind == SYMBOL_POINT ||
+           !tree->frames[tree->frame_of[symbol->index]].is_state;
+}
+
 static expression rest_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
-    if (s.order > 0 && (s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT))
+    if (coordinate_derivatives_rests(context, &s))
         return EXPR_ZERO;
     return place_symbol(context, g, e);
 }
@@ -58,14 +66,18 @@ expression coordinate_derivatives_rate(const struct kinematics *k, expression e)
     return rewrite_derivative(k->g, e, rate_of_symbol, NULL);
 }
 
-expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order) {
+expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order,
+                                                   bool resting) {
     const int n = k->tree->count, count = n + 3 * k->model->marker_count;
     expression *by = memory_get(k->memory, ((size_t)count + 1) * sizeof *by);
     expression *result = memory_get(k->memory, ((size_t)count + 1) * sizeof *result);
     for (int i = 0; i < k->tree->count; i++)
         if (k->tree->frames[i].kind == FRAME_JOINT && k->tree->frames[i].run < 0)
             by[i] =
-                kinematics_coordinate_of(k, i, order); /* 0, not a symbol, in a run, which no formula names */
+                kinematics_coordinate_of(k, i,
+                                         resting && order == 0 && k->tree->frames[i].is_state
+                                             ? 1
+                                             : order); /* 0, not a symbol, in a run, which no formula names */
     for (int i = n; i < count; i++)
         by[i] = expr_symbol(k->g, SYMBOL_POINT, i - n, order);
     rewrite_gradient(k->g, e, by, result, count);
@@ -74,7 +86,7 @@ expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, e
 
 static expression *coordinate_derivatives_placed_gradient(const struct kinematics *k, expression e,
                                                           int order) {
-    expression *c = coordinate_derivatives_symbol_gradient(k, e, order);
+    expression *c = coordinate_derivatives_symbol_gradient(k, e, order, false);
     rewrite_substitute(k->g, place_symbol, (void *)k, c, c, k->tree->count + 3 * k->model->marker_count);
     return c;
 }
@@ -83,8 +95,8 @@ static expression *coordinate_derivatives_placed_gradient(const struct kinematic
 expression *coordinate_derivatives_coefficients(const struct kinematics *k, expression e, int order,
                                                 bool resting) {
     const int n = k->tree->count, markers = k->model->marker_count;
-    expression *c =
-        coordinate_derivatives_symbol_gradient(k, e, order); /* followed by three weights for each point */
+    expression *c = coordinate_derivatives_symbol_gradient(
+        k, e, order, resting); /* followed by three weights for each point */
     rewrite_substitute(k->g, resting ? rest_symbol : place_symbol, (void *)k, c, c, n + 3 * markers);
     for (int j = -1; recursion_next_joint(k->g, k->tree, &j);)
         for (int p = 0; p < markers; p++)

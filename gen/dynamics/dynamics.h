@@ -102,8 +102,12 @@ struct row_terms *constraints_derive(const struct kinematics *k);
 /* ---- Derivatives by the coordinates ---- */
 
 /* Derivatives of e by the symbols of one order: one for each frame's coordinate, then three for each
- * point. They are still in symbols. */
-expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order);
+ * point. They are still in symbols. `resting`: at rest a state is its own coordinate, so that derivatives by
+ * the coordinates (order 0) contain those by states, which are symbols of order 1. */
+expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order,
+                                                   bool resting);
+/* Whether the symbol is zero at rest: a rate or an acceleration, but no state. */
+bool coordinate_derivatives_rests(const struct kinematics *k, const struct symbol *symbol);
 /* The derivatives by the coordinates of all frames, with points replaced by their kinematics; `resting`:
  * at qd = 0. */
 expression *coordinate_derivatives_coefficients(const struct kinematics *k, expression e, int order,

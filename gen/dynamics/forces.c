@@ -125,7 +125,7 @@ static expression stretch(const struct kinematics *k, int i) {
 static void add_energy(const struct kinematics *k, const struct potential *potential,
                        struct named_forces *named) {
     const int n = k->tree->count;
-    const expression *slope = coordinate_derivatives_symbol_gradient(k, potential->energy, 0);
+    const expression *slope = coordinate_derivatives_symbol_gradient(k, potential->energy, 0, false);
     for (int j = 0; j < n; j++)
         if (slope[j])
             named->forces[named->force_count++] =

@@ -305,8 +305,11 @@ expression *dynamics_printed_sum(const struct kinematics *k) {
     return s;
 }
 
-/* Twice the energy is the sum of v . p + w . L of all bodies and of rotor qd^2: theory, sect. 4.10. */
+/* Twice the energy is the sum of v . p + w . L of all bodies and of rotor qd^2: theory, sect. 4.10. States
+ * have none. */
 static expression rotor_term(const struct kinematics *k, int i) {
+    if (k->tree->frames[i].is_state)
+        return EXPR_ZERO;
     const expression rate = kinematics_coordinate_of(k, i, 1);
     return expr_mul(k->g, expr_mul(k->g, k->tree->frames[i].joint.rotor, rate), rate);
 }

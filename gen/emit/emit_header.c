@@ -85,6 +85,14 @@ static void emit_coordinate_list(struct emission *x, struct text *text) {
     const struct tree *tree = x->plan->tree;
     text_add(text, " * Coordinates q and their rates qd, in this order:\n");
     for (int i = 0; i < tree->count;) {
+        if (tree->frames[i].is_state) {
+            text_add(
+                text, " *   %d %s [%s], a continuous state: its value is qd[%d], and q[%d] is not read\n", i,
+                tree->frames[i].name,
+                text_comment(text->memory, x->plan->model->states[i - tree_joint_count(tree)].unit), i, i);
+            i++;
+            continue;
+        }
         const struct element_run *run = run_at(x, i);
         const int period = run ? run->period : 1, count = run ? run->count : 1;
         for (int k = i; k < i + period; k++) {

@@ -40,8 +40,11 @@ static const char *ending(int count) {
 }
 
 static void print_counts(FILE *out, const struct generation *gen) {
-    fprintf(out, "%d coordinate%s, %d constraint row%s", gen->tree.count, ending(gen->tree.count),
-            gen->model.row_count, ending(gen->model.row_count));
+    const int joints = tree_joint_count(&gen->tree), states = gen->model.state_count;
+    fprintf(out, "%d coordinate%s, ", joints, ending(joints));
+    if (states)
+        fprintf(out, "%d state%s, ", states, ending(states));
+    fprintf(out, "%d constraint row%s", gen->model.row_count, ending(gen->model.row_count));
 }
 
 void gen_print_summary(const struct generation *gen, FILE *out) {
@@ -130,7 +133,8 @@ static void print_coordinate(const struct generation *gen, const struct frame *f
 
 static void print_coordinates(const struct generation *gen, FILE *out) {
     fprintf(out, "coordinates:\n");
-    for (int i = 0; i < gen->tree.count; i++) {
+    const int joints = tree_joint_count(&gen->tree);
+    for (int i = 0; i < joints; i++) {
         const struct frame *frame = &gen->tree.frames[i];
         fprintf(out, "  %d %s [%s] on %s, starts at %g", i, frame->name,
                 frame->joint.is_revolute ? "rad" : "m",
@@ -138,6 +142,11 @@ static void print_coordinates(const struct generation *gen, FILE *out) {
                 value_of(gen, frame->joint.start));
         print_coordinate(gen, frame, out);
     }
+    if (gen->model.state_count)
+        fprintf(out, "states:\n");
+    for (int i = 0; i < gen->model.state_count; i++)
+        fprintf(out, "  %d %s [%s], starts at %g\n", joints + i, gen->model.states[i].name,
+                gen->model.states[i].unit, value_of(gen, gen->model.states[i].start));
 }
 
 static void print_programme(const struct generation *gen, FILE *out) {

@@ -113,6 +113,12 @@ static void open_names(struct emission *x, struct text *text, const char *what) 
 
 static void emit_coordinate(struct emission *x, struct text *text, int i) {
     const struct frame *frame = &x->plan->tree->frames[i];
+    if (frame->is_state) {
+        const struct model_state *state = &x->plan->model->states[i - tree_joint_count(x->plan->tree)];
+        emit_name_entry(text, state->name, state->unit,
+                        parameters_evaluate(x->g, x->plan->model->parameters, state->start));
+        return;
+    }
     const double start = parameters_evaluate(x->g, x->plan->model->parameters, frame->joint.start);
     emit_name_entry(text, frame->name, frame->joint.is_revolute ? "rad" : "m", start);
 }
@@ -150,6 +156,10 @@ static void emit_coordinate_names(struct emission *x, struct text *text) {
         else
             emit_coordinate(x, text, i);
         i += r < 0 ? 1 : rolled->runs[r].count * rolled->runs[r].period;
+    }
+    for (int i = 0; i < x->plan->model->state_count; i++) {
+        const struct model_state *state = &x->plan->model->states[i];
+        emit_name_entry(text, state->name, state->unit, state->scale);
     }
     text_add(text, "};\n");
     for (int r = 0; r < rolled->run_count; r++)
@@ -196,7 +206,7 @@ static void emit_integers(struct emission *x, struct text *text, const char *wha
 static int *coordinate_indices(struct emission *x, const char **names, int count) {
     int *indices = memory_get(x->plan->memory, ((size_t)count + 1) * sizeof *indices);
     for (int i = 0; i < count; i++)
-        indices[i] = tree_find_coordinate(x->plan->tree, names[i]);
+        indices[i] = tree_find_frame(x->plan->tree, names[i]);
     return indices;
 }
 
@@ -233,7 +243,7 @@ static void emit_index_tables(struct emission *x, struct text *text) {
     const int n = x->plan->tree->count;
     int *parents = memory_get(x->plan->memory, ((size_t)n + 1) * sizeof *parents);
     for (int i = 0; i < n; i++)
-        parents[i] = x->plan->tree->frames[i].parent;
+        parents[i] = x->plan->tree->frames[i].is_state ? REFDYN_STATE : x->plan->tree->frames[i].parent;
     emit_integers(x, text, "parent", parents, n);
     emit_integers(x, text, "dependent", coordinate_indices(x, model->dependent, model->dependent_count),
                   model->dependent_count);

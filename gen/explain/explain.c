@@ -13,6 +13,8 @@ static void explain_frame(struct text *text, const struct tree *tree, int i) {
     text_add(text, "  frame %d, on %d: ", i, frame->parent);
     if (frame->kind != FRAME_JOINT)
         text_add(text, "%s of run %d\n", frame->kind == FRAME_ENTRY ? "entry" : "exit", frame->run);
+    else if (frame->is_state)
+        text_add(text, "state %s, coordinate %d\n", frame->name, frame->coordinate);
     else if (frame->run < 0)
         text_add(text, "%s %s %c, coordinate %d%s\n", frame->name,
                  frame->joint.is_revolute ? "turns about" : "slides along", "xyz"[axis], frame -> coordinate,

@@ -209,6 +209,16 @@ expression expr_symbol(struct graph *g, enum symbol_kind kind, int index, int or
         g, (struct node){.operation = OP_SYMBOL, .depends = symbol_depends(&g->symbols[i]), .operand = {i}});
 }
 
+void graph_exchange_symbols(struct graph *g, enum symbol_kind kind, int order, int first, const int *to,
+                            int count) {
+    for (uint32_t i = 0; i < g->symbol_count; i++) {
+        struct symbol *symbol = &g->symbols[i];
+        const int place = symbol->index - first;
+        if (symbol->kind == kind && symbol->order == order && place >= 0 && place < count)
+            symbol->index = first + to[place];
+    }
+}
+
 bool expr_is_number(const struct graph *g, expression e, double *value) {
     if (g->nodes[e].operation != OP_NUMBER)
         return false;

@@ -135,6 +135,10 @@ void graph_close(struct graph *g);
 expression graph_intern(struct graph *g, struct node node);
 expression expr_number(struct graph *g, double value);
 expression expr_symbol(struct graph *g, enum symbol_kind kind, int index, int order);
+/* Exchanges symbols of one kind and order in all expressions, also in those that the author's functions keep:
+ * first + i becomes first + to[i], for i < count. */
+void graph_exchange_symbols(struct graph *g, enum symbol_kind kind, int order, int first, const int *to,
+                            int count);
 expression expr_add(struct graph *g, expression a, expression b);
 expression expr_sub(struct graph *g, expression a, expression b);
 expression expr_mul(struct graph *g, expression a, expression b);

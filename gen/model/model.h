@@ -167,6 +167,16 @@ struct bound {
     struct place place;
 };
 
+/* A continuous state z of a controller or a drive, with z' = rate. The tree has a frame for it (tree.h). */
+struct model_state {
+    const char *name, *unit;
+    expression rate, start;
+    double scale;     /* change that tolerances equate with a turn of 1 rad */
+    int number;       /* in the author's list */
+    const char *path; /* its name in messages: "states[1]"; NULL: used but not declared */
+    struct place place;
+};
+
 /* A drive: its force is an input, which a programme realised by drives determines. */
 struct drive {
     const char *name;
@@ -262,7 +272,7 @@ struct model {
     int link_count;
     struct point *points; /* the first point_count are points of interest; forces and rows use the others */
     int point_count, marker_count, marker_capacity;
-    struct force *forces;
+    struct force *forces; /* of the author and of drives, then the rates of all states */
     int force_count;
     struct load *loads;
     int load_count, load_capacity;
@@ -274,6 +284,8 @@ struct model {
     int bound_count;
     struct drive *drives;
     int drive_count;
+    struct model_state *states; /* in the author's order */
+    int state_count, state_capacity;
     struct row *rows;
     int row_count, row_capacity;
     struct event *events;

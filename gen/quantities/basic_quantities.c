@@ -152,10 +152,14 @@ static expression sum_times_rates(struct derivation *d, const expression *by_fra
     return recursion_total(&sum);
 }
 
+/* The rates of states are no forces and have no power. */
 void quantity_power(struct derivation *d, struct function *f) {
     const struct applied *applied = derivation_applied(d);
+    expression *others = derivation_new_values(d, d->frames);
+    for (int i = 0; i < d->frames; i++)
+        others[i] = d->kinematics.tree->frames[i].is_state ? EXPR_ZERO : applied->others[i];
     derivation_add_array(d, f, "power", "(1) of forces in Q without a potential [W]", 1, 0);
-    set_last(d, f, 0, sum_times_rates(d, applied->others));
+    set_last(d, f, 0, sum_times_rates(d, others));
 }
 
 void quantity_Q_q(struct derivation *d, struct function *f) {

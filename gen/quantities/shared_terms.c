@@ -214,7 +214,7 @@ bool derivation_has_massless_joint(const struct derivation *d) {
     bool *has_mass = memory_get(d->memory, ((size_t)tree->count + 1) * sizeof *has_mass);
     for (int i = tree->count - 1; i >= 0; i--) {
         const struct frame *frame = &tree->frames[i];
-        has_mass[i] |= !inertia_is_zero(&frame->inertia);
+        has_mass[i] |= frame->is_state || !inertia_is_zero(&frame->inertia);
         if (!has_mass[i] && frame->kind == FRAME_JOINT)
             return true;
         if (frame->parent >= 0)

@@ -101,13 +101,48 @@ static void check_inputs(const struct check *check) {
     names_check_members(check->messages, "input", list, model->input_count);
 }
 
+/* ---- names of states ---- */
+
+/* The kind of another thing with this name, or NULL. The columns of a motion must have different names. */
+static const char *taken_by(const struct check *check, const char *name) {
+    static const char *const endings[] = {"", "_d", "_dd"};
+    const struct model *model = check->model;
+    for (int i = 0; i < model->input_count; i++)
+        if (strcmp(model->inputs[i].name, name) == 0)
+            return "an input";
+    for (int i = 0; i < model->parameter_count; i++)
+        if (strcmp(model->parameters[i].name, name) == 0)
+            return "a parameter";
+    for (int i = 0; i < tree_joint_count(check->tree); i++)
+        for (int k = 0; k < 3; k++)
+            if (strcmp(
+                    memory_format(check->messages->memory, "%s%s", check->tree->frames[i].name, endings[k]),
+                    name) == 0)
+                return k == 0 ? "a coordinate" : k == 1 ? "the rate of a coordinate" : "an acceleration";
+    return strcmp(name, "t") == 0 ? "the time" : strcmp(name, "energy") == 0 ? "the energy" : NULL;
+}
+
+static void check_state_names(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->state_count);
+    for (int i = 0; i < model->state_count; i++) {
+        const struct model_state *state = &model->states[i];
+        const char *by = taken_by(check, state->name);
+        list[i] = (struct named){state->name, state->place};
+        if (by)
+            message_error(check->messages, state->place,
+                          "state %s: the name is already taken by %s; choose another name", state->name, by);
+    }
+    names_check(check->messages, "state", list, model->state_count);
+}
+
 /* ---- lists of coordinates ---- */
 
 static void check_coordinates(const struct check *check, const char *what, struct place place,
                               const char *const *names, int count) {
     const char **known = tree_coordinate_names(check->messages->memory, check->tree);
     for (int i = 0; i < count; i++) {
-        if (tree_find_coordinate(check->tree, names[i]) >= 0 ||
+        if (tree_find_frame(check->tree, names[i]) >= 0 ||
             !message_is_first_mention(check->messages, "coordinate", names[i]))
             continue;
         message_error(check->messages, place, "%s[%d]: unknown coordinate \"%s\"%s", what, i + 1, names[i],
@@ -132,10 +167,15 @@ static void check_dependent(const struct check *check) {
         message_error(check->messages, model->dependent_place,
                       "dependent: number of coordinates is %d; must be that of constraint rows, %d",
                       model->dependent_count, model->row_count);
-    if (count_written_rows(model) > check->tree->count)
+    for (int i = 0; i < model->dependent_count; i++)
+        if (tree_find_state(check->tree, model->dependent[i]) >= 0)
+            message_error(check->messages, model->dependent_place,
+                          "dependent[%d]: \"%s\" is a state, which no row determines; name a coordinate",
+                          i + 1, model->dependent[i]);
+    if (count_written_rows(model) > tree_joint_count(check->tree))
         message_error(check->messages, model->place,
                       "constraints: number of rows is %d; must be at most that of coordinates, %d",
-                      count_written_rows(model), check->tree->count);
+                      count_written_rows(model), tree_joint_count(check->tree));
 }
 
 /* ---- forces and rows ---- */
@@ -143,11 +183,13 @@ static void check_dependent(const struct check *check) {
 /* The symbols in an expression that move, counted by the order of the time derivative. */
 struct moving {
     int symbols[3];
+    int states; /* continuous states among the rates */
     expression *accelerations;
 };
 
 static struct moving moving_of(const struct check *check, expression e) {
-    struct moving moving = {{0, 0, 0}, NULL};
+    struct moving moving = {{0, 0, 0}, 0, NULL};
+    const int joints = tree_joint_count(check->tree);
     int count;
     const expression *symbols = rewrite_list_symbols(check->model->graph, e, &count);
     moving.accelerations = memory_get(check->messages->memory, ((size_t)count + 1) * sizeof *symbols);
@@ -156,6 +198,7 @@ static struct moving moving_of(const struct check *check, expression e) {
         bool is_point = symbol->kind == SYMBOL_POINT && check->tree->points[symbol->index / 3].frame >= 0;
         if (symbol->kind != SYMBOL_COORDINATE && !is_point)
             continue;
+        moving.states += symbol->kind == SYMBOL_COORDINATE && symbol->index >= joints;
         if (symbol->order == 2)
             moving.accelerations[moving.symbols[2]] = symbols[i];
         moving.symbols[symbol->order]++;
@@ -201,11 +244,15 @@ static void refuse_accelerations(const struct check *check, struct place place, 
 }
 
 static void check_force(const struct check *check, const struct force *force) {
+    const struct frame *frame = &check->tree->frames[force->coordinate];
     const char *path =
-        memory_format(check->messages->memory, "forces.%s", check->tree->frames[force->coordinate].name);
+        frame->is_state
+            ? memory_format(check->messages->memory, "%s.rate",
+                            check->model->states[force->coordinate - tree_joint_count(check->tree)].path)
+            : memory_format(check->messages->memory, "forces.%s", frame->name);
     check_formula(check, force->place, path, force->value);
     if (moving_of(check, force->value).symbols[2] > 0)
-        refuse_accelerations(check, force->place, path, "a force");
+        refuse_accelerations(check, force->place, path, frame->is_state ? "a rate" : "a force");
 }
 
 static void check_load(const struct check *check, const struct load *load) {
@@ -261,12 +308,15 @@ static void check_course(const struct check *check, const struct course *course)
         if (strcmp(check->model->inputs[i].name, course->name) == 0)
             message_error(check->messages, course->place,
                           "%s: the name is already taken by an input; choose another name", path);
+    if (tree_find_state(check->tree, course->name) >= 0)
+        message_error(check->messages, course->place,
+                      "%s: the name is already taken by a state; choose another name", path);
 }
 
 /* Whether the column is of a coordinate: its value, rate, acceleration or programme force. */
 static bool is_of_coordinate(const struct check *check, const char *name) {
     static const char *const endings[] = {"", "_d", "_dd"};
-    for (int i = 0; i < check->tree->count; i++) {
+    for (int i = 0; i < tree_joint_count(check->tree); i++) {
         const char *coordinate = check->tree->frames[i].name;
         const size_t length = strlen(coordinate);
         if (strncmp(name, "force_", 6) == 0 && strcmp(name + 6, coordinate) == 0)
@@ -298,7 +348,8 @@ static bool is_of_motion(const char *name) {
 
 static void check_bound(const struct check *check, const struct bound *bound) {
     const struct model *model = check->model;
-    bool is_known = is_of_coordinate(check, bound->column) || is_of_point(check, bound->column);
+    bool is_known = is_of_coordinate(check, bound->column) || is_of_point(check, bound->column) ||
+                    tree_find_state(check->tree, bound->column) >= 0;
     for (int i = 0; i < model->course_count; i++)
         is_known = is_known || strcmp(model->courses[i].name, bound->column) == 0;
     for (int i = 0; i < model->input_count; i++)
@@ -335,7 +386,11 @@ static void check_row(const struct check *check, const struct row *row) {
     const char *path = row->path;
     struct moving moving = moving_of(check, row->residual);
     check_formula(check, row->place, path, row->residual);
-    if (row->level == ROW_POSITION && moving.symbols[1] > 0)
+    if (moving.states > 0)
+        message_error(check->messages, row->place,
+                      "%s: depends on a state; rows may depend on t, coordinates, points and inputs only",
+                      path);
+    else if (row->level == ROW_POSITION && moving.symbols[1] > 0)
         message_error(check->messages, row->place, "%s: depends on velocities; use rd.velocity", path);
     else if (row->level != ROW_ACCELERATION && moving.symbols[2] > 0)
         message_error(check->messages, row->place, "%s: depends on accelerations; use rd.acceleration", path);
@@ -370,8 +425,8 @@ static void check_impact(const struct check *check, const struct event *event) {
     const struct moving moving = moving_of(check, event->value);
     if (moving.symbols[1] > 0)
         message_error(check->messages, event->place,
-                      "%s: depends on velocities; an impact needs an expression in positions only",
-                      event->path);
+                      "%s: depends on %s; an impact needs an expression in positions only", event->path,
+                      moving.states > 0 ? "a state" : "velocities");
     else if (moving.symbols[0] == 0)
         message_error(check->messages, event->place,
                       "%s: depends on no coordinate; an impact needs an expression in positions",
@@ -432,9 +487,10 @@ static bool is_rate_of(const char *name, const char *coordinate) {
 
 /* Compares the names that links choose with the other names of coordinates and of their rates. */
 static void check_coordinate_names(const struct check *check) {
-    for (int i = 0; i < check->tree->count; i++) {
+    const int joints = tree_joint_count(check->tree);
+    for (int i = 0; i < joints; i++) {
         const struct joint *joint = &check->tree->frames[i].joint;
-        for (int k = 0; joint->coordinate && k < check->tree->count; k++) {
+        for (int k = 0; joint->coordinate && k < joints; k++) {
             const char *other = check->tree->frames[k].name;
             if (!check->tree->frames[k].joint.coordinate && strcmp(joint->coordinate, other) == 0)
                 message_error(check->messages, joint->place,
@@ -466,12 +522,13 @@ static void warn_of_columns(const struct check *check) {
 
 void check_programme(const struct model *model, const struct tree *tree, struct messages *messages) {
     const struct check check = {.model = model, .tree = tree, .messages = messages};
-    if (tree->count == 0) {
+    if (tree_joint_count(tree) == 0) {
         message_error(messages, model->place,
                       "links: no link has a joint; a model needs at least one coordinate");
         return;
     }
     check_coordinate_names(&check);
+    check_state_names(&check);
     check_parameters(&check); /* the author's functions may have declared more */
     check_inputs(&check);
     for (int i = 0; i < model->force_count; i++)

@@ -31,7 +31,12 @@ struct setting {
 
 struct read_request {
     const char *file;
-    enum file_kind { FILE_MODEL, FILE_SWEEP, FILE_FIT, FILE_PLAN } kind; /* each has its own functions in rd */
+    enum file_kind {
+        FILE_MODEL,
+        FILE_SWEEP,
+        FILE_FIT,
+        FILE_PLAN
+    } kind;                         /* each has its own functions in rd */
     const struct setting *settings; /* --set NAME=VALUE; the last one of a name is used */
     int setting_count;
     const char *name; /* replaces the model's name; NULL: the model keeps it */
@@ -56,7 +61,8 @@ struct script *script_open(struct memory *memory, struct graph *graph, const str
  * what is missing, but must not be expanded. */
 void read_scene(struct script *script, struct model *model);
 /* The second step, for a model and a tree without errors. Reports unknown settings too. */
-void read_programme(struct script *script, const struct tree *tree, struct model *model);
+/* Also adds the frames of continuous states to the tree. */
+void read_programme(struct script *script, struct tree *tree, struct model *model);
 
 /* Checks that need no Lua: names, values at the parameters' defaults, references. */
 void check_scene(const struct model *model, struct messages *messages);

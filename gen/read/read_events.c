@@ -18,8 +18,14 @@ struct changed_kind {
 };
 
 static const char **coordinate_names(const struct reader *reader, int *count) {
-    *count = reader->tree->count;
+    *count = tree_joint_count(reader->tree);
     return tree_coordinate_names(reader->check.memory, reader->tree);
+}
+
+static const char **state_names(const struct reader *reader, int *count) {
+    const int joints = tree_joint_count(reader->tree);
+    *count = reader->tree->count - joints;
+    return tree_coordinate_names(reader->check.memory, reader->tree) + joints;
 }
 
 static const char **input_names(const struct reader *reader, int *count) {
@@ -44,6 +50,7 @@ static const char **parameter_names(const struct reader *reader, int *count) {
 
 static const struct changed_kind changed_kinds[] = {
     {OWNER_EVENT, FIELD_EVENT_rates, CHANGED_RATE, "coordinate", coordinate_names},
+    {OWNER_EVENT, FIELD_EVENT_states, CHANGED_RATE, "state", state_names},
     {OWNER_EVENT, FIELD_EVENT_inputs, CHANGED_INPUT, "input", input_names},
     {OWNER_EVENT, FIELD_EVENT_parameters, CHANGED_PARAMETER, "parameter", parameter_names},
     {OWNER_SAMPLED, FIELD_SAMPLED_inputs, CHANGED_INPUT, "input", input_names},
@@ -61,7 +68,10 @@ static bool is_folded(const struct reader *reader, const struct changed_kind *ki
 static void add_change(const struct reader *reader, const struct changed_kind *kind, int index,
                        const struct value_field *named, const char *path) {
     struct model *model = reader->model;
-    struct change change = {.what = kind->what, .index = index, .path = path, .place = named->value.place};
+    const int first =
+        kind->field == FIELD_EVENT_states ? tree_joint_count(reader->tree) : 0; /* rates of states */
+    struct change change = {
+        .what = kind->what, .index = first + index, .path = path, .place = named->value.place};
     if (!value_expression(reader->check.graph, &named->value, &change.value))
         return; /* reported by fields_check */
     model->changes = memory_room(reader->check.memory, model->changes, model->change_count,

@@ -228,9 +228,21 @@ void read_scene(struct script *script, struct model *model) {
 
 /* ---- forces and rows ---- */
 
-void read_programme(struct script *script, const struct tree *tree, struct model *model) {
+/* States come first, because all other functions may read them. */
+static void declare_states(struct script *script, const struct reader *reader, struct tree *tree,
+                           const struct value *states) {
+    struct value result;
+    script_declare_states(script, true);
+    if (script_call(script, states, "states", &result))
+        read_states(reader, &result);
+    script_declare_states(script, false);
+    tree_add_states(reader->check.memory, reader->model, tree);
+}
+
+void read_programme(struct script *script, struct tree *tree, struct model *model) {
     struct reader reader = reader_of(script, model);
     const struct value *root = script_result(script);
+    const struct value *states = fields_get(root, FIELD_MODEL_states);
     const struct value *forces = fields_get(root, FIELD_MODEL_forces);
     const struct value *constraints = fields_get(root, FIELD_MODEL_constraints);
     const struct value *courses = fields_get(root, FIELD_MODEL_courses);
@@ -240,11 +252,15 @@ void read_programme(struct script *script, const struct tree *tree, struct model
     struct value result;
     reader.tree = tree;
     const char *const *coordinates = tree_coordinate_names(reader.check.memory, tree);
-    script_set_names(script, model, coordinates, tree->count);
+    const int joints = tree->count;
+    script_set_names(script, model, coordinates, joints);
+    if (states)
+        declare_states(script, &reader, tree, states);
     if (forces && script_call(script, forces, "forces", &result))
         read_forces(&reader, &result);
     if (drives)
         read_drives(&reader, drives);
+    read_rates_of_states(&reader);
     if (courses && script_call(script, courses, "courses", &result))
         read_courses(&reader, &result);
     read_bounds(&reader, limits && script_call(script, limits, "limits", &result) ? &result : NULL);
@@ -254,5 +270,5 @@ void read_programme(struct script *script, const struct tree *tree, struct model
     if (events && script_call(script, events, "events", &result))
         read_events(&reader, &result);
     copy_declarations(&reader);
-    declarations_refuse_unknown_settings(reader.check.declarations, coordinates, tree->count);
+    declarations_refuse_unknown_settings(reader.check.declarations, coordinates, joints);
 }

@@ -8,7 +8,8 @@ void read_refuse_coordinate(const struct reader *reader, struct place place, con
                             const char *fact, const char *name) {
     if (message_is_first_mention(reader->check.messages, "coordinate", name))
         fields_refuse_name(&reader->check, place, path, fact, name,
-                           tree_coordinate_names(reader->check.memory, reader->tree), reader->tree->count);
+                           tree_coordinate_names(reader->check.memory, reader->tree),
+                           tree_joint_count(reader->tree));
 }
 
 static void read_entry(const struct reader *reader, const struct value *value, const char *path,

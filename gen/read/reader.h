@@ -110,6 +110,9 @@ struct messages *script_messages(struct script *script);
 /* The names that the author's functions may use from now on. */
 void script_set_names(struct script *script, struct model *model, const char *const *coordinates,
                       int coordinate_count);
+/* From now on s.states may have any name as a field, which becomes a state of the model; or only those of the
+ * model. */
+void script_declare_states(struct script *script, bool declares_states);
 /* Calls an author's function with the state `s`. Messages call it `name`. False after an error, which is in
  * messages. */
 bool script_call(struct script *script, const struct value *function, const char *name, struct value *result);
@@ -210,9 +213,10 @@ extern const struct view view_of_state, view_of_parameters;
 /* The names that a view can have as fields. */
 struct view_names {
     const struct declarations *declarations;
-    struct model *model; /* its links and points; the directions that are read become markers */
-    const char *const *coordinates;
+    struct model *model;            /* its links and points; the directions that are read become markers */
+    const char *const *coordinates; /* of joints */
     int coordinate_count;
+    bool declares_states; /* unknown names of states become states of the model */
 };
 
 struct view_result {
@@ -223,6 +227,8 @@ struct view_result {
     bool is_reported;  /* the same error has been reported before */
 };
 struct view_result state_symbols_field(const struct view_names *names, struct view view, const char *field);
+/* The number of a state in the model's list. An unknown one is added, or else -1. */
+int state_symbols_find_state(struct model *model, const char *name, bool adds);
 
 struct attachment markers_ground_attachment(void);
 /* Number of the marker of a point on a link. */
@@ -392,8 +398,12 @@ void read_solids(const struct reader *reader, const struct value *table, const c
 void read_joints(const struct reader *reader, const struct value *table, const char *path, struct link *link);
 void read_beam(const struct reader *reader, const struct value *table, const char *path, struct beam *beam);
 
-/* ---- read_forces.c, read_drives.c, read_constraints.c, read_events.c; warnings.c: doubtful values ---- */
+/* ---- read_states.c, read_forces.c, read_drives.c, read_constraints.c, read_events.c; warnings.c: doubtful
+ * values ---- */
 
+void read_states(const struct reader *reader, const struct value *result);
+/* Adds the rates of states to the forces, after all other forces. */
+void read_rates_of_states(const struct reader *reader);
 void read_forces(const struct reader *reader, const struct value *result);
 /* Adds a force along the line between two places, which drives them apart. False if one is unknown. */
 bool read_push(const struct reader *reader, const struct value *value, enum field from, enum field to,

@@ -582,6 +582,10 @@ void script_set_names(struct script *script, struct model *model, const char *co
     script->names.coordinate_count = coordinate_count;
 }
 
+void script_declare_states(struct script *script, bool declares_states) {
+    script->names.declares_states = declares_states;
+}
+
 bool script_call(struct script *script, const struct value *function, const char *name,
                  struct value *result) {
     struct job job = {.script = script, .function = function, .name = name, .result = result};

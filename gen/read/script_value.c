@@ -120,7 +120,9 @@ int script_name_count(const struct script *script) {
 
 double script_names_in(const struct script *script) {
     const struct model *model = script->names.model;
-    const int in_model = model ? model->link_count + model->point_count + script->names.coordinate_count : 0;
+    const int in_model =
+        model ? model->link_count + model->point_count + model->state_count + script->names.coordinate_count
+              : 0;
     return (script_name_count(script) + in_model + (double)script->graph->symbol_count) / 8;
 }
 

@@ -90,8 +90,8 @@ struct vector markers_direction_vector(struct model *model, const struct attachm
 /*
  * The names:
  * s.t  s.q.NAME  s.qd.NAME  s.qdd.NAME  s.points.NAME.x ... zdd  s.points.NAME.axes.x.x ... zdd
- * s.axes.LINK.x.x ... zdd  s.points.NAME.wx ... wzd  s.axes.LINK.wx ... wzd  s.inputs.NAME  s.start.<the
- * same>  p.NAME
+ * s.axes.LINK.x.x ... zdd  s.points.NAME.wx ... wzd  s.axes.LINK.wx ... wzd  s.inputs.NAME  s.states.NAME
+ * s.start.<the same>  p.NAME
  */
 
 /* The kinds of a view. Its `order` is the time derivative of coordinates, `index` the number of a point,
@@ -103,7 +103,8 @@ enum view_kind {
     VIEW_POINTS,
     VIEW_POINT,
     VIEW_INPUTS,
-    VIEW_AXES, /* by link */
+    VIEW_STATES, /* continuous states of controllers */
+    VIEW_AXES,   /* by link */
     VIEW_AXES_OF_POINT,
     VIEW_AXES_OF_LINK,
     VIEW_AXES_OF_TIP,
@@ -133,9 +134,9 @@ static struct view_result found(const struct view_names *names, const struct vie
 }
 
 static struct view_result state_field(const struct view_names *names, struct view view, const char *field) {
-    static const char *const known[] = {"t", "q", "qd", "qdd", "points", "inputs", "start", "axes"};
+    static const char *const known[] = {"t", "q", "qd", "qdd", "points", "inputs", "start", "axes", "states"};
     struct view inner = {.at_start = view.at_start};
-    switch (text_index(field, known, 8)) {
+    switch (text_index(field, known, 9)) {
     case 0:
         return found(names, &view, expr_symbol(names->declarations->graph, SYMBOL_TIME, 0, 0));
     case 1:
@@ -159,8 +160,11 @@ static struct view_result state_field(const struct view_names *names, struct vie
     case 7:
         inner.kind = VIEW_AXES;
         break;
+    case 8:
+        inner.kind = VIEW_STATES;
+        break;
     default:
-        return no_field(names, "s", field, "field", known, 8);
+        return no_field(names, "s", field, "field", known, 9);
     }
     return (struct view_result){.is_view = true, .view = inner};
 }
@@ -323,6 +327,37 @@ static struct view_result input_field(const struct view_names *names, struct vie
     return found(names, &view, expr_symbol(declarations->graph, SYMBOL_INPUT, index, 0));
 }
 
+int state_symbols_find_state(struct model *model, const char *name, bool adds) {
+    for (int i = 0; i < model->state_count; i++)
+        if (strcmp(model->states[i].name, name) == 0)
+            return i;
+    if (!adds)
+        return -1;
+    model->states = memory_room(model->graph->memory, model->states, model->state_count,
+                                &model->state_capacity, sizeof *model->states);
+    model->states[model->state_count] = (struct model_state){.name = name};
+    return model->state_count++;
+}
+
+/* A state is the rate of its frame, and the frames of states follow those of joints. While the author's
+ * function declares states, each name is accepted, because rates may read states that follow. */
+static struct view_result declared_state_field(const struct view_names *names, struct view view,
+                                               const char *field) {
+    struct model *model = names->model;
+    const char *name = memory_format(names->declarations->memory, "%s", field);
+    const int index = state_symbols_find_state(model, name, names->declares_states);
+    if (index < 0) {
+        const char **known =
+            memory_get(names->declarations->memory, ((size_t)model->state_count + 1) * sizeof *known);
+        for (int i = 0; i < model->state_count; i++)
+            known[i] = model->states[i].name;
+        return no_field(names, "s.states", field, "state", known, model->state_count);
+    }
+    return found(
+        names, &view,
+        expr_symbol(names->declarations->graph, SYMBOL_COORDINATE, names->coordinate_count + index, 1));
+}
+
 struct view_result state_symbols_field(const struct view_names *names, struct view view, const char *field) {
     switch ((enum view_kind)view.kind) {
     case VIEW_PARAMETERS:
@@ -342,6 +377,8 @@ struct view_result state_symbols_field(const struct view_names *names, struct vi
     case VIEW_AXES_OF_LINK:
     case VIEW_AXES_OF_TIP:
         return axis_field(names, view, field);
+    case VIEW_STATES:
+        return declared_state_field(names, view, field);
     default:
         return input_field(names, view, field);
     }

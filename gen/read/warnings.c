@@ -464,7 +464,7 @@ static void check_coordinates(const struct look *look) {
     const bool *acts = acted_on(look);
     weigh_position(look, 0, inertia, pull);
     weigh_position(look, 0.4, inertia, pull);
-    for (int i = 0; i < n; i++) {
+    for (int i = 0; i < tree_joint_count(look->tree); i++) {
         const struct frame *frame = &look->tree->frames[i];
         if (inertia[i] == 0 && value_of(look, frame->joint.rotor) == 0)
             message_warning(look->messages, frame->joint.place,

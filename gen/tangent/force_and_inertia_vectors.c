@@ -48,7 +48,7 @@ void tangent_add_row_forces(const struct kinematics *k, struct applied_forces *a
         const struct row *given = &k->model->rows[row];
         const expression lambda = expr_symbol(g, SYMBOL_MULTIPLIER, row, 0);
         const expression *derivative =
-            coordinate_derivatives_symbol_gradient(k, given->residual, (int)given->level);
+            coordinate_derivatives_symbol_gradient(k, given->residual, (int)given->level, false);
         for (int i = 0; i < n; i++)
             applied_forces->coordinates[i] =
                 expr_add(g, applied_forces->coordinates[i], expr_mul(g, lambda, derivative[i]));

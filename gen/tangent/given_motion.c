@@ -208,8 +208,7 @@ static expression place_symbol(void *context, struct graph *g, expression e) {
     const struct given_motion *given = context;
     const struct kinematics *k = given->k;
     const struct symbol s = *expr_as_symbol(g, e);
-    const bool moves = s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT;
-    if (given->is_resting && moves && s.order > 0)
+    if (given->is_resting && coordinate_derivatives_rests(k, &s))
         return EXPR_ZERO;
     if (s.kind == SYMBOL_MULTIPLIER && given->multipliers)
         return given->multipliers[s.index];
@@ -256,7 +255,7 @@ expression *given_motion_derivatives(struct given_motion *given, expression e, i
     const int n = k->tree->count, markers = k->model->marker_count;
     expression *derivatives = memory_get(k->memory, ((size_t)n + 1) * sizeof *derivatives);
     for (int i = order; i < 3; i++) {
-        expression *partial = coordinate_derivatives_symbol_gradient(k, e, i);
+        expression *partial = coordinate_derivatives_symbol_gradient(k, e, i, given->is_resting);
         rewrite_substitute(g, place_symbol, given, partial, partial, n + 3 * markers);
         for (int j = 0; j < n && i == order; j++)
             derivatives[j] = expr_add(g, derivatives[j], partial[j]); /* of frames that are in no run */

@@ -163,11 +163,47 @@ void tree_place_points(struct memory *memory, const struct model *model, struct 
         tree->points[i] = attach_point(&x, tree->carriers, &model->points[i]);
 }
 
-int tree_find_coordinate(const struct tree *tree, const char *name) {
-    for (int i = 0; i < tree->count; i++)
+void tree_add_states(struct memory *memory, const struct model *model, struct tree *tree) {
+    struct expansion x = {
+        .memory = memory, .model = model, .g = model->graph, .tree = tree, .capacity = tree->count};
+    for (int i = 0; i < model->state_count; i++) {
+        const struct model_state *state = &model->states[i];
+        const struct joint joint = {.name = "state",
+                                    .coordinate = state->name,
+                                    .start_rate = state->start,
+                                    .rotor = EXPR_ONE,
+                                    .place = state->place};
+        struct fixed_frame ground = {.frame = -1, .placement = placement_identity()};
+        struct frame *frame = frames_add(&x, &ground, &joint);
+        frame->name = state->name;
+        frame->is_state = true;
+    }
+}
+
+int tree_joint_count(const struct tree *tree) {
+    int count = tree->count;
+    while (count > 0 && tree->frames[count - 1].is_state)
+        count--;
+    return count;
+}
+
+static int find_between(const struct tree *tree, const char *name, int first, int end) {
+    for (int i = first; i < end; i++)
         if (!strcmp(tree->frames[i].name, name))
             return i;
     return -1;
+}
+
+int tree_find_frame(const struct tree *tree, const char *name) {
+    return find_between(tree, name, 0, tree->count);
+}
+
+int tree_find_coordinate(const struct tree *tree, const char *name) {
+    return find_between(tree, name, 0, tree_joint_count(tree));
+}
+
+int tree_find_state(const struct tree *tree, const char *name) {
+    return find_between(tree, name, tree_joint_count(tree), tree->count);
 }
 
 const char **tree_coordinate_names(struct memory *memory, const struct tree *tree) {

@@ -53,6 +53,7 @@ struct frame {
     struct inertia inertia;     /* of all bodies that move with this frame and with no later one */
     bool keeps_axes;            /* its axes do not turn with its body */
     bool goes_on;               /* its body turns about the same axis as its carrier's body */
+    bool is_state;              /* the frame of a continuous state: see tree_add_states */
 };
 
 /* A body or point fixed to a frame, or to the ground (frame -1). */
@@ -94,9 +95,22 @@ struct element_run {
 };
 
 void tree_expand(struct memory *memory, const struct model *model, struct tree *tree);
+/*
+ * Adds a frame for each continuous state z of the model, after all others. It is a slide on the ground whose
+ * rate is z and whose only inertia is a rotor of 1; the model's list of forces has z' as the force on it.
+ * All that holds for rates and generalized forces then holds for states: steps, derivatives, events. The
+ * coordinate itself, the integral of z, has no meaning, and no formula reads it. Energy and power leave
+ * these frames out, and at rest z keeps its value. Theory, sect. 4.14.
+ */
+void tree_add_states(struct memory *memory, const struct model *model, struct tree *tree);
+int tree_joint_count(const struct tree *tree);                  /* of frames before those of states */
+int tree_find_state(const struct tree *tree, const char *name); /* -1: none */
+int tree_find_frame(const struct tree *tree, const char *name); /* of a joint or a state; -1: none */
 /* Places points and directions, after forces and rows have named all of them. */
 void tree_place_points(struct memory *memory, const struct model *model, struct tree *tree);
-int tree_find_coordinate(const struct tree *tree, const char *name); /* -1: none */
+/* The frame of a joint; -1: none. */
+int tree_find_coordinate(const struct tree *tree, const char *name);
+/* The names of all frames: of joints, then of states. */
 const char **tree_coordinate_names(struct memory *memory, const struct tree *tree);
 /* "local z", or "(0, 0.6, 0.8)" in the link's axes, for the present values of parameters. */
 const char *joint_axis_text(struct memory *memory, const struct model *model, const struct joint *joint);

@@ -10,6 +10,7 @@
 ---@field links table[] the links in any order; coordinates are numbered in this order, carriers first
 ---@field points? table points of interest by name, each a place (`"arm"`, `"arm.tip"`) or a table
 ---@field forces? fun(s: table): table takes the state, returns generalized forces by coordinate, added to Q, and a list of `rd.spring`, `rd.force` ... [N or N m]
+---@field states? fun(s: table): table takes the state, returns a list of `rd.state`: continuous states of controllers and drives, which formulas read as `s.states.NAME`
 ---@field courses? fun(s: table): table takes the state, returns a table of named values that a motion records and `plot` draws
 ---@field limits? fun(s: table): table takes the state, returns a list of named values with bounds, [limits](#limits), that motions are compared with
 ---@field constraints? fun(s: table): table takes the state, returns a list of rows: `rd.position`, `rd.loop` ..., or lists of them
@@ -320,6 +321,7 @@
 ---@field ends? boolean `true` ends the motion there
 ---@field restitution? refdyn.expression|number an impact: speed of the value after it over speed before it; the impulse is along the gradient of the value
 ---@field rates? table<string, refdyn.expression|number> rates, by coordinate, that the event sets [m/s or rad/s]
+---@field states? table<string, refdyn.expression|number> continuous states that the event sets
 ---@field inputs? table<string, refdyn.expression|number> inputs that the event sets
 ---@field parameters? table<string, refdyn.expression|number> parameters that the event sets
 ---@field name? string name in reports; default: `event 1` and so on
@@ -330,12 +332,20 @@
 ---@field parameters? table<string, refdyn.expression|number> parameters that a sample sets
 ---@field name? string name in reports; default: `event 1` and so on
 
+---@class refdyn.state
+---@field [1]? string
+---@field name? string name, an identifier of C, also that of its column in a motion
+---@field rate refdyn.expression|number its time derivative, an expression of t, q, qd, points, inputs and states
+---@field start? refdyn.expression|number value at the start of a motion; default: 0
+---@field unit? string unit of its column; default: none
+---@field scale? number change that tolerances treat like a turn of 1 rad, in its unit; default: 1
+
 ---@class refdyn.bound
 ---@field [1]? string
 ---@field name? string name in reports, and of the column of `value`
 ---@field [2]? refdyn.expression|number
 ---@field value? refdyn.expression|number the value: an expression of t, q, qd, points and inputs
----@field column? string instead of `value`, a column of the motion: a coordinate, also with `_d` or `_dd`, its programme force `force_COORDINATE`, a component of a point such as `E_xdd`, or a course
+---@field column? string instead of `value`, a column of the motion: a coordinate, also with `_d` or `_dd`, a state, its programme force `force_COORDINATE`, a component of a point such as `E_xdd`, or a course
 ---@field from? number smallest value; default: none
 ---@field to? number largest value; default: none. One of the two is needed
 
@@ -417,6 +427,8 @@ function rd.contact(fields) end
 function rd.event(fields) end
 ---@param fields refdyn.sampled
 function rd.sampled(fields) end
+---@param fields refdyn.state
+function rd.state(fields) end
 ---@param fields refdyn.row
 function rd.position(fields) end
 ---@param fields refdyn.row

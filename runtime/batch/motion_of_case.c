@@ -159,10 +159,11 @@ static int find_equilibrium(struct worker *worker) {
     const struct refdyn_batch *batch = worker->batch;
     const struct refdyn_statics_options defaults = refdyn_statics_default();
     struct refdyn_statics_result result;
-    memset(worker->qd, 0, (size_t)batch->model->n * sizeof(double));
+    refdyn_enter_statics(batch->model, worker->q, worker->qd);
     const int status =
         refdyn_statics(&worker->work, batch->statics ? batch->statics : &defaults, batch->held,
                        batch->held_count, worker->q, NULL, &result, worker->statics, worker->statics_size);
+    refdyn_leave_statics(batch->model, worker->q, worker->qd);
     worker->result.unstable = result.unstable;
     worker->result.is_beyond = !result.is_followed;
     return status;

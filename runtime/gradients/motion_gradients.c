@@ -102,11 +102,19 @@ static void keep_start(struct run *run, const struct refdyn_integrator *integrat
            2 * (size_t)run->n * sizeof *start);
 }
 
+/* The coordinates of joints, and the values of states. */
+static void keep_positions(const struct refdyn_integrator *integrator, double *positions) {
+    const struct refdyn_model *model = integrator->work->model;
+    const int n = model->n, joints = refdyn_joint_count(model);
+    memcpy(positions, integrator->q, (size_t)joints * sizeof *positions);
+    memcpy(positions + joints, integrator->qd + joints, (size_t)(n - joints) * sizeof *positions);
+}
+
 static int see_motion(void *context, const struct refdyn_batch_case *one, int number) {
     struct run *run = context;
     if (number == 0)
         keep_start(run, one->integrator);
-    memcpy(run->q + (size_t)number * (size_t)run->n, one->integrator->q, (size_t)run->n * sizeof *run->q);
+    keep_positions(one->integrator, run->q + (size_t)number * (size_t)run->n);
     run->times[number] = one->integrator->t;
     if (run->given->at)
         write_values(run->given, one, run->given->at + (size_t)number * (size_t)run->width);
@@ -134,8 +142,7 @@ static int see_copy(void *context, const struct refdyn_batch_case *one, int numb
         return 0;
     write_values(run->given, one, values_of(run, one->number) + row * (size_t)run->width);
     if (one->number < SIDES * BLOCK)
-        memcpy(run->positions + ((size_t)one->number * (size_t)run->rows + row) * n, one->integrator->q,
-               n * sizeof(double));
+        keep_positions(one->integrator, run->positions + ((size_t)one->number * (size_t)run->rows + row) * n);
     run->endings[one->number].outputs = number + 1;
     return 0;
 }

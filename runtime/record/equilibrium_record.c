@@ -58,6 +58,8 @@ void record_print_equilibrium(const struct record_equilibrium *equilibrium, FILE
 }
 
 static const char *unit_of_force(const struct refdyn_model *model, int coordinate) {
+    if (coordinate >= refdyn_joint_count(model))
+        return ""; /* the rate of a state */
     return strcmp(model->coordinates[coordinate].unit, "rad") == 0 ? "N m" : "N";
 }
 

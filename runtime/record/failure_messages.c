@@ -27,30 +27,37 @@ static void print_place(const struct refdyn_workspace *work, FILE *out) {
         fprintf(out, ", %s %s", fault->row < refdyn_programme_rows(work->model) ? "constraint" : "contact",
                 work->model->rows[fault->row].name);
     if (fault->coordinate >= 0 && fault->coordinate < work->model->n)
-        fprintf(out, ", coordinate %s", work->model->coordinates[fault->coordinate].name);
+        fprintf(out, ", %s %s", fault->coordinate < refdyn_joint_count(work->model) ? "coordinate" : "state",
+                work->model->coordinates[fault->coordinate].name);
 }
 
-/* Selects all values; of many, the one that failed, those that are not finite, and the largest. */
-static bool is_shown(const struct refdyn_model *model, const double *values, int i, int fault) {
+/* Selects all values from `first` to before `end`; of many, the one that failed, those that are not finite,
+ * and the largest. */
+static bool is_shown(const double *values, int first, int end, int i, int fault) {
     int larger = 0;
-    if (model->n <= SHOWN_ALL || i == fault || !isfinite(values[i]))
+    if (end - first <= SHOWN_ALL || i == fault || !isfinite(values[i]))
         return true;
-    for (int j = 0; j < model->n; j++)
+    for (int j = first; j < end; j++)
         larger += fabs(values[j]) > fabs(values[i]) || (fabs(values[j]) == fabs(values[i]) && j < i);
     return larger < SHOWN_LARGEST;
 }
 
-static void print_values(const char *title, const struct refdyn_model *model, const double *values,
-                         const char *suffix, int fault, FILE *out) {
+/* Prints the values of joints, or of states. */
+static void print_values(const char *title, const struct refdyn_model *model, bool are_states,
+                         const double *values, const char *suffix, int fault, FILE *out) {
+    const int joints = refdyn_joint_count(model), first = are_states ? joints : 0,
+              end = are_states ? model->n : joints;
     char text[RECORD_NUMBER_LENGTH];
     int shown = 0;
+    if (first == end)
+        return;
     fprintf(out, "  %s:", title);
-    for (int i = 0; i < model->n && shown < SHOWN_ALL; i++)
-        if (is_shown(model, values, i, fault))
+    for (int i = first; i < end && shown < SHOWN_ALL; i++)
+        if (is_shown(values, first, end, i, fault))
             fprintf(out, "%s %s%s = %s", shown++ ? "," : "", model->coordinates[i].name, suffix,
                     record_number(values[i], text));
-    if (shown < model->n)
-        fprintf(out, " (%d of %d: failing, or the largest)", shown, model->n);
+    if (shown < end - first)
+        fprintf(out, " (%d of %d: failing, or the largest)", shown, end - first);
     fputc('\n', out);
 }
 
@@ -79,9 +86,11 @@ void record_print_failed(const struct refdyn_workspace *work, int result, double
     fputs("\n", out);
     if (result == REFDYN_CONTACT_INSIDE)
         print_gap(work, t, q, qd, out);
-    print_values("q", work->model, q, "", work->fault.coordinate, out);
+    print_values("q", work->model, false, q, "", work->fault.coordinate, out);
     if (qd)
-        print_values("qd", work->model, qd, "_d", work->fault.coordinate, out);
+        print_values("qd", work->model, false, qd, "_d", work->fault.coordinate, out);
+    if (qd)
+        print_values("states", work->model, true, qd, "", work->fault.coordinate, out);
 }
 
 /* Returns phi of row a, or psi if it is no position row. */

@@ -3,6 +3,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "runtime/record/record.h"
 
@@ -158,4 +159,13 @@ void record_find_freedom(struct record_freedom *freedom, const struct record_alg
     qsort(freedom->column + freedom->rank, (size_t)(n - freedom->rank), sizeof *freedom->column, ascending);
     qsort(freedom->row + freedom->rank, (size_t)(count - freedom->rank), sizeof *freedom->row, ascending);
     fill(freedom, rows);
+    freedom->free = n - freedom->rank;
+}
+
+void record_freedom_drop(struct record_freedom *freedom, int count) {
+    const int before = freedom->free;
+    freedom->free -= count;
+    for (int i = 0; i < freedom->n; i++)
+        memmove(freedom->basis + i * freedom->free, freedom->basis + i * before,
+                (size_t)freedom->free * sizeof *freedom->basis);
 }

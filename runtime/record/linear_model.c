@@ -56,10 +56,11 @@ static void choose_states(struct building *b) {
     int count;
     double *rows = rows_up_to(b, linear->u, REFDYN_POSITION, &count);
     record_find_freedom(&b->position, b->algebra, rows, count, b->n, NULL, 0);
+    record_freedom_drop(&b->position, linear->states);
     double *psi_q = rows_up_to(b, linear->psi_q, REFDYN_VELOCITY, &count);
     rows = rows_up_to(b, linear->u, REFDYN_VELOCITY, &count);
     record_find_freedom(&b->velocity, b->algebra, rows, count, b->n, psi_q, b->n);
-    const int positions = b->n - b->position.rank, rates = b->n - b->velocity.rank;
+    const int positions = b->position.free, rates = b->velocity.free;
     model->position_count = positions;
     model->size = positions + rates;
     b->columns = model->size + b->inputs;
@@ -232,7 +233,7 @@ static int by_size(const void *a, const void *b) {
 static bool is_equilibrium(const struct building *b) {
     const struct record_linear *linear = &b->model->motions.linear;
     const int all = model_of(b)->n;
-    for (int j = 0; j < all; j++)
+    for (int j = 0; j < refdyn_joint_count(model_of(b)); j++)
         if (linear->given[j] != 0)
             return false;
     for (int i = 0; i < b->m; i++) {
@@ -371,8 +372,9 @@ static void put_states(const struct record_linear_model *model, const struct rec
     char name[256];
     writer->open(writer->context, "states", '[');
     for (int i = 0; i < model->size; i++) {
-        const char *coordinate = of->coordinates[model->motions.linear.place[model->state[i]]].name;
-        snprintf(name, sizeof name, "%s%s", coordinate, i < model->position_count ? "" : "_d");
+        const int place = model->motions.linear.place[model->state[i]];
+        const int is_rate = i >= model->position_count && place < refdyn_joint_count(of);
+        snprintf(name, sizeof name, "%s%s", of->coordinates[place].name, is_rate ? "_d" : "");
         writer->text(writer->context, NULL, name);
     }
     writer->close(writer->context, ']');
@@ -410,8 +412,7 @@ void record_put_linear_model(const struct record_linear_model *model, const stru
     put_matrix(writer, "C", model->C, outputs, size);
     put_matrix(writer, "D", model->D, outputs, inputs);
     record_put_array(writer, "rate", model->rate, size);
-    record_put_array(writer, "q", motions->q, motions->work->n);
-    record_put_array(writer, "qd", motions->qd, motions->work->n);
+    record_put_state(motions->work->model, motions->q, motions->qd, "state_values", writer);
     writer->number(writer->context, "t", motions->t);
     writer->open(writer->context, "eigenvalues", '[');
     for (int i = 0; i < size; i++)

@@ -129,13 +129,14 @@ static bool is_slide(const struct refdyn_name *coordinate) {
 static void name_state(const struct refdyn_model *model, struct columns *columns) {
     const struct refdyn_name *q = model->coordinates;
     const char *const *coordinates = columns->names + 1;
+    const int joints = refdyn_joint_count(model);
     begin_part(columns, "/t", NULL, NULL);
     add_name(columns, "t", "s");
     begin_part(columns, "/q", "/coordinate", coordinates);
-    for (int i = 0; i < model->n; i++)
+    for (int i = 0; i < joints; i++)
         add_name(columns, q[i].name, q[i].unit);
     begin_part(columns, "/qd", "/coordinate", coordinates);
-    for (int i = 0; i < model->n; i++)
+    for (int i = 0; i < joints; i++)
         add_name(columns, format_name(columns, "%s_d", q[i].name), is_slide(&q[i]) ? "m/s" : "rad/s");
 }
 
@@ -148,10 +149,17 @@ static void name_energy(const struct refdyn_model *model, struct columns *column
 static void name_forces(const struct refdyn_model *model, struct columns *columns) {
     const int first = columns->count;
     begin_part(columns, "/force", "/coordinate", columns->names + 1);
-    for (int i = 0; i < model->n; i++)
+    for (int i = 0; i < refdyn_joint_count(model); i++)
         add_name(columns, format_name(columns, "force_%s", model->coordinates[i].name),
                  is_slide(&model->coordinates[i]) ? "N" : "N m");
     settle(columns, first, "force_");
+}
+
+static void name_states(const struct refdyn_model *model, struct columns *columns) {
+    for (int i = refdyn_joint_count(model); i < model->n; i++) {
+        begin_part(columns, format_name(columns, "/states/%s", model->coordinates[i].name), NULL, NULL);
+        add_settled(columns, "state_", model->coordinates[i].name, model->coordinates[i].unit);
+    }
 }
 
 static void name_inputs(const struct refdyn_model *model, struct columns *columns) {
@@ -172,7 +180,7 @@ static void name_courses(const struct refdyn_model *model, struct columns *colum
 static void name_accelerations(const struct refdyn_model *model, struct columns *columns) {
     const int first = columns->count;
     begin_part(columns, "/qdd", "/coordinate", columns->names + 1);
-    for (int i = 0; i < model->n; i++)
+    for (int i = 0; i < refdyn_joint_count(model); i++)
         add_name(columns,
                  format_name(columns, "%s%s", model->coordinates[i].name, record_acceleration_ending),
                  is_slide(&model->coordinates[i]) ? "m/s^2" : "rad/s^2");
@@ -267,7 +275,7 @@ static void put_courses(struct record_table *table) {
 }
 
 static void put_accelerations(struct record_table *table) {
-    put_values(table, table->integrator->qdd, table->integrator->work->n);
+    put_values(table, table->integrator->qdd, refdyn_joint_count(table->integrator->work->model));
 }
 
 /* w = J qd, wd = J qdd + Jd_qd, the last three rows of each. */
@@ -293,9 +301,16 @@ static void put_angular(struct record_table *table) {
 
 static void put_state_cells(struct record_table *table) {
     const struct refdyn_integrator *integrator = table->integrator;
+    const int joints = refdyn_joint_count(integrator->work->model);
     put_value(table, integrator->t);
-    put_values(table, integrator->q, integrator->work->n);
-    put_values(table, integrator->qd, integrator->work->n);
+    put_values(table, integrator->q, joints);
+    put_values(table, integrator->qd, joints);
+}
+
+static void put_states(struct record_table *table) {
+    const struct refdyn_integrator *integrator = table->integrator;
+    const int joints = refdyn_joint_count(integrator->work->model);
+    put_values(table, integrator->qd + joints, integrator->work->n - joints);
 }
 
 static void put_energy(struct record_table *table) {
@@ -307,7 +322,7 @@ static void put_energy(struct record_table *table) {
 
 static void put_forces(struct record_table *table) {
     refdyn_integrator_force(table->integrator, table->scratch);
-    put_values(table, table->scratch, table->integrator->work->n);
+    put_values(table, table->scratch, refdyn_joint_count(table->integrator->work->model));
 }
 
 static void put_inputs(struct record_table *table) {
@@ -331,11 +346,10 @@ static void put_contacts(struct record_table *table) {
 /* ---- Blocks ---- */
 
 static const struct block blocks[RECORD_BLOCKS] = {
-    {name_state, put_state_cells},   {name_points, put_points},
-    {name_residuals, put_residuals}, {name_energy, put_energy},
-    {name_forces, put_forces},       {name_inputs, put_inputs},
-    {name_courses, put_courses},     {name_accelerations, put_accelerations},
-    {name_angular, put_angular},     {name_contacts, put_contacts}};
+    {name_state, put_state_cells}, {name_points, put_points},    {name_residuals, put_residuals},
+    {name_energy, put_energy},     {name_forces, put_forces},    {name_states, put_states},
+    {name_inputs, put_inputs},     {name_courses, put_courses},  {name_accelerations, put_accelerations},
+    {name_angular, put_angular},   {name_contacts, put_contacts}};
 
 static void *allocate(struct record_memory memory, size_t count, size_t size) {
     return memory.get(memory.context, (count + 1) * size);
@@ -383,12 +397,29 @@ void record_put_array(const struct record_writer *writer, const char *key, const
     writer->close(writer->context, ']');
 }
 
+void record_put_state(const struct refdyn_model *model, const double *q, const double *qd, const char *states,
+                      const struct record_writer *writer) {
+    const int joints = refdyn_joint_count(model);
+    record_put_array(writer, "q", q, joints);
+    record_put_array(writer, "qd", qd, joints);
+    if (joints == model->n)
+        return;
+    writer->open(writer->context, states, '{');
+    for (int j = joints; j < model->n; j++)
+        writer->number(writer->context, model->coordinates[j].name, qd[j]);
+    writer->close(writer->context, '}');
+}
+
 void record_table_put_units(const struct record_table *table, const struct record_writer *writer) {
     writer->open(writer->context, "units", '{');
     for (int i = 0; i < table->count; i++)
         if (table->units[i])
             writer->text(writer->context, table->names[i], table->units[i]);
     writer->close(writer->context, '}');
+}
+
+bool record_table_is_state(const struct record_table *table, int column) {
+    return column >= table->ends[RECORD_STATES - 1] && column < table->ends[RECORD_STATES];
 }
 
 void record_table_want(struct record_table *table, const bool *wanted) {

@@ -42,11 +42,15 @@ struct record_writer {
 
 void record_put_array(const struct record_writer *writer, const char *key, const double *values, int count);
 
+/* Writes q and qd of joints, and the values of states, if there are any, as an object `states`. */
+void record_put_state(const struct refdyn_model *model, const double *q, const double *qd, const char *states,
+                      const struct record_writer *writer);
+
 /* ---- Columns of a motion by name (motion_table.c) ----
  * If an earlier column already has a name, the later one is prefixed with its kind: point_, input_ ... */
 
 /* groups of columns that are computed together: the state, points, residuals ... */
-enum { RECORD_BLOCKS = 10 };
+enum { RECORD_BLOCKS = 11, RECORD_STATES = 5 /* the block of continuous states */ };
 
 /* Columns of one dataset in an HDF5 file. */
 struct record_part {
@@ -84,6 +88,8 @@ void record_table_want(struct record_table *table, const bool *wanted);
 void record_table_fill(struct record_table *table);
 /* The first column that is infinite or NaN after record_table_fill, NULL if all are finite. */
 const char *record_table_not_finite(const struct record_table *table);
+/* Returns whether the column is the value of a continuous state. */
+bool record_table_is_state(const struct record_table *table, int column);
 /* The column with this name, -1 if there is none. */
 int record_table_find(const struct record_table *table, const char *name, size_t length);
 /* Writes the known units of the columns as object "units". */
@@ -372,22 +378,28 @@ struct record_freedom {
     int *row;      /* (count) rows: the first `rank` are used, the others redundant */
     int *column;   /* (n) the first `rank` are dependent, in the order of elimination; then the independent
                       ones, ascending */
-    double *basis; /* (n x (n - rank)) */
+    int free;      /* number of independent columns: n - rank, or less after record_freedom_drop */
+    double *basis; /* (n x free) */
     double *drift; /* (n x width) */
 };
 
 void record_find_freedom(struct record_freedom *freedom, const struct record_algebra *algebra,
                          const double *R, int count, int n, const double *B, int width);
 
+/* Leaves out the last `count` independent columns, whose changes have no effect. */
+void record_freedom_drop(struct record_freedom *freedom, int count);
+
 /* The equations of motion for x, a small change of the coordinates that are not held, with the accelerations
  * and multipliers of the state (theory, sect. 7.6). At rest: M x'' + D x' + K x - u^T mu = 0,
  *     position rows: u x = 0,   velocity rows: u x' + psi_q x = 0 */
 struct record_linear {
     int n, m;
-    int *place;                   /* (n) of the coordinates not held, in q */
-    double *M, *D, *K;            /* (n x n) */
-    double *u, *psi_q;            /* (m x n) */
-    double *G_q, *G_qd;           /* (m x n) derivatives of u qdd - k */
+    int states;         /* number of continuous states, the last coordinates: x' is their value, and x
+                           has no effect */
+    int *place;         /* (n) of the coordinates not held, in q */
+    double *M, *D, *K;  /* (n x n) */
+    double *u, *psi_q;  /* (m x n) */
+    double *G_q, *G_qd; /* (m x n) derivatives of u qdd - k */
     enum refdyn_row_level *level; /* (m) */
     double *given;                /* (3 n + 1 + m, all coordinates) qd, qdd, power, lambda of the state */
     double *force;                /* (n) h + Q + u^T lambda - M qdd, the unbalanced force */

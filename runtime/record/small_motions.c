@@ -101,8 +101,10 @@ static void choose_places(const struct record_algebra *algebra, struct record_li
     linear->place = record_allocate(algebra, (size_t)model->n, sizeof *linear->place);
     linear->level = record_allocate(algebra, (size_t)linear->m, sizeof *linear->level);
     for (int j = 0; j < model->n; j++)
-        if (!held[j])
+        if (!held[j]) {
+            linear->states += j >= refdyn_joint_count(model);
             linear->place[linear->n++] = j;
+        }
     for (int i = 0; i < linear->m; i++)
         linear->level[i] = model->rows[i].level;
 }
@@ -184,10 +186,10 @@ int record_linearise(struct record_small_motions *motions, const struct record_a
 
 int record_find_unbalanced(const struct record_linear *linear, const double *force) {
     for (int j = 0; j < linear->n; j++) {
-        const double *row = linear->K + j * linear->n;
+        const double *row = linear->K + j * linear->n, *by_states = linear->D + j * linear->n;
         double stiffness = 0;
         for (int i = 0; i < linear->n; i++)
-            stiffness = fmax(stiffness, fabs(row[i]));
+            stiffness = fmax(stiffness, fabs(i < linear->n - linear->states ? row[i] : by_states[i]));
         if (fabs(force[j]) > distance_tol * stiffness &&
             fabs(force[j]) > acceleration_tol * linear->M[j * (linear->n + 1)])
             return j;
@@ -254,6 +256,7 @@ static void put_complex(const struct record_writer *writer, const char *key, con
     writer->close(writer->context, '}');
 }
 
+/* The entries of the coordinates, and those of states by name. */
 static void put_shape(const struct record_writer *writer, const struct record_small_motions *motions,
                       const struct record_mode *mode) {
     const struct refdyn_model *model = motions->work->model;
@@ -261,7 +264,10 @@ static void put_shape(const struct record_writer *writer, const struct record_sm
     double complex *shape = record_allocate(motions->spectrum.algebra, (size_t)n, sizeof *shape);
     for (int j = 0; j < motions->linear.n; j++)
         shape[motions->linear.place[j]] = mode->shape[j];
-    put_complex(writer, "shape", shape, n);
+    const int joints = refdyn_joint_count(model);
+    put_complex(writer, "shape", shape, joints);
+    if (joints < n)
+        put_complex(writer, "shape_of_states", shape + joints, n - joints);
     writer->open(writer->context, "points", '{');
     for (int i = 0; i < model->point_count; i++) {
         double complex moved[3] = {0}; /* C shape */

@@ -2,7 +2,7 @@
  * Eigenvalues and shapes of small motions, from the linear equations of a model at rest.
  *
  * Coordinates are measured in 1/sqrt(M_jj). With x = Z y for the position rows, x' = N w + G x for all rows
- * (struct record_freedom), the equations are the pencil
+ * (struct record_freedom), where y leaves out states of controllers, the equations are the pencil
  *     y' = (N w + G Z y)_independent
  *     N^T M N w' = -N^T ((K + (D + M G) G) Z y + (D + M G) N w)
  * or E z' = A z, with a time unit 1/s between those of stiff and soft coordinates. The eigenvalues
@@ -94,7 +94,8 @@ static void find_freedoms(struct pencil *pencil) {
         }
     record_find_freedom(&pencil->position, pencil->algebra, level_q, count, n, NULL, 0);
     record_find_freedom(&pencil->velocity, pencil->algebra, u, linear->m, n, psi_q, n);
-    pencil->position_count = n - pencil->position.rank;
+    record_freedom_drop(&pencil->position, linear->states);
+    pencil->position_count = pencil->position.free;
     pencil->size = pencil->position_count + n - pencil->velocity.rank;
 }
 
@@ -107,9 +108,9 @@ static void put_block(const struct pencil *pencil, double *matrix, int row, int 
 
 /* y' : rows of x' that are independent in position. */
 static void put_rates(struct pencil *pencil, const double *drift, int rates) {
-    const int n = pencil->n, positions = pencil->position_count;
+    const int positions = pencil->position_count;
     for (int i = 0; i < positions; i++) {
-        const int row = pencil->position.column[n - positions + i];
+        const int row = pencil->position.column[pencil->position.rank + i];
         put_block(pencil, pencil->A, i, 0, drift + row * positions, 1, positions, 1 / pencil->scale);
         put_block(pencil, pencil->A, i, positions, pencil->velocity.basis + row * rates, 1, rates, 1);
         pencil->E[i * (pencil->size + 1)] = 1;
@@ -228,23 +229,29 @@ static double complex without_rounding(double complex value) {
     return (fabs(re) > part_tol ? re : 0) + I * (fabs(im) > part_tol ? im : 0);
 }
 
-static void normalise(double complex *x, int n) {
-    const int at = largest_entry(x, n);
+/* Divides by the largest entry of the coordinates or, where they are at rest, of the states after them. */
+static void normalise(double complex *x, int n, int joints) {
+    const int of_all = largest_entry(x, n), of_joints = largest_entry(x, joints);
+    const int at = of_joints >= 0 && cabs(x[of_joints]) > part_tol * cabs(x[of_all]) ? of_joints : of_all;
     const double complex size = at < 0 ? 1 : x[at];
     for (int j = 0; j < n && size != 0; j++)
         x[j] = j == at ? 1 : without_rounding(x[j] / size);
 }
 
-/* x = Z y of vector k, in the model's units. */
+/* x = Z y of vector k, of states their own values s N w, in the model's units. */
 static double complex *shape_of(const struct pencil *pencil, int k) {
-    const int positions = pencil->position_count;
+    const int positions = pencil->position_count, rates = pencil->size - positions;
+    const int joints = pencil->n - pencil->linear->states;
     double complex *x = record_allocate(pencil->algebra, (size_t)pencil->n, sizeof *x);
     for (int i = 0; i < pencil->n; i++) {
         for (int j = 0; j < positions; j++)
             x[i] += pencil->position.basis[i * positions + j] * entry(pencil, pencil->right, j, k);
+        for (int j = 0; j < rates && i >= joints; j++)
+            x[i] += pencil->scale * pencil->velocity.basis[i * rates + j] *
+                    entry(pencil, pencil->right, positions + j, k);
         x[i] *= pencil->unit[i];
     }
-    normalise(x, pencil->n);
+    normalise(x, pencil->n, joints);
     return x;
 }
 
@@ -304,7 +311,7 @@ static void clear_column(struct resting *resting, int n, int row, int column) {
 }
 
 /* Adds one mode for each pivot coordinate of the vectors, in the order of the coordinates. */
-static void add_resting_modes(struct record_spectrum *spectrum, struct resting *resting, int n) {
+static void add_resting_modes(struct record_spectrum *spectrum, struct resting *resting, int n, int joints) {
     int *row_of = record_allocate(spectrum->algebra, (size_t)n, sizeof *row_of), count = 0, row, column;
     while (count < resting->count && find_largest(resting, n, count, &row, &column) > same_tol) {
         exchange_rows(resting->vectors + row * n, resting->vectors + count * n, n);
@@ -318,7 +325,7 @@ static void add_resting_modes(struct record_spectrum *spectrum, struct resting *
         double complex *x = record_allocate(spectrum->algebra, (size_t)n, sizeof *x);
         for (int i = 0; i < n; i++)
             x[i] = fabs(vector[i]) > zero_tol ? vector[i] : 0;
-        normalise(x, n);
+        normalise(x, n, joints);
         add_mode(spectrum, 0, x);
     }
 }
@@ -343,8 +350,8 @@ static void sort_modes(struct record_spectrum *spectrum) {
 
 /* Adds a pair that is real within rounding as two modes. Their shapes differ unless the system is defective.
  */
-static void add_real_pair(struct record_spectrum *spectrum, double eigenvalue, const double complex *x,
-                          int n) {
+static void add_real_pair(struct record_spectrum *spectrum, double eigenvalue, const double complex *x, int n,
+                          int joints) {
     double complex *parts = record_allocate(spectrum->algebra, 2 * (size_t)n, sizeof *parts);
     double apart = 0;
     for (int j = 0; j < n; j++) {
@@ -352,8 +359,8 @@ static void add_real_pair(struct record_spectrum *spectrum, double eigenvalue, c
         parts[n + j] = cimag(x[j]);
         apart = fmax(apart, fabs(cimag(x[j])));
     }
-    normalise(parts, n);
-    normalise(parts + n, n);
+    normalise(parts, n, joints);
+    normalise(parts + n, n, joints);
     add_mode(spectrum, eigenvalue, parts);
     add_mode(spectrum, eigenvalue, apart > same_tol ? parts + n : parts);
 }
@@ -372,7 +379,7 @@ static void add_vector(struct record_spectrum *spectrum, const struct pencil *pe
         for (int j = 0; j < n; j++)
             x[j] = conj(x[j]);
         if (!is_real && fabs(cimag(eigenvalue)) <= pair_tol * cabs(eigenvalue))
-            add_real_pair(spectrum, creal(eigenvalue), x, n);
+            add_real_pair(spectrum, creal(eigenvalue), x, n, n - pencil->linear->states);
         else
             add_mode(spectrum, eigenvalue, x);
     }
@@ -384,7 +391,7 @@ static void collect(struct record_spectrum *spectrum, const struct pencil *penci
     spectrum->modes = record_allocate(pencil->algebra, (size_t)pencil->size, sizeof *spectrum->modes);
     for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2)
         add_vector(spectrum, pencil, &resting, k);
-    add_resting_modes(spectrum, &resting, n);
+    add_resting_modes(spectrum, &resting, n, n - pencil->linear->states);
     sort_modes(spectrum);
 }
 

@@ -65,7 +65,7 @@ static void put_stop(const struct record_writer *writer, const struct record_mot
 static void put_moves(const struct record_writer *writer, const struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
     writer->open(writer->context, "start_moved", '{');
-    for (int j = 0; j < model->n; j++)
+    for (int j = 0; j < refdyn_joint_count(model); j++)
         writer->number(writer->context, model->coordinates[j].name, integrator->start_moved[j]);
     writer->close(writer->context, '}');
 }

@@ -1,5 +1,5 @@
 -- expect: 9: gravty: unknown field; did you mean "gravity"?
--- expect: 10: zzzzzzzz: unknown field; use one of name, gravity, length, links, points, forces, courses, limits, constraints, events, drives, dependent, hold, form
+-- expect: 10: zzzzzzzz: unknown field; use one of name, gravity, length, links, points, forces, states, courses, limits, constraints, events, drives, dependent, hold, form
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -116,12 +116,12 @@ static double velocity_change(struct fmu_instance *instance, int index, const st
 static double kinetic_change(const struct fmu_instance *instance, const struct direction *direction) {
     const struct refdyn_model *model = instance->work.model;
     const double *qd = instance->integrator.qd;
-    const int n = model->n;
+    const int n = model->n, joints = refdyn_joint_count(model);
     double sum = 0;
     call_at(instance, model->M, qd, instance->work.M);
-    for (int i = 0; i < n; i++)
+    for (int i = 0; i < joints; i++) /* states of controllers have no energy */
         sum += qd[i] * dot(instance->work.M + i * n, direction->qd, n);
-    return sum - bilinear(instance, model->h, direction, qd, 0, n);
+    return sum - bilinear(instance, model->h, direction, qd, 0, joints);
 }
 
 static double potential_change(const struct fmu_instance *instance, const struct direction *direction) {

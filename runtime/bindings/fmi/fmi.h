@@ -164,8 +164,10 @@ struct fmu_event_update {
     double t_next;      /* time of the next time event; INFINITY: none is known [s] */
 };
 
+/* nominals (fmu_count_states): 1, or the scale of a state of a controller */
+void fmu_find_nominals(const struct refdyn_model *model, double *nominals);
 enum fmu_status fmu_set_time(struct fmu_instance *instance, double t);
-/* state (2 n) */
+/* state (fmu_count_states) */
 enum fmu_status fmu_set_states(struct fmu_instance *instance, const double *state);
 enum fmu_status fmu_get_derivatives(struct fmu_instance *instance, double *derivatives);
 /* indicators (fmu_count_indicators) */
@@ -203,7 +205,7 @@ struct fmu_instance *fmu_enter_steps(struct fmu_instance *instance, unsigned mod
 /* Returns whether an array of the importer has the length of the model. */
 int fmu_has_length(struct fmu_instance *instance, size_t count, int wanted);
 enum fmu_status fmu_leave_initialisation(struct fmu_instance *instance);
-/* states (2 n): q, qd */
+/* states (fmu_count_states): q of joints, qd */
 enum fmu_status fmu_get_states(struct fmu_instance *instance, double *states);
 /* Reports a function that the description excludes. */
 enum fmu_status fmu_refuse(struct fmu_instance *instance, const char *function);

@@ -311,7 +311,7 @@ fmi2Status fmi2SetTime(fmi2Component component, fmi2Real t) {
 fmi2Status fmi2SetContinuousStates(fmi2Component component, const fmi2Real states[], size_t count) {
     struct fmu_instance *instance =
         fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE), "fmi2SetContinuousStates");
-    return instance && fmu_has_length(instance, count, 2 * instance->work.n)
+    return instance && fmu_has_length(instance, count, fmu_count_states(instance->work.model))
                ? (fmi2Status)fmu_set_states(instance, states)
                : fmi2Error;
 }
@@ -319,7 +319,7 @@ fmi2Status fmi2SetContinuousStates(fmi2Component component, const fmi2Real state
 fmi2Status fmi2GetContinuousStates(fmi2Component component, fmi2Real states[], size_t count) {
     struct fmu_instance *instance =
         fmu_enter_exchange(instance_of(component), FMU_STARTED, "fmi2GetContinuousStates");
-    return instance && fmu_has_length(instance, count, 2 * instance->work.n)
+    return instance && fmu_has_length(instance, count, fmu_count_states(instance->work.model))
                ? (fmi2Status)fmu_get_states(instance, states)
                : fmi2Error;
 }
@@ -327,7 +327,7 @@ fmi2Status fmi2GetContinuousStates(fmi2Component component, fmi2Real states[], s
 fmi2Status fmi2GetDerivatives(fmi2Component component, fmi2Real derivatives[], size_t count) {
     struct fmu_instance *instance =
         fmu_enter_exchange(instance_of(component), FMU_STARTED, "fmi2GetDerivatives");
-    return instance && fmu_has_length(instance, count, 2 * instance->work.n)
+    return instance && fmu_has_length(instance, count, fmu_count_states(instance->work.model))
                ? (fmi2Status)fmu_get_derivatives(instance, derivatives)
                : fmi2Error;
 }
@@ -343,10 +343,9 @@ fmi2Status fmi2GetEventIndicators(fmi2Component component, fmi2Real indicators[]
 fmi2Status fmi2GetNominalsOfContinuousStates(fmi2Component component, fmi2Real nominals[], size_t count) {
     struct fmu_instance *instance = fmu_enter_exchange(instance_of(component), FMU_ALIVE & ~FMU_MODE(ENDED),
                                                        "fmi2GetNominalsOfContinuousStates");
-    if (!instance || !fmu_has_length(instance, count, 2 * instance->work.n))
+    if (!instance || !fmu_has_length(instance, count, fmu_count_states(instance->work.model)))
         return fmi2Error;
-    for (size_t i = 0; i < count; i++)
-        nominals[i] = 1;
+    fmu_find_nominals(instance->work.model, nominals);
     return fmi2OK;
 }
 

@@ -472,7 +472,7 @@ fmi3Status FMI3(fmi3SetTime)(fmi3Instance component, fmi3Float64 t) {
 fmi3Status FMI3(fmi3SetContinuousStates)(fmi3Instance component, const fmi3Float64 states[], size_t count) {
     struct fmu_instance *instance =
         fmu_enter_exchange(instance_of(component), FMU_MODE(CONTINUOUS_MODE), "fmi3SetContinuousStates");
-    return instance && fmu_has_length(instance, count, 2 * instance->work.n)
+    return instance && fmu_has_length(instance, count, fmu_count_states(instance->work.model))
                ? (fmi3Status)fmu_set_states(instance, states)
                : fmi3Error;
 }
@@ -480,7 +480,7 @@ fmi3Status FMI3(fmi3SetContinuousStates)(fmi3Instance component, const fmi3Float
 fmi3Status FMI3(fmi3GetContinuousStates)(fmi3Instance component, fmi3Float64 states[], size_t count) {
     struct fmu_instance *instance =
         fmu_enter_exchange(instance_of(component), FMU_STARTED, "fmi3GetContinuousStates");
-    return instance && fmu_has_length(instance, count, 2 * instance->work.n)
+    return instance && fmu_has_length(instance, count, fmu_count_states(instance->work.model))
                ? (fmi3Status)fmu_get_states(instance, states)
                : fmi3Error;
 }
@@ -489,7 +489,7 @@ fmi3Status FMI3(fmi3GetContinuousStateDerivatives)(fmi3Instance component, fmi3F
                                                    size_t count) {
     struct fmu_instance *instance =
         fmu_enter_exchange(instance_of(component), FMU_STARTED, "fmi3GetContinuousStateDerivatives");
-    return instance && fmu_has_length(instance, count, 2 * instance->work.n)
+    return instance && fmu_has_length(instance, count, fmu_count_states(instance->work.model))
                ? (fmi3Status)fmu_get_derivatives(instance, derivatives)
                : fmi3Error;
 }
@@ -506,10 +506,9 @@ fmi3Status FMI3(fmi3GetNominalsOfContinuousStates)(fmi3Instance component, fmi3F
                                                    size_t count) {
     struct fmu_instance *instance =
         fmu_enter_exchange(instance_of(component), FMU_ALIVE, "fmi3GetNominalsOfContinuousStates");
-    if (!instance || !fmu_has_length(instance, count, 2 * instance->work.n))
+    if (!instance || !fmu_has_length(instance, count, fmu_count_states(instance->work.model)))
         return fmi3Error;
-    for (size_t i = 0; i < count; i++)
-        nominals[i] = 1;
+    fmu_find_nominals(instance->work.model, nominals);
     return fmi3OK;
 }
 
@@ -527,7 +526,7 @@ fmi3Status FMI3(fmi3GetNumberOfContinuousStates)(fmi3Instance component, size_t 
         fmu_enter(instance_of(component), FMU_ALIVE, "fmi3GetNumberOfContinuousStates");
     if (!instance)
         return fmi3Error;
-    *count = (size_t)(2 * instance->work.n);
+    *count = (size_t)fmu_count_states(instance->work.model);
     return fmi3OK;
 }
 

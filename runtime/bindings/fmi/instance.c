@@ -423,8 +423,11 @@ enum fmu_status fmu_leave_initialisation(struct fmu_instance *instance) {
 
 enum fmu_status fmu_get_states(struct fmu_instance *instance, double *states) {
     const enum fmu_status status = instance->mode == FMU_INITIALISING ? fmu_evaluate(instance) : FMU_OK;
+    const int joints = refdyn_joint_count(instance->work.model);
     if (status == FMU_OK)
-        memcpy(states, instance->integrator.q, (size_t)(2 * instance->work.n) * sizeof *states);
+        memcpy(states, instance->integrator.q, (size_t)joints * sizeof *states);
+    if (status == FMU_OK)
+        memcpy(states + joints, instance->integrator.qd, (size_t)instance->work.n * sizeof *states);
     return status;
 }
 

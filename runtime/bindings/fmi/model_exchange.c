@@ -37,21 +37,32 @@ enum fmu_status fmu_set_time(struct fmu_instance *instance, double t) {
 }
 
 enum fmu_status fmu_set_states(struct fmu_instance *instance, const double *state) {
-    for (int i = 0; i < 2 * instance->work.n; i++)
+    const struct refdyn_model *model = instance->work.model;
+    const int joints = refdyn_joint_count(model);
+    for (int i = 0; i < fmu_count_states(model); i++)
         if (!isfinite(state[i]))
             return fmu_tell(instance, FMU_DISCARD, "t = %.9g s: state %d is not finite",
                             instance->integrator.t, i + 1);
-    memcpy(instance->integrator.q, state, (size_t)(2 * instance->work.n) * sizeof *state);
+    memcpy(instance->integrator.q, state, (size_t)joints * sizeof *state);
+    memcpy(instance->integrator.qd, state + joints, (size_t)model->n * sizeof *state);
     fmu_invalidate(instance);
     return FMU_OK;
 }
 
 enum fmu_status fmu_get_derivatives(struct fmu_instance *instance, double *derivatives) {
-    const size_t size = (size_t)instance->work.n * sizeof *derivatives;
+    const int joints = refdyn_joint_count(instance->work.model);
     const enum fmu_status status = fmu_evaluate(instance);
-    memcpy(derivatives, instance->integrator.qd, size);
-    memcpy(derivatives + instance->work.n, instance->integrator.qdd, size);
+    memcpy(derivatives, instance->integrator.qd, (size_t)joints * sizeof *derivatives);
+    memcpy(derivatives + joints, instance->integrator.qdd, (size_t)instance->work.n * sizeof *derivatives);
     return status;
+}
+
+void fmu_find_nominals(const struct refdyn_model *model, double *nominals) {
+    const int joints = refdyn_joint_count(model);
+    for (int j = 0; j < joints; j++)
+        nominals[j] = nominals[joints + j] = 1;
+    for (int j = joints; j < model->n; j++)
+        nominals[joints + j] = refdyn_coordinate_unit(model, j, 0);
 }
 
 /* ---- Event indicators ---- */

@@ -9,6 +9,10 @@ int fmu_count_contacts(const struct refdyn_model *model) {
     return model->m - refdyn_programme_rows(model);
 }
 
+int fmu_count_states(const struct refdyn_model *model) {
+    return refdyn_joint_count(model) + model->n;
+}
+
 int fmu_count_indicators(const struct refdyn_model *model) {
     return model->event_count + model->kink_count + model->switch_count;
 }
@@ -20,8 +24,9 @@ int fmu_count_variables(const struct refdyn_model *model, const struct refdyn_sp
     case FMU_TIME:
         return 1;
     case FMU_COORDINATE:
-    case FMU_RATE:
     case FMU_COORDINATE_CHANGE:
+        return refdyn_joint_count(model);
+    case FMU_RATE:
     case FMU_ACCELERATION:
         return model->n;
     case FMU_POSITION:
@@ -35,7 +40,7 @@ int fmu_count_variables(const struct refdyn_model *model, const struct refdyn_sp
     case FMU_ENERGY:
         return model->energy ? 3 : 0;
     case FMU_FORCE:
-        return model->m > 0 ? model->n : 0;
+        return model->m > 0 ? refdyn_joint_count(model) : 0;
     case FMU_INPUT:
         return model->input_count;
     case FMU_COURSE:

@@ -10,9 +10,9 @@
 
 enum fmu_kind {
     FMU_TIME,
-    FMU_COORDINATE,         /* (n) q */
-    FMU_RATE,               /* (n) qd */
-    FMU_COORDINATE_CHANGE,  /* (n) the derivative of q, which is qd */
+    FMU_COORDINATE,         /* (joints) q */
+    FMU_RATE,               /* (n) qd: rates of joints, then states of controllers */
+    FMU_COORDINATE_CHANGE,  /* (joints) the derivative of q, which is qd */
     FMU_ACCELERATION,       /* (n) qdd, the derivative of qd */
     FMU_POSITION,           /* (points x 3) r */
     FMU_VELOCITY,           /* (points x 3) rd */
@@ -20,7 +20,7 @@ enum fmu_kind {
     FMU_PHI,                /* (m) position rows only */
     FMU_PSI,                /* (m) position and velocity rows only */
     FMU_ENERGY,             /* (3) total, kinetic, potential */
-    FMU_FORCE,              /* (n) programme force, if there are rows */
+    FMU_FORCE,              /* (joints) programme force, if there are rows */
     FMU_MULTIPLIER,         /* (m) lambda */
     FMU_INPUT,
     FMU_COURSE,
@@ -38,6 +38,8 @@ struct fmu_variable {
     int index;
 };
 
+/* Returns the number of continuous states of the FMU: q of joints, then qd (n). */
+int fmu_count_states(const struct refdyn_model *model);
 /* Returns the number of one-sided contacts; their rows are the last ones. */
 int fmu_count_contacts(const struct refdyn_model *model);
 /* Returns the number of event indicators: state events, kinks, values whose sign changes at time events. */

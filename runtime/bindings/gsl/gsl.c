@@ -232,6 +232,8 @@ int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_integrator *integrator
         .function = rates, .jacobian = jacobian, .dimension = (size_t)size, .params = gsl};
     for (int j = 0; j < n; j++)
         step->side[j] = step->side[n + j] = step->units[j];
+    for (int j = step->joints; j < n; j++)
+        step->side[j] = weight_none; /* the integral of a state, which has no meaning */
     step->side[2 * n] = weight_none;
     gsl->driver = gsl_odeiv2_driver_alloc_scaled_new(&gsl->system, type, first_step(gsl), options->tol, 0, 1,
                                                      0, step->side);

@@ -79,13 +79,13 @@ static int read_state(struct equilibrium *e) {
     refdyn_prepare(&e->work);
     refdyn_initial_state(&e->work, e->q, e->qd);
     refdyn_anchor(&e->work, 0, e->q, e->qd, e->given);
-    memset(e->qd, 0, (size_t)e->model->n * sizeof *e->qd);
-    if (e->q_object == Py_None)
-        return 1;
-    if (!refdyn_need_doubles(e->q_object, "q", e->model->n, 1, 0, &view))
-        return 0;
-    memcpy(e->q, view.buf, (size_t)view.len);
-    PyBuffer_Release(&view);
+    if (e->q_object != Py_None) {
+        if (!refdyn_need_doubles(e->q_object, "q", e->model->n, 1, 0, &view))
+            return 0;
+        memcpy(e->q, view.buf, (size_t)view.len);
+        PyBuffer_Release(&view);
+    }
+    refdyn_enter_statics(e->model, e->q, e->qd);
     return 1;
 }
 
@@ -101,6 +101,7 @@ static int solve(struct equilibrium *e) {
     const int status = refdyn_statics(&e->work, &e->options, e->held_list, count, e->q, e->hold_force,
                                       &e->result, e->memory + (e->work_size + 15) / 16 * 16, e->statics_size);
     PyEval_RestoreThread(unlocked.thread);
+    refdyn_leave_statics(e->model, e->q, e->qd);
     return status;
 }
 
@@ -126,6 +127,7 @@ static PyObject *list_result(struct equilibrium *e, const struct record_equilibr
     if (!dict.open[0])
         return NULL;
     record_put_array(&writer, "q", e->q, e->model->n);
+    record_put_array(&writer, "qd", e->qd, e->model->n);
     put_points(e, &writer);
     record_put_equilibrium(record, &writer);
     return refdyn_dict_end(&dict);

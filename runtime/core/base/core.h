@@ -64,12 +64,18 @@ int refdyn_models_agree(const struct refdyn_model *model, const struct refdyn_mo
 /* Number of doubles in the result of `required`. */
 int refdyn_required_count(const struct refdyn_model *model);
 
+static inline int refdyn_is_state(const struct refdyn_model *model, int j) {
+    return model->parent && model->parent[j] == REFDYN_STATE;
+}
+
 /* Place in p of the parameter that says whether the contact of event i rests. */
 static inline int refdyn_contact_mode_place(const struct refdyn_model *model, int i) {
     return model->changes[model->events[i].first_change].place;
 }
+/* Returns whether coordinate j is the angle of a joint. */
+int refdyn_is_turn(const struct refdyn_model *model, int j);
 /* The change of coordinate j that counts as much as 1 rad: 1 for a rotation; for a translation `length`, or
- * the model's length where that is 0 [m]. */
+ * the model's length where that is 0 [m]; for a state the scale of its value. */
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length);
 
 #endif

@@ -79,10 +79,19 @@ static int have_changes(const struct refdyn_model *model) {
     return 1;
 }
 
+/* Returns whether states are the last coordinates and follow at least one joint. */
+static int have_states_last(const struct refdyn_model *model) {
+    const int joints = refdyn_joint_count(model);
+    for (int j = 0; j < joints; j++)
+        if (refdyn_is_state(model, j))
+            return 0;
+    return joints > 0;
+}
+
 static int has_places(const struct refdyn_model *model) {
     const int n = model->n, m = model->m;
-    return lie_in(model->parent, n, -1, n) && lie_in(model->dependent, m, 0, n) &&
-           lie_in(model->held, model->held_count, 0, n) &&
+    return lie_in(model->parent, n, REFDYN_STATE, n) && have_states_last(model) &&
+           lie_in(model->dependent, m, 0, n) && lie_in(model->held, model->held_count, 0, n) &&
            lie_in(model->gains, 2 * m, -1, model->parameter_count + model->derived_count) &&
            lie_in(model->anchored, model->anchored_count, 0, model->parameter_count);
 }
@@ -128,6 +137,13 @@ int refdyn_models_agree(const struct refdyn_model *a, const struct refdyn_model 
            have_equal_texts(a->hash, b->hash);
 }
 
+int refdyn_joint_count(const struct refdyn_model *model) {
+    int count = model->n;
+    while (count > 0 && refdyn_is_state(model, count - 1))
+        count--;
+    return count;
+}
+
 int refdyn_programme_rows(const struct refdyn_model *model) {
     int count = model->m;
     for (int i = 0; i < model->event_count; i++)
@@ -135,7 +151,14 @@ int refdyn_programme_rows(const struct refdyn_model *model) {
     return count;
 }
 
+int refdyn_is_turn(const struct refdyn_model *model, int j) {
+    const char *unit = model->coordinates[j].unit;
+    return unit && strcmp(unit, "rad") == 0 && !refdyn_is_state(model, j);
+}
+
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {
+    if (refdyn_is_state(model, j)) /* the entry after those of the coordinates */
+        return model->coordinates[model->n + j - refdyn_joint_count(model)].value;
     const char *unit = model->coordinates[j].unit;
     if (!unit || strcmp(unit, "m") != 0)
         return 1;

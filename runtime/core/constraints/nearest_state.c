@@ -185,7 +185,7 @@ static void slide(const struct search *search, double *q) {
 /* ---- Whole turns ---- */
 
 static int turns(const struct search *search, int j) {
-    return strcmp(search->work->model->coordinates[j].unit, "rad") == 0;
+    return refdyn_is_turn(search->work->model, j);
 }
 
 /* Moves q (n) by whole turns of coordinates j and k (-1: none) if that is nearer and on the programme.

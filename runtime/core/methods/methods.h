@@ -64,7 +64,7 @@ struct refdyn_stage_guide {
 };
 
 struct refdyn_step {
-    int n; /* coordinates */
+    int n, joints; /* coordinates; those before states */
     struct refdyn_evaluation evaluation;
     struct refdyn_linear *linear;
     const struct refdyn_stage_guide *guide; /* NULL: stages are not projected */
@@ -79,8 +79,10 @@ struct refdyn_step {
     double *state_new, *rates_new; /* the same at t_end */
     double *stage, *side; /* scratch: the state of a stage, and its rates or the right side of its equation */
     double *error;        /* (2 n) error estimate for q and qd */
-    double *units;  /* (n) change that counts as 1 rad: options.length for a translation, 1 for a rotation */
-    double *memory; /* private to the method */
+    /* (n) change that counts as 1 rad: options.length for a translation, 1 for a rotation, the scale of a
+     * state */
+    double *units;
+    double *memory;    /* private to the method */
     int has_rates_new; /* rates_new were evaluated at state_new */
     /* state_new has been projected onto the programme already: row met_row had the largest residual, `side`
      * is the state before, row terms and rates_new are evaluated */
@@ -126,8 +128,11 @@ static inline size_t refdyn_rates_bytes(const struct refdyn_step *step) {
 
 /* Returns the largest |x_j - y_j| / unit_j (n; y NULL: 0); NaN if an entry is NaN. */
 double refdyn_step_largest_change(const struct refdyn_step *step, const double *x, const double *y);
-/* Returns the largest max(|e_q|, h |e_v|) / unit of `error`; NaN if an entry is NaN. */
-double refdyn_step_largest_error(const struct refdyn_step *step, double h);
+/* The same for the coordinates or rates of joints alone. */
+double refdyn_step_largest_move(const struct refdyn_step *step, const double *x, const double *y);
+/* Returns the largest max(|e_q|, h |e_v|) / unit of `error`; NaN if an entry is NaN. That of a state, whose
+ * error is |e_v|, is divided by `span`, which is h or a longer time over which the caller counts errors. */
+double refdyn_step_largest_error(const struct refdyn_step *step, double h, double span);
 /* Hermite's cubic: computes the state (2 n) at theta from the ends, with the given rates at t_end. */
 void refdyn_step_hermite(const struct refdyn_step *step, const double *rates_end, double theta,
                          double *state);

@@ -13,6 +13,7 @@ void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *mo
                          struct layout *layout) {
     const int size = 2 * model->n + 1, rates = refdyn_rates_size(model);
     step->n = model->n;
+    step->joints = refdyn_joint_count(model);
     step->state = layout_doubles(layout, size);
     step->rates = layout_doubles(layout, rates);
     step->state_new = layout_doubles(layout, size);
@@ -80,9 +81,9 @@ double refdyn_step_theta(const struct refdyn_step *step, double t) {
     return (t - step->t_begin) / (step->t_end - step->t_begin);
 }
 
-double refdyn_step_largest_change(const struct refdyn_step *step, const double *x, const double *y) {
+static double largest_change(const struct refdyn_step *step, int count, const double *x, const double *y) {
     double largest = 0;
-    for (int j = 0; j < step->n; j++) {
+    for (int j = 0; j < count; j++) {
         const double size = fabs(y ? x[j] - y[j] : x[j]) / step->units[j];
         if (!(size <= largest))
             largest = size;
@@ -92,15 +93,24 @@ double refdyn_step_largest_change(const struct refdyn_step *step, const double *
     return largest;
 }
 
-double refdyn_step_largest_error(const struct refdyn_step *step, double h) {
+double refdyn_step_largest_change(const struct refdyn_step *step, const double *x, const double *y) {
+    return largest_change(step, step->n, x, y);
+}
+
+double refdyn_step_largest_move(const struct refdyn_step *step, const double *x, const double *y) {
+    return largest_change(step, step->joints, x, y);
+}
+
+double refdyn_step_largest_error(const struct refdyn_step *step, double h, double span) {
     const int n = step->n;
     double largest = 0;
     for (int j = 0; j < n; j++) {
         const double position = fabs(step->error[j]), velocity = h * fabs(step->error[n + j]);
         if (isnan(position + velocity))
             return NAN;
-        const double size = (position > velocity ? position : velocity) / step->units[j];
-        largest = size > largest ? size : largest;
+        const double size = (position > velocity ? position : velocity) / step->units[j],
+                     own = j < step->joints ? size : size / span;
+        largest = own > largest ? own : largest;
     }
     return largest;
 }

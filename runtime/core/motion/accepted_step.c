@@ -105,6 +105,10 @@ static double lasting_share(const struct refdyn_motion *motion, double h) {
     return has_short_steps ? fmax(1, motion->statistics.step_largest / h) : 1;
 }
 
+double refdyn_attempt_span(const struct refdyn_motion *motion, double h) {
+    return h * lasting_share(motion, h);
+}
+
 void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_attempt *attempt,
                              double error) {
     attempt->size = refdyn_repeats(motion)
@@ -123,7 +127,9 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
         return status;
     }
     if (!attempt->is_measured)
-        refdyn_attempt_measured(motion, attempt, refdyn_step_largest_error(&motion->step, attempt->h));
+        refdyn_attempt_measured(
+            motion, attempt,
+            refdyn_step_largest_error(&motion->step, attempt->h, refdyn_attempt_span(motion, attempt->h)));
     *error = attempt->size;
     attempt->ahead.rank = motion->work->partition.rank;
     const int is_good = *error <= 1 || refdyn_repeats(motion);

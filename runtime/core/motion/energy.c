@@ -69,9 +69,9 @@ int refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integr
         return status;
     struct refdyn_workspace *work = integrator->work;
     const double duration = integrator->t - energy->t_start;
-    const int n = work->n;
+    const int n = work->n, joints = refdyn_joint_count(work->model);
     status = refdyn_equations(work, integrator->t_right, integrator->q, integrator->qd);
-    for (int j = 0; !status && j < n; j++) {
+    for (int j = 0; !status && j < joints; j++) {
         const double way = refdyn_coordinate_unit(work->model, j, integrator->options.length);
         const double rate = duration > 0 ? way / duration : 0;
         energy->unit += fabs(work->f[j]) * way + work->M[j * n + j] / 2 * rate * rate;

@@ -82,7 +82,7 @@ static int judge(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     const int n = step->n;
     const double tol = motion->options.tol, most = tol > 0 ? error_share * tol : error_fixed;
-    if (!(refdyn_step_largest_error(step, step->t_end - step->t_begin) <= most))
+    if (!(refdyn_step_largest_error(step, step->t_end - step->t_begin, step->t_end - step->t_begin) <= most))
         return REFDYN_NO_CONVERGENCE;
     memset(step->rates_new, 0, refdyn_rates_bytes(step));
     memcpy(step->rates_new, step->state_new + n, (size_t)n * sizeof(double));

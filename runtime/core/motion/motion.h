@@ -67,6 +67,8 @@ struct refdyn_attempt {
  */
 int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
                        struct refdyn_attempt *attempt);
+/* Returns the time over which the error of a velocity counts: h, or the longest step so far. */
+double refdyn_attempt_span(const struct refdyn_motion *motion, double h);
 void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_attempt *attempt,
                              double error);
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);

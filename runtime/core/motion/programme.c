@@ -34,7 +34,7 @@ int refdyn_programme_align(struct refdyn_programme *programme, struct refdyn_ste
                            const double *state) {
     struct refdyn_workspace *work = step->evaluation.work;
     const int is_near = programme->choice == work->partition.choices &&
-                        refdyn_step_largest_change(step, state, programme->q) < turned_most;
+                        refdyn_step_largest_move(step, state, programme->q) < turned_most;
     if (is_near || (programme->is_held && programme->choice >= 0))
         return REFDYN_OK;
     const int status = refdyn_linear_mass_directions(step->linear, work, t, state);
@@ -80,7 +80,7 @@ double refdyn_programme_moved_most(const struct refdyn_step *step) {
 int refdyn_programme_moves_velocities(const struct refdyn_step *step, const double *before,
                                       const double *after, double h) {
     const int n = step->n;
-    const double largest = refdyn_step_largest_change(step, before + n, NULL);
-    const double moved = refdyn_step_largest_change(step, after + n, before + n);
+    const double largest = refdyn_step_largest_move(step, before + n, NULL);
+    const double moved = refdyn_step_largest_move(step, after + n, before + n);
     return moved > moved_velocities * largest && moved * h > refdyn_programme_moved_most(step);
 }

@@ -388,7 +388,7 @@ static int judge(struct refdyn_motion *motion, double *error) {
     const double tol = motion->options.tol, h = motion->step.t_end - motion->step.t_begin;
     const double way = h * speed_there(motion);
     const double most = tol > 0 ? fmax(error_share * tol, fmin(rounding / way, rounding_most)) : INFINITY;
-    *error = refdyn_step_largest_error(&motion->step, h);
+    *error = refdyn_step_largest_error(&motion->step, h, h);
     learn_stretch(motion, *error / most);
     if (*error <= most)
         return REFDYN_OK;

@@ -106,8 +106,10 @@ void refdyn_control_find(struct refdyn_step_control *control, const struct refdy
     const double change = first_share * pow(step->tolerance, 1 / order_of(step->method));
     double h = t_stop - step->t_begin;
     for (int j = 0; j < n; j++) {
-        const double unit = step->units[j];
-        const double speed = fabs(step->rates[j]) / unit, acceleration = fabs(step->rates[n + j]) / unit;
+        const int is_state = j >= step->joints; /* which changes by its rate, in place of an acceleration */
+        const double rate = fabs(step->rates[j]) / step->units[j],
+                     gain = fabs(step->rates[n + j]) / step->units[j];
+        const double speed = is_state ? gain : rate, acceleration = is_state ? 0 : gain;
         if (h * speed > change)
             h = change / speed;
         if (h * h / 2 * acceleration > change)

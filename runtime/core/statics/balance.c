@@ -41,6 +41,7 @@ static void lay_out_place(struct place *place, int n, int m, struct layout *layo
 void refdyn_balance_lay_out(struct balance *b, const struct refdyn_model *model, struct layout *layout) {
     const int has_rows = model->m > 0 && refdyn_has_tangent(model), n = model->n, m = has_rows ? model->m : 0;
     b->n = n;
+    b->joints = refdyn_joint_count(model);
     b->free = layout_ints(layout, n);
     b->column = layout_ints(layout, n);
     b->row = layout_ints(layout, m);
@@ -105,7 +106,12 @@ static int read_rows(struct balance *b, struct place *place) {
     return REFDYN_OK;
 }
 
+void refdyn_balance_take_states(const struct balance *b, const double *q) {
+    memcpy(b->rates + b->joints, q + b->joints, (size_t)(b->n - b->joints) * sizeof *q);
+}
+
 int refdyn_balance_read(struct balance *b, struct place *place) {
+    refdyn_balance_take_states(b, place->q);
     int status = b->ask ? b->ask(b->context) : REFDYN_OK;
     if (!status)
         status = read_forces(b, place);
@@ -245,14 +251,27 @@ static void drop_rounding_of_forces(struct balance *b) {
                 b->tangent[i * n + j] = 0;
 }
 
+/* K with the derivatives by states, which are columns of D, in their columns. */
+static void find_stiffness(struct balance *b, double *K) {
+    const int n = b->n;
+    refdyn_linear_stiffness(&b->linear, b->work, b->t, b->now.q, b->rates, K);
+    if (b->joints == n)
+        return;
+    refdyn_linear_damping(&b->linear, b->H);
+    for (int i = 0; i < n; i++)
+        for (int j = b->joints; j < n; j++)
+            K[i * n + j] = b->H[i * n + j];
+}
+
 /* Writes T for the coordinates that are not held into b->tangent, row by row. */
 static int find_T(struct balance *b) {
     struct refdyn_workspace *work = b->work;
     const int n = b->n, count = b->count;
+    refdyn_balance_take_states(b, b->now.q);
     for (int a = 0; a < b->row_count; a++)
         b->rates[2 * n + 1 + b->rows[a]] = b->now.lambda[a];
     if (b->row_count > 0)
-        refdyn_linear_stiffness(&b->linear, work, b->t, b->now.q, b->rates, b->tangent);
+        find_stiffness(b, b->tangent);
     else
         work->model->Q_q(work->p, work->x, b->t, b->now.q, b->rates, b->tangent);
     if (b->row_count > 0 && work->model->Q_q)

@@ -136,6 +136,7 @@ static int read(struct statics *statics) {
     struct carrying *c = statics->carrying;
     const struct balance *b = &statics->balance;
     const struct refdyn_workspace *work = b->work;
+    refdyn_balance_take_states(b, c->q);
     const int status = refdyn_row_terms(b->work, b->t, c->q, b->rates);
     if (status)
         return status;
@@ -233,9 +234,8 @@ static int find_step(struct statics *statics) {
 static double length_of(const struct balance *b, const double *d, double turns) {
     double longest = 0;
     for (int i = 0; i < b->count; i++) {
-        const char *unit = b->work->model->coordinates[b->free[i]].unit;
-        const int is_turn = unit && strcmp(unit, "m") != 0;
-        longest = fmax(longest, fabs(d[i]) / b->unit[b->free[i]] * (is_turn ? turns : 1));
+        const double size = fabs(d[i]) / b->unit[b->free[i]];
+        longest = fmax(longest, size * (refdyn_is_turn(b->work->model, b->free[i]) ? turns : 1));
     }
     return longest;
 }

@@ -246,6 +246,19 @@ static int solve_on_contacts(struct statics *statics, double *q, double *hold_fo
     return status;
 }
 
+void refdyn_enter_statics(const struct refdyn_model *model, double *q, const double *qd) {
+    for (int j = refdyn_joint_count(model); j < model->n; j++)
+        q[j] = qd[j];
+}
+
+void refdyn_leave_statics(const struct refdyn_model *model, double *q, double *qd) {
+    memset(qd, 0, (size_t)model->n * sizeof *qd);
+    for (int j = refdyn_joint_count(model); j < model->n; j++) {
+        qd[j] = q[j];
+        q[j] = 0;
+    }
+}
+
 static int has_functions(const struct refdyn_model *model, int row_count) {
     return model->Q && (row_count > 0 ? refdyn_has_tangent(model) : model->Q_q != NULL);
 }

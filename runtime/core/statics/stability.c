@@ -57,14 +57,24 @@ static int reduce(struct balance *b, const double *X, double *reduced) {
     return refdyn_is_finite(reduced, left * left);
 }
 
-/* Computes M and D (left x left) at `now`. */
+/* Computes M and D (left x left) at `now`. The equation of a state z is of first order: its column of M moves
+ * to D, whose column is part of H. */
 static int find_matrices(struct balance *b, double *M, double *D) {
     struct refdyn_workspace *work = b->work;
-    if (refdyn_equations(work, b->t, b->now.q, b->rates) || !reduce(b, work->M, M))
+    const int n = b->n;
+    double *mass = b->motion + n * n;
+    refdyn_balance_take_states(b, b->now.q);
+    if (refdyn_equations(work, b->t, b->now.q, b->rates))
         return 0;
+    memcpy(mass, work->M, (size_t)(n * n) * sizeof *mass);
     refdyn_linear_stiffness(&b->linear, work, b->t, b->now.q, b->rates, b->motion);
     refdyn_linear_damping(&b->linear, b->motion);
-    return reduce(b, b->motion, D);
+    for (int i = 0; i < n; i++)
+        for (int j = b->joints; j < n; j++) {
+            b->motion[i * n + j] = mass[i * n + j];
+            mass[i * n + j] = 0;
+        }
+    return reduce(b, mass, M) && reduce(b, b->motion, D);
 }
 
 /* Column of s (A - s E)^-1 E: y := -K_s^-1 f, K_s = K + s D + s^2 M factored, and w = y + own. */

@@ -22,18 +22,19 @@ struct place {
 
 struct balance {
     struct refdyn_workspace *work;
-    double t; /* [s] */
-    int n, count, row_count;
-    int *free;                 /* (count) coordinates not held */
-    const int *rows;           /* (row_count) rows that hold */
-    int (*ask)(void *context); /* of the options, with its context */
+    double t;                        /* [s] */
+    int n, joints, count, row_count; /* joints: the coordinates before states */
+    int *free;                       /* (count) coordinates not held */
+    const int *rows;                 /* (row_count) rows that hold */
+    int (*ask)(void *context);       /* of the options, with its context */
     void *context;
     double *size;    /* (row_count) largest coefficient in units over all places that were read; a row whose
                         coefficients all vanish becomes redundant */
     double *unit;    /* (n) change that counts as much as 1 rad */
     double share;    /* fraction of the load Q_start that does not act */
     double *Q_start; /* (n) */
-    double *rates;   /* (2 n + 1 + m) argument of the tangent: rates and accelerations 0, then lambda */
+    double *rates; /* (2 n + 1 + m) argument of the tangent: rates 0 except for states, accelerations 0, then
+                      lambda */
 
     /* independent rows; their bound, because a redundant row looks independent where rows are not satisfied
      */
@@ -61,6 +62,8 @@ void refdyn_balance_lay_out(struct balance *balance, const struct refdyn_model *
  * -1: none. Returns the status. */
 int refdyn_balance_fail(const struct balance *balance, int status, int row, int coordinate);
 
+/* Sets the values of states in `rates` from a place q, where they take the place of their coordinates. */
+void refdyn_balance_take_states(const struct balance *balance, const double *q);
 /* Evaluates forces and rows at place->q, unless `ask` says stop. Errors: NOT_FINITE; the status of `ask`. */
 int refdyn_balance_read(struct balance *balance, struct place *place);
 /* Returns the distance at which row a is satisfied, in units of 1 rad and `length`. */

@@ -198,7 +198,7 @@ static bool may_follow(const struct model *model) {
     for (int i = 0; i < model->force_count; i++)
         if (model->graph->nodes[model->forces[i].value].depends & ON_STATE)
             return true;
-    return model->load_count > 0;
+    return model->load_count > 0 || model->state_count > 0;
 }
 
 /* Statics needs a tangent, of either form, for rows and for forces without a potential. */
@@ -340,9 +340,12 @@ static void set_found_start(struct scene *scene) {
     for (int i = 0; i < state->found_count; i++) {
         const char *name = state->found[i].name;
         const size_t length = strlen(name);
-        const int place = refdyn_find_name(model->coordinates, model->n, name),
-                  rate = length > 2 && strcmp(name + length - 2, "_d") == 0
-                             ? refdyn_find_name(model->coordinates, model->n,
+        const int joints = refdyn_joint_count(model),
+                  found = refdyn_find_name(model->coordinates, model->n, name),
+                  place = found < joints ? found : -1,
+                  rate = found >= joints ? found
+                         : length > 2 && strcmp(name + length - 2, "_d") == 0
+                             ? refdyn_find_name(model->coordinates, joints,
                                                 format_text("%.*s", (int)length - 2, name))
                              : -1;
         if (place >= 0)
@@ -355,15 +358,30 @@ static void set_found_start(struct scene *scene) {
     state->qd = is_set ? scene->qd : state->qd;
 }
 
+/* What a STATE.json leaves out keeps the value of the model. Other motions from this start have the same. */
+static void set_given_state(struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    struct state *state = &scene->state;
+    const size_t size = (size_t)model->n * sizeof(double);
+    const int joints = refdyn_joint_count(model);
+    if (state->q)
+        memcpy(scene->q, state->q, size);
+    if (state->qd)
+        memcpy(scene->qd, state->qd, (size_t)joints * sizeof(double));
+    for (int i = 0; i < state->state_count; i++)
+        scene->qd[refdyn_find_name(model->coordinates, model->n, state->states[i].name)] =
+            state->states[i].value;
+    if (!state->qd && state->state_count == 0)
+        return;
+    state->qd = format_allocate((size_t)model->n, sizeof *state->qd);
+    memcpy(state->qd, scene->qd, size);
+}
+
 static void set_state(struct scene *scene) {
-    size_t size = (size_t)scene->model->n * sizeof(double);
     refdyn_prepare(&scene->work);
     refdyn_initial_state(&scene->work, scene->q, scene->qd);
     refdyn_anchor(&scene->work, 0, scene->q, scene->qd, scene->given);
-    if (scene->state.q)
-        memcpy(scene->q, scene->state.q, size);
-    if (scene->state.qd)
-        memcpy(scene->qd, scene->state.qd, size);
+    set_given_state(scene);
     set_found_start(scene);
 }
 

@@ -52,8 +52,8 @@ struct values {
 struct state {
     double t;
     double *q, *qd, *qdd; /* (n) NULL if not given; only `eval` reads qdd */
-    struct named_value *inputs, *parameters;
-    int input_count, parameter_count;
+    struct named_value *states, *inputs, *parameters;
+    int state_count, input_count, parameter_count;
     struct named_value *found; /* of --parameters: parameters, inputs and start values */
     int found_count;
 };

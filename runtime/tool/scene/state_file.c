@@ -105,22 +105,22 @@ static void unknown_name(struct reading *reading, int line, const char *what, co
 
 static double *read_vector(struct reading *reading, const char *key, const json_t *array) {
     const struct tree *tree = &reading->generation->tree;
+    const int joints = tree_joint_count(tree);
     int line = locate_line(reading->text, key, NULL, -1);
     if (!json_is_array(array)) {
-        complain_at(reading, line, "%s: %s; must be an array of %d numbers", key, kind_of(array),
-                    tree->count);
+        complain_at(reading, line, "%s: %s; must be an array of %d numbers", key, kind_of(array), joints);
         return NULL;
     }
-    if (json_array_size(array) != (size_t)tree->count) {
+    if (json_array_size(array) != (size_t)joints) {
         complain_at(reading, line,
                     "%s: has %zu values; must have %d, one for each coordinate from %s to %s%s", key,
-                    json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
-                    tree->count ? tree->frames[tree->count - 1].name : "none",
-                    json_array_size(array) > (size_t)tree->count ? "; numbers are written with a point" : "");
+                    json_array_size(array), joints, joints ? tree->frames[0].name : "none",
+                    joints ? tree->frames[joints - 1].name : "none",
+                    json_array_size(array) > (size_t)joints ? "; numbers are written with a point" : "");
         return NULL;
     }
     double *values = format_allocate((size_t)tree->count, sizeof *values);
-    for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {
+    for (int i = 0; i < joints && reading->complaints < COMPLAINTS_MOST; i++) {
         const json_t *value = json_array_get(array, (size_t)i);
         values[i] = json_number_value(value);
         if (!json_is_number(value))
@@ -164,6 +164,14 @@ static void read_inputs(struct reading *reading, struct state *state, json_t *ob
         read_values(reading, "inputs", "input", object, names, model->input_count, &state->input_count);
 }
 
+static void read_states(struct reading *reading, struct state *state, json_t *object) {
+    const struct tree *tree = &reading->generation->tree;
+    const int joints = tree_joint_count(tree), count = tree->count - joints;
+    const char **names = tree_coordinate_names(&format_memory, tree);
+    state->states =
+        read_values(reading, "states", "state", object, names + joints, count, &state->state_count);
+}
+
 static void read_parameters(struct reading *reading, struct state *state, json_t *object) {
     const struct model *model = &reading->generation->model;
     const char **names = format_allocate((size_t)model->parameter_count, sizeof *names);
@@ -179,6 +187,8 @@ static bool is_of_model(struct reading *reading, int line, const char *name) {
     const char *key = NULL;
     if (tree_find_coordinate(&generation->tree, name) >= 0)
         key = "the array q, in the order of the coordinates";
+    if (tree_find_state(&generation->tree, name) >= 0)
+        key = "the object states";
     for (int i = 0; i < generation->model.input_count; i++)
         if (strcmp(generation->model.inputs[i].name, name) == 0)
             key = "the object inputs";
@@ -194,7 +204,7 @@ static bool is_of_model(struct reading *reading, int line, const char *name) {
  * this one, would go to the wrong coordinates. */
 static void check_coordinates(struct reading *reading, const json_t *array) {
     const struct tree *tree = &reading->generation->tree;
-    for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {
+    for (int i = 0; i < tree_joint_count(tree) && reading->complaints < COMPLAINTS_MOST; i++) {
         const char *name = json_string_value(json_array_get(array, (size_t)i));
         if (!name || strcmp(name, tree->frames[i].name) != 0)
             complain_at(
@@ -226,6 +236,8 @@ static void read_member(struct reading *reading, struct state *state, const char
         state->qd = read_vector(reading, key, value);
     else if (strcmp(key, "qdd") == 0 && takes_qdd)
         state->qdd = read_vector(reading, key, value);
+    else if (strcmp(key, "states") == 0)
+        read_states(reading, state, value);
     else if (strcmp(key, "inputs") == 0)
         read_inputs(reading, state, value);
     else if (strcmp(key, "parameters") == 0)
@@ -299,7 +311,8 @@ static const char **list_names(const struct generation *generation, int *count) 
         names[(*count)++] = model->inputs[i].name;
     for (int i = 0; i < tree->count; i++) {
         names[(*count)++] = tree->frames[i].name;
-        names[(*count)++] = format_text("%s_d", tree->frames[i].name);
+        if (!tree->frames[i].is_state)
+            names[(*count)++] = format_text("%s_d", tree->frames[i].name);
     }
     return names;
 }
@@ -328,7 +341,7 @@ void scene_put_coordinates(struct document *document, const char *key, const str
                            const int *which) {
     format_put_open(document, key, '[');
     for (int i = 0; i < model->n; i++)
-        if (!which || which[i])
+        if (which ? which[i] : i < refdyn_joint_count(model))
             format_put_text(document, NULL, model->coordinates[i].name);
     format_put_close(document, ']');
 }
@@ -371,8 +384,8 @@ static void put_inputs(struct document *document, const struct scene *scene) {
 }
 
 void scene_put_state(struct document *document, const struct scene *scene) {
-    format_put_array(document, "q", scene->q, scene->model->n);
-    format_put_array(document, "qd", scene->qd, scene->model->n);
+    const struct record_writer writer = scene_writer(document);
+    record_put_state(scene->model, scene->q, scene->qd, "states", &writer);
     format_put_number(document, "t", scene->state.t);
     put_inputs(document, scene);
     format_put_open(document, "parameters", '{');

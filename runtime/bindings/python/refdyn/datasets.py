@@ -74,11 +74,13 @@ def attributes(model: Model, parameters: Mapping[str, float], inputs: Mapping[st
 
 def of_equilibrium(model: Model, result: Mapping[str, Any], held: Collection[str], attrs: Mapping[str, Any]) -> xarray.Dataset:
     variables: dict[str, xarray.Variable] = {}
-    for name, value in zip(result["coordinates"], result["q"]):
+    for name, value in zip(model._joints, result["q"]):
         put(variables, name, "coordinate", variable((), float(value), model.units[name]))
+    for name, value in (result["states"] if "states" in result else dict(zip(model.states, result["qd"][len(model._joints):]))).items():
+        put(variables, name, "state", variable((), float(value), model.units[name]))
     put_points(variables, result["points"])
     for name, value in zip((name for name in model.coordinates if name in held), result["hold_force"]):
-        put(variables, f"force_{name}", "hold", variable((), float(value), moment(model.units[name])))
+        put(variables, f"force_{name}", "hold", variable((), float(value), moment(model.units[name]) if name in model._joints else None))
     for contact in result.get("contacts", ()):
         put(variables, f"contact_{contact['name']}", "contact", variable((), float(contact["force"])))
         put(variables, f"gap_{contact['name']}", "contact", variable((), float(contact["gap"])))
@@ -95,7 +97,7 @@ def complex_of(result: Mapping[str, Any]) -> np.ndarray:
 def of_modes(model: Model, result: Mapping[str, Any], attrs: Mapping[str, Any]) -> xarray.Dataset:
     modes, points = result["modes"], list(model.points)
     free = len(modes)
-    shape = np.array([complex_of(mode["shape"]) for mode in modes]).reshape(free, len(model.coordinates))
+    shape = np.array([complex_of(mode["shape"]) for mode in modes]).reshape(free, len(model._joints))
     moved = np.array([[complex_of(mode["points"][point]) for point in points] for mode in modes]).reshape(free, len(points), 3)
     data = {key: variable(("mode",), np.array([mode[key] for mode in modes], dtype=float), unit)
             for key, unit in (("frequency", "Hz"), ("omega", "rad/s"), ("damping", None))}
@@ -103,8 +105,11 @@ def of_modes(model: Model, result: Mapping[str, Any], attrs: Mapping[str, Any]) 
     data["shape"] = variable(("mode", "coordinate"), shape)
     data["displacement"] = variable(("mode", "point", "axis"), moved, "m")
     data["q"] = variable(("coordinate",), np.array(result["q"], dtype=float))
-    coords = {"mode": np.arange(1, free + 1), "coordinate": list(model.coordinates), "point": points, "axis": list(AXES),
-              "unit": ("coordinate", [model.units[name] for name in model.coordinates])}
+    coords: dict[str, Any] = {"mode": np.arange(1, free + 1), "coordinate": list(model._joints), "point": points, "axis": list(AXES),
+                              "unit": ("coordinate", [model.units[name] for name in model._joints])}
+    if model.states:
+        data["shape_of_states"] = variable(("mode", "state"), np.array([complex_of(mode["shape_of_states"]) for mode in modes]).reshape(free, len(model.states)))
+        coords["state"] = list(model.states)
     keys = ("at", "t", "held", "phi", "residual", "unstable")
     return dataset(data, coords, attrs={**attrs, **plain({key: result[key] for key in keys})})
 
@@ -116,8 +121,8 @@ def of_linear_model(model: Model, result: Mapping[str, Any], attrs: Mapping[str,
     data["eigenvalue"] = variable(("mode",), np.array([complex(*pair) for pair in result["eigenvalues"]]), "1/s")
     data["q"] = variable(("coordinate",), np.array(result["q"], dtype=float))
     data["qd"] = variable(("coordinate",), np.array(result["qd"], dtype=float))
-    coords = {"state": result["states"], "of_state": result["states"], "input": result["inputs"], "output": result["outputs"], "coordinate": list(model.coordinates)}
-    return dataset(data, coords, attrs={**attrs, **plain({key: result[key] for key in ("at", "t", "held")})})
+    coords = {"state": result["states"], "of_state": result["states"], "input": result["inputs"], "output": result["outputs"], "coordinate": list(model._joints)}
+    return dataset(data, coords, attrs={**attrs, **plain({key: result[key] for key in ("at", "t", "held", "state_values") if key in result})})
 
 
 # ---- Motions ----

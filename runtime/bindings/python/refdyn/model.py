@@ -35,7 +35,8 @@ class Model:
 
     __module__ = "refdyn"
 
-    coordinates: tuple[str, ...]                 # in the order of q
+    coordinates: tuple[str, ...]                 # in the order of q: those of joints, then the continuous states
+    states: tuple[str, ...]                      # continuous states: the value of a state is in qd, its rate in qdd, and its q is not read
     parameters: Mapping[str, float]              # values of the parameters that some quantity reads
     inputs: Mapping[str, float]
     options: Mapping[str, int | float | bool | str]
@@ -131,7 +132,7 @@ class Model:
         self._units = {kind: named(description[kind], "unit") for kind in ("coordinates", "parameters", "inputs")}
         self._by_events = {entry["name"] for entry in description["inputs"] if entry["by_events"]}
         self._fixed = {entry["name"]: entry["value"] for entry in description["parameters"] if not entry["anchored"]}
-        lists = {key: tuple(description[key]) for key in ("rows", "points", "courses", "held")}
+        lists = {key: tuple(description[key]) for key in ("rows", "points", "courses", "held", "states")}
         vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value", "parameter"),
                           inputs=named(description["inputs"], "value", "input"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
                           q0=constant(description["q"]), qd0=constant(description["qd"]), joints=types.MappingProxyType(ByName("joint", joints)), imported=imported,
@@ -142,7 +143,13 @@ class Model:
         self._libraries[None, False] = Compiled(description, self._kinds, self._order)
 
     def __repr__(self) -> str:
-        return f"<refdyn.Model {self._name}: {len(self.coordinates)} coordinates, {len(self.rows)} rows, {len(self.parameters)} parameters>"
+        states = f"{len(self.states)} states, " if self.states else ""
+        return f"<refdyn.Model {self._name}: {len(self._joints)} coordinates, {states}{len(self.rows)} rows, {len(self.parameters)} parameters>"
+
+    @property
+    def _joints(self) -> tuple[str, ...]:
+        """The coordinates without states."""
+        return self.coordinates[:len(self.coordinates) - len(self.states)]
 
     def _repr_html_(self) -> str:
         return inline.of_model(self)
@@ -537,6 +544,12 @@ class Model:
     def _state_file(self, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:
         """Provides a STATE.json with the given values; None without values."""
         given: dict[str, Any] = {key: finite_row(key, value, "one state: a row of numbers").tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
+        joints, n = len(self._joints), len(self.coordinates)
+        if self.states and len(np.atleast_1d(given.get("qd", ()))) == n:
+            given["states"] = dict(zip(self.states, given["qd"][joints:]))
+        for key in ("q", "qd"):
+            if key in given and self.states and len(np.atleast_1d(given[key])) == n:
+                given[key] = given[key][:joints]
         if inputs:
             given["inputs"] = dict(inputs)
         if not given:

@@ -124,7 +124,7 @@ class Motion:
     """A motion in the process: `motion = arm.motion(q, qd)`, then `motion.advance(t)` in a loop.
 
     t, q, qd, state, qdd, force   time [s], coordinates, rates, both, accelerations and forces of the programme
-    inputs, parameters            their present values by name
+    inputs, parameters, states    their present values by name
     events        what has happened so far: (time, name, kind), kind "" or for contacts "impact", "rests", "leaves"
     has_ended     whether an event of the model has ended the motion
     statistics    steps, evaluations, largest residuals ... so far, as in the summary of a simulation
@@ -207,6 +207,12 @@ class Motion:
     @property
     def qd(self) -> np.ndarray:
         return self.state[1]
+
+    @property
+    def states(self) -> dict[str, float]:
+        """The continuous states by name."""
+        n = len(self._model.states)
+        return dict(zip(self._model.states, self.state[1, self._n - n:].tolist()))
 
     @property
     def qdd(self) -> np.ndarray:

@@ -70,7 +70,7 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
         rest = equilibria.find(model, "motion,statics", None, None, constant, values, *(further.get(name) for name in OF_STATICS))
         if rest is None:
             return None
-        q, qd, equilibrium = np.array(rest["q"]), np.zeros(n), (rest["unstable"], rest["neutral"])
+        q, qd, equilibrium = np.array(rest["q"]), np.array(rest["qd"]), (rest["unstable"], rest["neutral"])
         compiled = model._purpose("motion,statics", rest["given"])
     else:
         compiled = model._purpose("motion")
@@ -101,8 +101,9 @@ def bounds_of(compiled: Compiled) -> tuple[tuple[str, str, float, float], ...]:
 
 def variables_of(model: Model, compiled: Compiled, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
     """The kind and the place of each name; None if one is wrong, which the program then reports."""
-    coordinates = list(model.coordinates)
-    kinds = [compiled.places, compiled.inputs, {name: i for i, name in enumerate(coordinates)}, {f"{name}_d": i for i, name in enumerate(coordinates)}]
+    coordinates = {name: i for i, name in enumerate(model._joints)}
+    rates = {f"{name}_d": i for name, i in coordinates.items()} | {name: len(coordinates) + i for i, name in enumerate(model.states)}
+    kinds = [compiled.places, compiled.inputs, coordinates, rates]
     found = [[(what, kind[name]) for what, kind in enumerate(kinds) if name in kind] for name in names]
     if len(set(names)) < len(names) or any(len(meanings) != 1 for meanings in found):
         return None

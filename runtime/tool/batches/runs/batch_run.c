@@ -302,7 +302,8 @@ static void describe_failure(const struct running *running, const struct refdyn_
         length += snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", constraint %s",
                            model->rows[fault->row].name);
     if (fault->coordinate >= 0 && fault->coordinate < model->n && length < REASON_LENGTH)
-        length += snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", coordinate %s",
+        length += snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", %s %s",
+                           fault->coordinate < refdyn_joint_count(model) ? "coordinate" : "state",
                            model->coordinates[fault->coordinate].name);
     if (result->stage == REFDYN_AT_STEPS && one->integrator->event_count > 0 && length < REASON_LENGTH)
         length += snprintf(reason + length, (size_t)(REASON_LENGTH - length), ", event %s",

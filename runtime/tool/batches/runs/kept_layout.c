@@ -88,13 +88,14 @@ static bool has_item(const struct listing *listing, enum kept_kind kind, const c
 }
 
 /* Adds the state. The first columns of the table are t, coordinates, rates and points; the last are the
- * forces and times of rest of contacts. */
+ * forces and times of rest of contacts. Continuous states are between them. */
 static void add_state(struct listing *listing, enum kept_kind kind, const struct record_table *table,
                       const struct refdyn_model *model) {
-    const int first = 1 + 2 * model->n + 9 * model->point_count;
+    const int first = 1 + 2 * refdyn_joint_count(model) + 9 * model->point_count;
     const int last = table->count - 2 * (model->m - refdyn_programme_rows(model));
     for (int i = kind == KEPT_AT; i < table->count; i++) /* the axis of `at` already has its times */
-        if ((i < first || i >= last) && !has_item(listing, kind, table->names[i]))
+        if ((i < first || i >= last || record_table_is_state(table, i)) &&
+            !has_item(listing, kind, table->names[i]))
             add_item(listing, kind, table->names[i], table->units[i]);
 }
 
@@ -111,9 +112,11 @@ static void add_named(struct listing *listing, enum kept_kind kind, const struct
 /* Adds the derivatives of each final value except the time. */
 static void add_derivatives(struct listing *listing, const struct name_list *by,
                             const struct record_table *table, const struct refdyn_model *model) {
-    const int last = 1 + 2 * model->n + 9 * model->point_count;
+    const int last = 1 + 2 * refdyn_joint_count(model) + 9 * model->point_count;
     for (int k = 0; k < by->count; k++)
-        for (int i = 1; i < last; i++) {
+        for (int i = 1; i < table->count; i++) {
+            if (i >= last && !record_table_is_state(table, i))
+                continue;
             const char *name = runs_derivative_name(table->names[i], by->names[k]);
             if (!has_item(listing, KEPT_DERIVATIVE, name))
                 add_item(listing, KEPT_DERIVATIVE, name, NULL);

@@ -76,6 +76,14 @@ static void add_coordinate(struct meanings *meanings, const struct generation *g
     meanings->units[kind] = is_rate ? (is_angle ? "rad/s" : "m/s") : (is_angle ? "rad" : "m");
 }
 
+static void add_state(struct meanings *meanings, const struct generation *gen, const char *name) {
+    const int i = tree_find_state(&gen->tree, name) - tree_joint_count(&gen->tree);
+    if (i < 0)
+        return;
+    meanings->targets[VARIED_RATE] = gen->model.states[i].name;
+    meanings->units[VARIED_RATE] = gen->model.states[i].unit;
+}
+
 static struct meanings meanings_of(struct memory *memory, const struct generation *gen, const char *name) {
     const struct model *model = &gen->model;
     struct meanings meanings = {.targets = {NULL}};
@@ -94,6 +102,7 @@ static struct meanings meanings_of(struct memory *memory, const struct generatio
             meanings.targets[VARIED_OPTION] = model->options[i].name;
     add_coordinate(&meanings, gen, name, false);
     add_coordinate(&meanings, gen, coordinate_of_rate(memory, name), true);
+    add_state(&meanings, gen, name);
     if (strcmp(name, "inputs") == 0)
         meanings.targets[VARIED_SAMPLES] = "inputs";
     return meanings;
@@ -134,7 +143,7 @@ static const char **known_names(const struct case_names *names, int *count) {
         known[(*count)++] = model->options[i].name;
     for (int i = 0; i < tree->count; i++)
         known[(*count)++] = tree->frames[i].name;
-    for (int i = 0; i < tree->count; i++)
+    for (int i = 0; i < tree_joint_count(tree); i++)
         known[(*count)++] = memory_format(names->memory, "%s_d", tree->frames[i].name);
     known[(*count)++] = "inputs";
     return known;

@@ -60,7 +60,7 @@ static const char *contact_name(const struct refdyn_model *model, int i) {
 struct columns {
     struct record_table table;
     const struct refdyn_model *model;
-    int points, residuals, angular, courses, accelerations, inputs, forces,
+    int points, residuals, angular, courses, accelerations, inputs, forces, states,
         contacts; /* the first column of each kind */
 };
 
@@ -77,14 +77,16 @@ static void find_columns(struct columns *columns, struct scene *scene) {
     names_alone.work = &scene->work;
     simulate_table_start(&columns->table, &names_alone, scene->compiled.spatial);
     columns->model = model;
-    columns->points = 1 + 2 * model->n;
+    const int joints = refdyn_joint_count(model);
+    columns->points = 1 + 2 * joints;
     columns->residuals = columns->points + 9 * model->point_count;
     columns->forces =
         columns->residuals + count_rows(model, FMU_PHI, model->m) + count_rows(model, FMU_PSI, model->m) + 1;
-    columns->inputs = columns->forces + model->n;
+    columns->states = columns->forces + joints;
+    columns->inputs = columns->states + model->n - joints;
     columns->courses = columns->inputs + model->input_count;
     columns->accelerations = columns->courses + model->course_count;
-    columns->angular = columns->accelerations + model->n;
+    columns->angular = columns->accelerations + joints;
     columns->contacts = columns->angular + (scene->compiled.spatial ? 6 * scene->compiled.spatial->count : 0);
 }
 
@@ -96,14 +98,14 @@ static int point_column(const struct columns *columns, int index, int rate) {
 /* Returns -1 if `sim` has no such column. */
 static int column_of(const struct columns *columns, struct fmu_variable variable) {
     const struct refdyn_model *model = columns->model;
-    const int i = variable.index;
+    const int i = variable.index, joints = refdyn_joint_count(model);
     switch (variable.kind) {
     case FMU_COORDINATE:
         return 1 + i;
     case FMU_RATE:
-        return 1 + model->n + i;
+        return i < joints ? 1 + joints + i : columns->states + i - joints;
     case FMU_ACCELERATION:
-        return columns->accelerations + i;
+        return i < joints ? columns->accelerations + i : -1;
     case FMU_POSITION:
     case FMU_VELOCITY:
     case FMU_POINT_ACCELERATION:
@@ -135,6 +137,7 @@ static const char *own_name(const struct refdyn_model *model, struct fmu_variabl
     case FMU_TIME:
         return "time";
     case FMU_COORDINATE_CHANGE:
+    case FMU_ACCELERATION: /* of a state */
         return format_text("der(%s)", model->coordinates[i].name);
     case FMU_ENERGY:
         return energy_names[i];
@@ -161,6 +164,8 @@ static const char *own_unit(const struct refdyn_model *model, struct fmu_variabl
         return "s";
     case FMU_COORDINATE_CHANGE:
         return strcmp(model->coordinates[i].unit, "m") == 0 ? "m/s" : "rad/s";
+    case FMU_ACCELERATION: /* of a state */
+        return *model->coordinates[i].unit ? format_text("%s/s", model->coordinates[i].unit) : NULL;
     case FMU_ENERGY:
         return "J";
     case FMU_PARAMETER:
@@ -191,6 +196,10 @@ static void set_role(struct catalogue_entry *entry, const struct scene *scene) {
         entry->about = format_text("%s%s", role->about, model->rows[i].name);
     if (entry->variable.kind == FMU_CONTACT_FORCE || entry->variable.kind == FMU_CONTACT_SINCE)
         entry->about = format_text("%s%s", role->about, contact_name(model, i));
+    if (i >= refdyn_joint_count(model) && entry->variable.kind == FMU_RATE)
+        entry->about = "state of a controller or drive";
+    if (i >= refdyn_joint_count(model) && entry->variable.kind == FMU_ACCELERATION)
+        entry->about = "derivative of a state";
     if (is_state && model->m > 0) /* the start projection may change it */
         entry->initial = INITIAL_APPROXIMATE;
     if (is_set_by_events(model, entry->variable)) {

@@ -131,7 +131,7 @@ static void print_summary(const struct fmu *fmu) {
     fprintf(stderr, "%s: FMI %s, Model Exchange and Co-Simulation (%s, tolerance %g)\n", fmu->name,
             fmu->version == FMI_2 ? "2.0" : "3.0", refdyn_method_name((int)fmu->options.method),
             fmu->options.tol);
-    fprintf(stderr, "states %d, inputs %d, variables %d, event indicators %d%s%s\n", 2 * model->n,
+    fprintf(stderr, "states %d, inputs %d, variables %d, event indicators %d%s%s\n", fmu_count_states(model),
             model->input_count, fmu->catalogue.count, fmu_count_indicators(model),
             fmu->why_no_derivatives ? "; no directional derivatives: " : "",
             fmu->why_no_derivatives ? fmu->why_no_derivatives : "");

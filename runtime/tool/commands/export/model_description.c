@@ -270,9 +270,10 @@ static void dependencies_put(struct dependencies *list, FILE *out) {
 
 static void add_position_dependencies(struct dependencies *list, const struct fmu *fmu, const bool *depends,
                                       const struct catalogue_entry *entry) {
-    const int n = fmu->scene->model->n, row = entry->variable.index;
+    const int n = fmu->scene->model->n, joints = refdyn_joint_count(fmu->scene->model),
+              row = entry->variable.index;
     for (int kind = FMU_COORDINATE; kind <= FMU_RATE; kind++)
-        for (int j = 0; j < n; j++)
+        for (int j = 0; j < joints; j++)
             if (depends[row * n + j] && (kind == FMU_COORDINATE || entry->variable.kind == FMU_VELOCITY))
                 dependencies_add(list, fmu, fmu->catalogue.first[kind] + j, "dependent");
 }

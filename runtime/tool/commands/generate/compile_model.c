@@ -28,6 +28,10 @@ static void put_start(struct document *document, const struct scene *scene) {
         format_put_close(document, '}');
     }
     format_put_close(document, ']');
+    format_put_open(document, "states", '[');
+    for (int i = refdyn_joint_count(model); i < model->n; i++)
+        format_put_text(document, NULL, model->coordinates[i].name);
+    format_put_close(document, ']');
     format_put_array(document, "q", scene->q, model->n);
     format_put_array(document, "qd", scene->qd, model->n);
 }

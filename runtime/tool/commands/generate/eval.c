@@ -140,7 +140,10 @@ static enum status print_state(struct scene *scene, const double *qdd) {
     double *room = format_allocate_matrix(scene->model->n, 1);
     format_put_open(&document, NULL, '{');
     format_put_text(&document, "name", scene->model->name);
-    scene_put_coordinates(&document, "coordinates", scene->model, NULL);
+    int *all = format_allocate((size_t)scene->model->n, sizeof *all);
+    for (int i = 0; i < scene->model->n; i++)
+        all[i] = 1;
+    scene_put_coordinates(&document, "coordinates", scene->model, all);
     put_equations(&document, scene, room);
     put_points(&document, scene);
     put_accelerations(&document, scene, qdd, room);

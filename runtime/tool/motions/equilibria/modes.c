@@ -34,13 +34,14 @@ static enum status check(struct scene *scene) {
 }
 
 static void stop(struct scene *scene, const char *path) {
+    const int joints = refdyn_joint_count(scene->model);
     bool moves = false;
-    for (int i = 0; i < scene->model->n; i++)
+    for (int i = 0; i < joints; i++)
         moves |= scene->qd[i] != 0;
     if (moves && path)
         fprintf(stderr, "%s: warning: qd: modes are small motions about rest; all rates are set to 0\n",
                 path);
-    memset(scene->qd, 0, (size_t)scene->model->n * sizeof *scene->qd);
+    memset(scene->qd, 0, (size_t)joints * sizeof *scene->qd);
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
 }
 

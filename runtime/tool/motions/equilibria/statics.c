@@ -176,6 +176,7 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     const int answer =
         refdyn_statics(&scene->work, &equilibrium->options, list, count, scene->q, equilibrium->hold_force,
                        &equilibrium->result, format_allocate(1, size), size);
+    refdyn_leave_statics(scene->model, scene->q, scene->qd);
     const struct record_equilibrium record = record_of(scene, equilibrium);
     if (answer != REFDYN_OK)
         record_print_no_equilibrium(&record, answer, stderr);
@@ -187,7 +188,7 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
 enum status equilibria_find(struct scene *scene, const struct options *options,
                             struct equilibrium *equilibrium) {
     const size_t n = (size_t)scene->model->n;
-    memset(scene->qd, 0, n * sizeof *scene->qd);
+    refdyn_enter_statics(scene->model, scene->q, scene->qd);
     equilibrium->held = format_allocate(n, sizeof *equilibrium->held);
     equilibrium->hold_force = format_allocate(n, sizeof *equilibrium->hold_force);
     enum status status = equilibria_choose_held(scene, options, equilibrium->held);
@@ -226,7 +227,7 @@ static void put_equilibrium(struct document *document, const struct scene *scene
 }
 
 static void warn_of_rates(const struct scene *scene, const char *path) {
-    for (int i = 0; scene->state.qd && i < scene->model->n; i++) {
+    for (int i = 0; scene->state.qd && i < refdyn_joint_count(scene->model); i++) {
         if (scene->state.qd[i] == 0)
             continue;
         fprintf(stderr, "%s: warning: qd: statics sets all rates to 0\n", path);

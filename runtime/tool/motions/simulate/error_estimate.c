@@ -29,7 +29,10 @@ void simulate_track_add(struct track *track, const struct refdyn_integrator *int
     const struct refdyn_model *model = work->model;
     const long i = track->count++;
     track->t[i] = integrator->t;
-    memcpy(track->q + i * model->n, integrator->q, (size_t)model->n * sizeof *track->q);
+    const int joints = refdyn_joint_count(model);
+    memcpy(track->q + i * model->n, integrator->q, (size_t)joints * sizeof *track->q);
+    memcpy(track->q + i * model->n + joints, integrator->qd + joints,
+           (size_t)(model->n - joints) * sizeof *track->q);
     if (model->point_count > 0)
         model->r(work->p, work->x, integrator->t, integrator->q, integrator->qd,
                  track->r + 3 * i * model->point_count);

@@ -21,7 +21,14 @@ static int find_rate(const struct refdyn_model *model, const char *name) {
     const size_t length = strlen(name);
     if (length < 3 || strcmp(name + length - 2, "_d") != 0)
         return -1;
-    return refdyn_find_name(model->coordinates, model->n, format_text("%.*s", (int)length - 2, name));
+    return refdyn_find_name(model->coordinates, refdyn_joint_count(model),
+                            format_text("%.*s", (int)length - 2, name));
+}
+
+/* The coordinate of a state of this name, -1 if there is none. */
+static int find_state(const struct refdyn_model *model, const char *name) {
+    const int place = refdyn_find_name(model->coordinates, model->n, name);
+    return place >= refdyn_joint_count(model) ? place : -1;
 }
 
 /* All names by which a motion can be differentiated. */
@@ -35,7 +42,8 @@ static const char **known_names(const struct refdyn_model *model, int *count) {
         names[(*count)++] = model->inputs[i].name;
     for (int i = 0; i < model->n; i++) {
         names[(*count)++] = model->coordinates[i].name;
-        names[(*count)++] = format_text("%s_d", model->coordinates[i].name);
+        if (i < refdyn_joint_count(model))
+            names[(*count)++] = format_text("%s_d", model->coordinates[i].name);
     }
     return names;
 }
@@ -69,8 +77,9 @@ int simulate_derivatives_find(const struct refdyn_model *model, const char *name
     const struct refdyn_variable meanings[] = {
         {REFDYN_VARIED_PARAMETER, refdyn_find_name(model->parameters, model->parameter_count, name)},
         {REFDYN_VARIED_INPUT, refdyn_find_name(model->inputs, model->input_count, name)},
-        {REFDYN_VARIED_COORDINATE, refdyn_find_name(model->coordinates, model->n, name)},
-        {REFDYN_VARIED_RATE, find_rate(model, name)}};
+        {REFDYN_VARIED_COORDINATE, refdyn_find_name(model->coordinates, refdyn_joint_count(model), name)},
+        {REFDYN_VARIED_RATE, find_rate(model, name)},
+        {REFDYN_VARIED_RATE, find_state(model, name)}};
     int count = 0;
     for (int i = 0; i < (int)(sizeof meanings / sizeof *meanings); i++) {
         if (meanings[i].place < 0)

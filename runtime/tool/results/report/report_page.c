@@ -400,9 +400,9 @@ static void put_motion(FILE *out, const struct scene *scene, const struct option
     fputs("<table>\n", out);
     put_row_of_texts(out, "model", model->name);
     put_row_of_texts(out, "hash of its C", model->hash);
-    put_row_of_texts(
-        out, "size",
-        format_text("coordinates %d, constraint rows %d, points %d", model->n, model->m, model->point_count));
+    put_row_of_texts(out, "size",
+                     format_text("coordinates %d, constraint rows %d, points %d", refdyn_joint_count(model),
+                                 model->m, model->point_count));
     put_row_of_texts(out, "motion",
                      format_text("t = %g to %g s from %s, made consistent; states compared every %g s",
                                  scene->state.t, plan->until, start_text(options), plan->every));
@@ -439,7 +439,9 @@ char *report_page_facts(const struct scene *scene, const struct options *options
     put_motion(out, scene, options, plan);
     put_named(out, "Parameters", model->parameters, scene->work.p, NULL, model->parameter_count);
     put_named(out, "Inputs", model->inputs, scene->work.x, NULL, model->input_count);
-    put_named(out, "Start: coordinates and rates", model->coordinates, scene->q, scene->qd, model->n);
+    const int joints = refdyn_joint_count(model);
+    put_named(out, "Start: coordinates and rates", model->coordinates, scene->q, scene->qd, joints);
+    put_named(out, "Start: states", model->coordinates + joints, scene->qd + joints, NULL, model->n - joints);
     fclose(out);
     return text;
 }

@@ -88,14 +88,14 @@ static void put_frame(struct list *list, const struct frame *frame) {
 static void put_frames(FILE *out, struct generation *generation, struct drawn_tape *tape) {
     const struct tree *tree = &generation->tree;
     struct list list = open_list(out, generation, tape, "frames");
-    for (int i = 0; i < tree->count; i++)
+    for (int i = 0; i < tree_joint_count(tree); i++)
         put_frame(&list, &tree->frames[i]);
     close_list(&list);
 }
 
 static void put_names(FILE *out, struct generation *generation, struct drawn_tape *tape) {
     struct list names = open_list(out, generation, tape, "coordinates");
-    for (int i = 0; i < generation->tree.count; i++) {
+    for (int i = 0; i < tree_joint_count(&generation->tree); i++) {
         fputs(names.count++ ? "," : "", out);
         format_json_text(out, generation->tree.frames[i].name);
     }
@@ -173,7 +173,7 @@ static int list_places(const struct generation *generation, int frame, const exp
     for (int i = 0; i < model->link_count; i++)
         if (tree->carriers[i].base.frame == frame)
             places[count++] = tree->carriers[i].base.placement.position;
-    for (int i = 0; i < tree->count; i++)
+    for (int i = 0; i < tree_joint_count(tree); i++)
         if (tree->frames[i].parent == frame)
             places[count++] = tree->frames[i].placement.position;
     for (int i = 0; i < model->point_count; i++)

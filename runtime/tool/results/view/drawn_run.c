@@ -82,7 +82,7 @@ static double unit_of_coordinate(const struct run *run, int column, bool is_revo
 static void put_coordinate_rows(FILE *out, const struct run *run, const struct tree *tree,
                                 const struct drawn_rows *rows) {
     fputs("\"q\":[", out);
-    for (int i = 0; i < tree->count; i++) {
+    for (int i = 0; i < tree_joint_count(tree); i++) {
         const int column = run->coordinates + i;
         fputs(i ? ",\n{" : "\n{", out);
         put_numbers(out, rows, column, unit_of_coordinate(run, column, tree->frames[i].joint.is_revolute));
@@ -153,12 +153,12 @@ struct valuation {
 
 /* ---- Values of formulas ---- */
 
-/* The column of an input, -1 if there is none. */
-static int input_column(const struct run *run, const char *name) {
+/* The column of an input or, with lead "state", of a state; -1 if there is none. */
+static int input_column(const struct run *run, const char *name, const char *lead) {
     const char *const *columns = (const char *const *)run->columns + run->inputs;
     const int plain = text_index(name, columns, run->input_count);
     const int place =
-        plain < 0 ? text_index(format_text("input_%s", name), columns, run->input_count) : plain;
+        plain < 0 ? text_index(format_text("%s_%s", lead, name), columns, run->input_count) : plain;
     return place < 0 ? -1 : run->inputs + place;
 }
 
@@ -175,12 +175,14 @@ static bool symbol_value(const struct valuation *valuation, const struct symbol 
     }
     if (symbol->kind == SYMBOL_TIME)
         column = 0;
+    else if (symbol->kind == SYMBOL_COORDINATE && symbol->index >= run->coordinate_count)
+        column = input_column(run, valuation->generation->tree.frames[symbol->index].name, "state");
     else if (symbol->kind == SYMBOL_COORDINATE && symbol->order <= 1)
         column = run->coordinates + symbol->order * run->coordinate_count + symbol->index;
     else if (symbol->kind == SYMBOL_POINT && symbol->order <= 1 && symbol->index / 3 < run->point_count)
         column = run->points[symbol->index / 3] + POINT_RATE * symbol->order + symbol->index % 3;
     else if (symbol->kind == SYMBOL_INPUT)
-        column = input_column(run, model->inputs[symbol->index].name);
+        column = input_column(run, model->inputs[symbol->index].name, "input");
     *value = column < 0 ? 0 : row[column];
     return column >= 0;
 }
@@ -280,7 +282,8 @@ static struct applied_force load_of(const struct generation *generation, int i) 
 }
 
 bool view_applied_force(const struct generation *generation, int i, struct applied_force *force) {
-    const int drives = generation->model.force_count, all = drives + generation->model.load_count;
+    const int drives = generation->model.force_count - generation->model.state_count,
+              all = drives + generation->model.load_count;
     if (i < all)
         *force = i < drives ? drive_of(generation, i) : load_of(generation, i - drives);
     return i < all;

@@ -223,7 +223,7 @@ static const char *mark_symbols(const struct drawing *drawing, const struct item
     const expression *symbols = rewrite_list_symbols(&drawing->generation->graph, e, &count);
     for (int i = 0; i < count; i++) {
         const struct symbol *symbol = expr_as_symbol(&drawing->generation->graph, symbols[i]);
-        if (symbol->kind == SYMBOL_COORDINATE)
+        if (symbol->kind == SYMBOL_COORDINATE && symbol->index < tree_joint_count(drawing->tree))
             mark_frame(drawing, item, symbol->index);
         else if (symbol->kind == SYMBOL_POINT)
             mark_point(drawing, item, symbol->index / 3);
@@ -271,7 +271,7 @@ static const char *inputs_of(const struct drawing *drawing, const expression *va
 
 static void add_forces(struct drawing *drawing) {
     const struct model *model = drawing->model;
-    for (int i = 0; i < model->force_count; i++) {
+    for (int i = 0; i < model->force_count - model->state_count; i++) {
         const struct frame *frame = &drawing->tree->frames[model->forces[i].coordinate];
         const char *kind = frame->joint.is_revolute ? "torque" : "force";
         const struct item *item =
@@ -370,9 +370,9 @@ static void put_svg(FILE *out, const struct drawing *drawing) {
         width, height, width, height);
     fprintf(out, "<rect width=\"%g\" height=\"%g\" fill=\"#ffffff\"/>\n", width, height);
     put_label(out, MARGIN, MARGIN + 12, " font-size=\"15\" font-weight=\"bold\"",
-              format_text("%s: %d coordinate%s, %d row%s", drawing->model->name, drawing->tree->count,
-                          drawing->tree->count == 1 ? "" : "s", drawing->model->row_count,
-                          drawing->model->row_count == 1 ? "" : "s"));
+              format_text("%s: %d coordinate%s, %d row%s", drawing->model->name,
+                          tree_joint_count(drawing->tree), tree_joint_count(drawing->tree) == 1 ? "" : "s",
+                          drawing->model->row_count, drawing->model->row_count == 1 ? "" : "s"));
     put_lines(out, drawing);
     for (int i = 0; i <= count; i++)
         put_box(out, &drawing->links[i]);

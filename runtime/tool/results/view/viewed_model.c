@@ -101,12 +101,13 @@ static enum status check_columns(const struct viewed_model *viewed, const struct
     const struct generation *generation = &viewed->scene.generation;
     const struct tree *tree = &generation->tree;
     const char *model = generation->model.name;
-    if (run->coordinate_count != tree->count)
+    const int joints = tree_joint_count(tree);
+    if (run->coordinate_count != joints)
         return refuse_columns(
             run, format_text("run: has %d coordinates, but model %s has %d; give --model and --set "
                              "of the motion",
-                             run->coordinate_count, model, tree->count));
-    for (int i = 0; i < tree->count; i++)
+                             run->coordinate_count, model, joints));
+    for (int i = 0; i < joints; i++)
         if (strcmp(run->columns[run->coordinates + i], tree->frames[i].name) != 0)
             return refuse_columns(run, format_text("run: coordinate %d is '%s', but in model %s it is '%s'; "
                                                    "give --model and --set of the motion",

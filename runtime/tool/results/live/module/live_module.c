@@ -227,9 +227,11 @@ static int find_equilibrium(struct live *live) {
     live->hold_force = get_block(live, n * sizeof *live->hold_force);
     for (int i = 0; i < model->held_count; i++)
         live->held[model->held[i]] = 1;
-    memset(live->qd, 0, n * sizeof *live->qd);
-    return refdyn_statics(&live->work, &live->statics, model->held, model->held_count, live->q,
-                          live->hold_force, &live->equilibrium, get_block(live, size), size);
+    refdyn_enter_statics(model, live->q, live->qd);
+    const int status = refdyn_statics(&live->work, &live->statics, model->held, model->held_count, live->q,
+                                      live->hold_force, &live->equilibrium, get_block(live, size), size);
+    refdyn_leave_statics(model, live->q, live->qd);
+    return status;
 }
 
 static int set_start(struct live *live, bool from_statics) {

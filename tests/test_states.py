@@ -1,0 +1,392 @@
+"""Continuous states (rd.state) against matrix exponentials: a motor with inductance, PI with a notch filter, jumps, events; in every
+method, in statics, modes, linear models, batches, derivatives, Python and FMUs."""
+import csv
+import ctypes
+import importlib
+import json
+import re
+import sys
+import zipfile
+
+import h5py
+import numpy
+import pytest
+import scipy.linalg
+import scipy.optimize
+
+import python_package
+from program import SOURCE, evaluate, motion, read_run, refdyn, settings
+
+CONTROL = SOURCE / "docs" / "control"
+MOTOR, CONTINUOUS = CONTROL / "motor.lua", CONTROL / "continuous.lua"
+# Options with which each method reaches 1e-9; methods of low order take short motions and many steps.
+METHODS = {"rk4": ("--step", 1e-5), "rk54": (), "rk8": (), "rodas5p": (), "rodas6p": (), "ros34pw2": ("--tol", 1e-10), "radau9": (), "gauss12": (),
+           "msbdf": ("--tol", 1e-13), "bsimp": ("--tol", 1e-13), "auto": ()}
+
+
+def exact(A, b, x, t):
+    """x(t) of x' = A x + b."""
+    n = len(x)
+    step = scipy.linalg.expm(t * numpy.block([[A, b[:, None]], [numpy.zeros((1, n + 1))]]))
+    return step[:n, :n] @ x + step[:n, n]
+
+
+# ---- A motor ----
+
+def motor_pieces(J=0.02, c=0.05, R=0.8, L=4e-3, k=0.3, i_most=20, u=24):
+    """x' = A x + b of x = (psi, psi', i) with a current below and above the bound."""
+    free = numpy.array([[0, 1, 0], [0, -c / J, k / J], [0, -k / L, -R / L]])
+    bound = free.copy()
+    bound[1, 2] = 0
+    return (free, numpy.array([0, 0, u / L])), (bound, numpy.array([0, k * i_most / J, u / L])), i_most
+
+
+def motor_at(times, x, **values):
+    """The states at ascending times, from piece to piece between the times at which the current passes the bound."""
+    *pieces, most = motor_pieces(**values)
+    t, rows, is_beyond = 0.0, [], bool(x[2] > most)
+    for end in times:
+        while True:
+            A, b = pieces[is_beyond]
+            grid = numpy.linspace(0, end - t, 200)[1:]
+            beyond = [bool(exact(A, b, x, h)[2] > most) for h in grid]
+            if all(value == is_beyond for value in beyond):
+                break
+            first = next(i for i, value in enumerate(beyond) if value != is_beyond)
+            h = scipy.optimize.brentq(lambda h: exact(A, b, x, h)[2] - most, grid[first - 1] if first else 1e-12, grid[first], xtol=1e-17, rtol=1e-15)
+            x, t, is_beyond = exact(A, b, x, h), t + h, not is_beyond
+        x, t = exact(A, b, x, end - t), end
+        rows.append(x)
+    return numpy.array(rows)
+
+
+def of_motor(run):
+    return numpy.array([run[name] for name in ("rotor_psi", "rotor_psi_d", "i")]).T
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_motor_in_every_method(method):
+    times = 0.0025 * numpy.arange(1, 9)
+    expected = motor_at(times, numpy.zeros(3))
+    run, said, summary = motion(MOTOR, "--until", 0.02, "--every", 0.0025, "--method", method, *(METHODS[method] or ("--tol", 1e-12)))
+    assert expected[:, 2].max() > 20 > expected[0, 2] and numpy.max(numpy.abs(of_motor(run)[1:] - expected)) < 1e-9
+    assert list(run)[:3] == ["t", "rotor_psi", "rotor_psi_d"] and "i_d" not in run and "force_i" not in run
+    assert summary["energy_error"] < 1e-8  # a state has no energy, and its rate no power
+
+
+def test_tolerance_is_that_of_the_scale(tmp_path):
+    """A local error of tol times the scale: a current in mA with a scale of 1000 has the errors of one in A."""
+    milli = tmp_path / "milli.lua"
+    milli.write_text(re.sub(r'"i", rate = (.*), unit = "A"', r'"i", rate = 1000 * (\1), scale = 1000', MOTOR.read_text()).replace("s.states.i", "(s.states.i / 1000)"))
+    runs = [motion(model, "--until", 0.2, "--method", "rk8", "--tol", 1e-7) for model in (MOTOR, milli)]
+    assert abs(runs[0][2]["steps"] - runs[1][2]["steps"]) <= 2
+    assert numpy.max(numpy.abs(runs[0][0]["i"] - runs[1][0]["i"] / 1000)) < 1e-6
+    exact_i = motor_at(runs[0][0]["t"][1:], numpy.zeros(3))[:, 2]
+    assert 1e-13 < numpy.max(numpy.abs(runs[0][0]["i"][1:] - exact_i)) < 1e-5
+
+
+# ---- PI and notch filter ----
+
+def loop(J=0.02, J_load=0.05, k=60, c=0.02, Kp=0.6, Ki=3, f=10.3, d=0.7, wish=5):
+    """x' = A x + b of x = (motor, shaft, their rates, sum, n1, n2)."""
+    w = 2 * numpy.pi * f
+    A, b = numpy.zeros((7, 7)), numpy.zeros(7)
+    wanted, torque = numpy.array([0, 0, -Kp, 0, Ki, 0, 0.0]), numpy.array([0, 0, -Kp, 0, Ki, 0, -2 * d * w])
+    shaft = numpy.array([0, k, 0, c, 0, 0, 0.0])  # on the motor; its opposite is on the load
+    A[0, 2] = A[1, 3] = 1
+    A[2], b[2] = (torque + shaft) / J, Kp * wish / J
+    A[3], b[3] = -shaft / J_load - A[2], -b[2]
+    A[4, 2], b[4] = -1, wish
+    A[5, 6] = 1
+    A[6], b[6] = wanted, Kp * wish
+    A[6, 5] -= w ** 2
+    A[6, 6] -= 2 * d * w
+    return A, b
+
+
+LOOP = ["motor_psi", "load_psi", "motor_psi_d", "load_psi_d", "sum", "n1", "n2"]
+
+
+@pytest.mark.parametrize("method", ["rk8", "rk54", "rodas6p", "radau9", "gauss12", "auto"])
+def test_velocity_loop(method):
+    A, b = loop()
+    run, _, _ = motion(CONTINUOUS, "--until", 1, "--every", 0.05, "--method", method, "--tol", 1e-12)
+    expected = numpy.array([exact(A, b, numpy.zeros(7), t) for t in run["t"]])
+    found = numpy.array([run[name] for name in LOOP]).T
+    assert numpy.max(numpy.abs(found - expected)) < 1e-9 and abs(expected[-1, 2] - 5) < 0.2
+    assert numpy.max(numpy.abs(run["torque"] - (0.6 * (5 - expected[:, 2]) + 3 * expected[:, 4] - 1.4 * 2 * numpy.pi * 10.3 * expected[:, 6]))) < 1e-7
+
+
+def test_linear_model_and_modes(tmp_path):
+    """A is the matrix of the loop; the modes are its eigenvalues, without poles of integrals."""
+    A, _ = loop(Kp=0.7)
+    linear = json.loads(refdyn("linearise", CONTINUOUS, "--set", "Kp=0.7", "--at", "initial").stdout)
+    assert linear["states"] == LOOP and numpy.max(numpy.abs(numpy.array(linear["A"]) - A)) < 1e-9 * numpy.max(numpy.abs(A))
+    values = numpy.sort_complex(numpy.linalg.eigvals(A))
+    found = numpy.sort_complex(numpy.array([complex(*pair) for pair in linear["eigenvalues"]]))
+    assert numpy.max(numpy.abs(found - values)) < 1e-6
+    modes = json.loads(refdyn("modes", CONTINUOUS, "--set", "Kp=0.7", "--at", "initial").stdout)["modes"]
+    of_modes = [complex(*mode["eigenvalue"]) for mode in modes]
+    pairs = of_modes + [value.conjugate() for value in of_modes if value.imag]
+    assert len(pairs) == 7 and numpy.max(numpy.abs(numpy.sort_complex(numpy.array(pairs)) - values)) < 1e-6
+    assert all(len(mode["shape"]["re"]) == 2 and len(mode["shape_of_states"]["re"]) == 3 for mode in modes)
+
+
+# ---- Other models ----
+
+DRIVEN = """local rd = require "refdyn"
+local p = rd.parameters { { "m", 1.3, "kg" }, { "g", 9.81, "m/s^2" }, { "decay", 0.4, "1/s" }, { "k", 2.5, "N m" }, { "i0", 0.2, "A" } }
+local u = rd.input("u", 0.7, "V")
+return rd.model {
+  name = "driven", gravity = { 0, 0, -p.g },
+  links = {
+    { "arm", joint = { "theta" }, mass = p.m, center = { 0.2, 0, 0.05 }, inertia = { yy = 0.03 }, start = { theta = 0.3 }, damper = { theta = 0.3 } },
+    { "tip", on = "arm", at = { 0.5, 0, 0 }, joint = { "theta" }, mass = 0.4, center = { 0.2, 0, 0 }, inertia = { yy = 0.01 },
+      spring = { theta = 3 }, damper = { theta = 0.1 } },
+  },
+  points = { E = { on = "tip", at = { 0.4, 0, 0 } } },
+  states = function(s)
+    return {
+      rd.state { "a", rate = s.states.b - p.decay * s.states.a * rd.cos(s.q.arm_theta), start = 0.1 },
+      rd.state { "b", rate = u - s.states.a - 0.5 * s.states.b^3 + 0.2 * s.points.E.xd, start = p.i0, unit = "A" },
+    }
+  end,
+  forces = function(s)
+    return { arm_theta = -p.k * s.states.a * (1 + s.states.b), rd.force { "tip", { s.states.b * s.q.tip_theta, 0, s.states.a } } }
+  end,
+  courses = function(s) return { sum = s.states.a + 2 * s.states.b * s.q.arm_theta } end,
+  limits = function(s) return { { "b", column = "b", to = 0.3 }, { "product", s.states.a * s.states.b, to = 1 } } end,
+%s
+}"""
+NAMES = ["arm_theta", "tip_theta", "arm_theta_d", "tip_theta_d", "a", "b"]
+
+
+def written(folder, name, text):
+    (folder / f"{name}.lua").write_text(text)
+    return folder / f"{name}.lua"
+
+
+@pytest.fixture
+def driven(tmp_path):
+    return written(tmp_path, "driven", DRIVEN % "")
+
+
+def values_of(state):
+    return numpy.array([*state["q"], *state["qd"], *state["states"].values()])
+
+
+def rates(model, x):
+    """The derivatives of (q, qd, a, b)."""
+    found = evaluate(model, {"q": list(x[:2]), "qd": list(x[2:4]), "states": {"a": x[4], "b": x[5]}})
+    return numpy.array([*x[2:4], *found["qdd"]])
+
+
+def differences(function, x, h=1e-5):
+    return numpy.array([(function(x + h * e) - function(x - h * e)) / (2 * h) for e in numpy.eye(len(x))]).T
+
+
+def test_statics_and_linear_model_of_a_nonlinear_one(driven, tmp_path):
+    found = json.loads(refdyn("statics", driven).stdout)
+    x = values_of(found)
+    assert numpy.max(numpy.abs(rates(driven, x))) < 1e-9 and found["criterion"] == "linear motion"
+    linear = json.loads(refdyn("linearise", driven).stdout)
+    assert linear["states"] == NAMES
+    A = differences(lambda y: rates(driven, y), x)
+    assert numpy.max(numpy.abs(numpy.array(linear["A"]) - A)) < 1e-7 * numpy.max(numpy.abs(A))
+    unstable = sum(value.real > 0 for value in numpy.linalg.eigvals(A))
+    assert (found["unstable"] > 0) == (unstable > 0)
+    # about a state that moves
+    y = x + numpy.array([0.2, -0.3, 0.7, 0.4, -0.35, 0.6])
+    (tmp_path / "y.json").write_text(json.dumps({"q": list(y[:2]), "qd": list(y[2:4]), "states": {"a": y[4], "b": y[5]}}))
+    linear = json.loads(refdyn("linearise", driven, "--at", tmp_path / "y.json").stdout)
+    A = differences(lambda z: rates(driven, z), y)
+    assert numpy.max(numpy.abs(numpy.array(linear["A"]) - A)) < 1e-7 * numpy.max(numpy.abs(A))
+    assert numpy.max(numpy.abs(numpy.array(linear["rate"]) - rates(driven, y))) < 1e-9
+    i = linear["outputs"].index("sum")
+    assert numpy.allclose(linear["C"][i], [2 * y[5], 0, 0, 0, 1, 2 * y[0]], atol=1e-12)
+    B = differences(lambda u: numpy.array(evaluate(driven, {"q": list(y[:2]), "qd": list(y[2:4]), "states": {"a": y[4], "b": y[5]}, "inputs": {"u": u[0]}})["qdd"]), numpy.array([0.7]))
+    assert numpy.allclose(numpy.array(linear["B"])[2:], B, atol=1e-8)
+
+
+def test_held_states_and_rows(tmp_path):
+    """A held state keeps its start; where rows hold, their multipliers balance forces of states."""
+    row = '  constraints = function(s) return { rd.position { s.points.E.z + 0.1 } } end,'
+    model = written(tmp_path, "rows", DRIVEN % row)
+    found = json.loads(refdyn("statics", model, "--hold", "b").stdout)
+    assert found["states"]["b"] == 0.2 and len(found["hold_force"]) == 1
+    x = values_of(found)
+    assert abs(rates(model, x)[4]) < 1e-9 and numpy.max(numpy.abs(rates(model, x)[2:4])) < 1e-8
+    whole = json.loads(refdyn("statics", model).stdout)
+    assert numpy.max(numpy.abs(rates(model, values_of(whole)))) < 1e-8
+    modes = json.loads(refdyn("modes", model).stdout)["modes"]
+    linear = json.loads(refdyn("linearise", model).stdout)
+    assert len(linear["states"]) == 4 and sum(2 if mode["eigenvalue"][1] else 1 for mode in modes) == 4
+    found = sorted(abs(complex(*mode["eigenvalue"])) for mode in modes)
+    assert numpy.allclose(found, sorted({round(abs(complex(*pair)), 12): abs(complex(*pair)) for pair in linear["eigenvalues"]}.values()), rtol=1e-7)
+
+
+def test_from_states_and_limits(driven, tmp_path):
+    """A motion continues from a STATE.json; what that leaves out has the model's value. Limits name states."""
+    run, said, summary = motion(driven, "--until", 0.8, "--every", 0.4, "--tol", 1e-11)
+    state = {"t": 0.4, "q": [run[name][1] for name in NAMES[:2]], "qd": [run[name][1] for name in NAMES[2:4]], "states": {name: run[name][1] for name in "ab"}}
+    (tmp_path / "s.json").write_text(json.dumps(state))
+    again, _, _ = motion(driven, "--until", 0.8, "--every", 0.4, "--tol", 1e-11, "--from", tmp_path / "s.json")
+    assert all(abs(again[name][-1] - run[name][-1]) < 1e-9 for name in NAMES)
+    (tmp_path / "s.json").write_text(json.dumps({"states": {"b": 0.5}}))
+    start, _, _ = motion(driven, "--until", 0.1, "--every", 0.1, "--from", tmp_path / "s.json")
+    assert [start[name][0] for name in ("arm_theta", "a", "b")] == [0.3, 0.1, 0.5]
+    assert "b exceeds its limits" in said
+    for wrong, message in (({"states": {"c": 1}}, "c: unknown state"), ({"b": 1}, "b: not a key of a state; it belongs in the object states"),
+                           ({"q": [0, 0, 0, 0]}, "q: has 4 values; must have 2, one for each coordinate from arm_theta to tip_theta")):
+        (tmp_path / "s.json").write_text(json.dumps(wrong))
+        assert message in refdyn("sim", driven, "--until", 0.1, "--from", tmp_path / "s.json", status=1).stderr
+
+
+JUMPS = """local rd = require "refdyn"
+local p = rd.parameters { { "up", 3, "1" }, { "z0", 0.25, "1" } }
+return rd.model {
+  name = "jumps",
+  links = { { "slide", joint = "x", mass = 2, start_rate = { x = 0.7 } } },
+  states = function(s) return { rd.state { "z", rate = rd.where(rd.less(s.q.slide_x, 0.3), p.up, -1.5) + %s, start = p.z0 } } end,
+  events = function(s) return { %s } end,
+}"""
+
+
+@pytest.mark.parametrize("method", ["rk8", "rk54", "radau9", "gauss12", "rodas5p"])
+def test_jump_of_the_rate(method, tmp_path):
+    """The slide passes 0.3 at t = 0.3/0.7, where z' jumps."""
+    model = written(tmp_path, "jumps", JUMPS % ("0", ""))
+    run, _, summary = motion(model, "--until", 1, "--every", 0.01, "--method", method, "--tol", 1e-8)
+    t1 = 0.3 / 0.7
+    expected = numpy.where(run["t"] < t1, 0.25 + 3 * run["t"], 0.25 + 3 * t1 - 1.5 * (run["t"] - t1))
+    assert numpy.max(numpy.abs(run["z"] - expected)) < 1e-11 and summary["steps"] < 150
+
+
+@pytest.mark.parametrize("method", ["rk8", "radau9"])
+def test_events_set_states(method, tmp_path):
+    """A saw-tooth: z grows by 3 a second to 1 and falls to z - 0.6; the slide is not touched."""
+    model = written(tmp_path, "saw", JUMPS.replace("rd.where(rd.less(s.q.slide_x, 0.3), p.up, -1.5)", "p.up") %
+                    ("0 * s.t", 'rd.event { s.states.z - 1, direction = "up", name = "full", states = { z = s.states.z - 0.6 } }'))
+    run, said, summary = motion(model, "--until", 2, "--every", 0.1, "--method", method)
+    expected = [0.25 + 3 * t if t < 0.25 else 0.4 + 3 * ((t - 0.25) % 0.2) for t in run["t"]]
+    off = numpy.abs(run["z"] - expected)
+    assert numpy.max(numpy.minimum(off, numpy.abs(off - 0.6))) < 1e-9 and len(summary["events"]) == 9
+    assert numpy.allclose(run["slide_x"], 0.7 * run["t"], atol=1e-12)
+
+
+# ---- Batches, derivatives ----
+
+SWEEP = 'local rd = require "refdyn"\nreturn rd.sweep { vary = { b = rd.grid(0.1, 0.5, 7) }, t_end = 0.5, keep = { final = true, history = { "a" } } }'
+
+
+@pytest.mark.parametrize("method", ["rk8", "radau9", "rodas5p"])
+def test_lanes(method, driven, tmp_path):
+    """Cases have the same bits in each width, and are those of single motions."""
+    (tmp_path / "sweep.lua").write_text(SWEEP)
+    found = {}
+    for lanes in (1, 2, 4):
+        refdyn("batch", driven, tmp_path / "sweep.lua", "-o", tmp_path / f"{lanes}.h5", "--lanes", lanes, "--method", method, "--tol", 1e-8, "--threads", 1)
+        with h5py.File(tmp_path / f"{lanes}.h5") as file:
+            assert set(NAMES) <= set(file["final"]) and "a_d" not in file["final"] and file["final/b"].attrs["units"] in (b"A", "A")
+            found[lanes] = {name: file[f"final/{name}"][()] for name in NAMES}
+            starts = file["cases/b"][()]
+    assert all(numpy.array_equal(found[2][name], found[4][name]) for name in NAMES)
+    for i in (0, 3, 6):
+        (tmp_path / "s.json").write_text(json.dumps({"states": {"b": starts[i]}}))
+        run, _, _ = motion(driven, "--until", 0.5, "--method", method, "--tol", 1e-8, "--from", tmp_path / "s.json")
+        assert all(abs(found[width][name][i] - run[name][-1]) < 1e-7 for name in NAMES for width in (1, 4))
+        assert all(found[1][name][i] == run[name][-1] for name in NAMES)
+
+
+def test_derivatives_by_starts_and_parameters(tmp_path):
+    """Of the linear loop: columns of the matrix exponential; by Kp: differences of the exact solution."""
+    A, b = loop()
+    refdyn("sim", CONTINUOUS, "--until", 0.4, "--every", 0.2, "--tol", 1e-10, "--derivatives", "sum,n2,motor_psi_d,Kp", "-o", tmp_path / "d.csv")
+    with open(tmp_path / "d.csv") as file:
+        last = {name: float(value) for name, value in list(csv.DictReader(file))[-1].items()}
+    step = scipy.linalg.expm(0.4 * A)
+    by_Kp = (exact(*loop(Kp=0.6 + 1e-5), numpy.zeros(7), 0.4) - exact(*loop(Kp=0.6 - 1e-5), numpy.zeros(7), 0.4)) / 2e-5
+    for i, name in enumerate(LOOP):
+        for by, expected in (("sum", step[i, 4]), ("n2", step[i, 6]), ("motor_psi_d", step[i, 2]), ("Kp", by_Kp[i])):
+            assert abs(last[f"d_{name}_by_{by}"] - expected) < 1e-6 * max(1, abs(expected)), (name, by)
+
+
+def test_hdf5_and_plot(driven, tmp_path):
+    refdyn("sim", driven, "--until", 0.2, "-o", tmp_path / "run.h5")
+    with h5py.File(tmp_path / "run.h5") as file:
+        assert file["q"].shape[1] == 2 and file["states/b"].attrs["units"] in (b"A", "A") and file["states/a"][0] == 0.1
+    refdyn("plot", tmp_path / "run.h5", "-o", tmp_path / "run.svg")
+    refdyn("view", tmp_path / "run.h5", "-o", tmp_path / "run.html")
+    assert (tmp_path / "run.svg").stat().st_size > 1000 and (tmp_path / "run.html").stat().st_size > 1000
+
+
+# ---- Python ----
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    folder = python_package.build(tmp_path_factory.mktemp("package"))
+    sys.path.insert(0, str(folder))
+    yield importlib.import_module("refdyn")
+    sys.path.remove(str(folder))
+
+
+def test_python(package, driven):
+    arm = package.Model(driven)
+    assert arm.coordinates == ("arm_theta", "tip_theta", "a", "b") and arm.states == ("a", "b") and list(arm.qd0) == [0, 0, 0.1, 0.2]
+    run, _, _ = motion(driven, "--until", 0.5, "--every", 0.25, "--tol", 1e-9)
+    found = arm.simulate(0.5, tol=1e-9, every=0.25)
+    assert all(numpy.array_equal(found[name].values, run[name]) for name in NAMES) and found["b"].attrs["units"] == "A"
+    turning = arm.motion(tol=1e-9)
+    turning.advance(0.5)
+    assert abs(turning.states["a"] - run["a"][-1]) < 1e-8 and turning.state.shape == (2, 4)
+    q, qd = arm.step(arm.q0, arm.qd0, 0.0, 0.5, method="rk8", steps=200)
+    assert numpy.max(numpy.abs(numpy.append(q[:2], qd) - [run[name][-1] for name in NAMES])) < 1e-8
+    qdd = arm.qdd(arm.q0, arm.qd0)
+    assert abs(qdd[3] - (0.7 - 0.1 - 0.5 * 0.2 ** 3)) < 1e-15
+    rest, said = arm.statics(), json.loads(refdyn("statics", driven).stdout)
+    assert float(rest["a"]) == said["states"]["a"] and float(rest["arm_theta"]) == said["q"][0]
+    modes, linear = arm.modes(), arm.linearise()
+    assert modes["shape_of_states"].shape == (modes.sizes["mode"], 2) and list(linear["state"].values) == NAMES
+    from_rest = arm.simulate(0.1, from_="statics", tol=1e-9)
+    assert abs(from_rest["a"].values[-1] - float(rest["a"])) < 1e-6
+    start = numpy.array([0.0, 0.0, 0.3, -0.4])
+    assert arm.simulate(0.1, qd=start)["b"].values[0] == -0.4
+    derived = arm.simulate(0.2, derivatives=["b", "i0"], tol=1e-9)
+    assert numpy.allclose(derived["d_a"].sel(parameter="b"), derived["d_a"].sel(parameter="i0"), atol=1e-7)
+    cases = arm.batch({"b": [0.1, 0.2, 0.3]}, 0.25)
+    assert abs(cases["a"].values[1] - run["a"][1]) < 1e-5
+
+
+# ---- FMUs ----
+
+def test_model_exchange(driven, tmp_path):
+    """States are those of joints, then the continuous ones, with derivatives and nominal values."""
+    refdyn("export", driven, "--fmu", "2.0", "-o", tmp_path / "a.fmu")
+    zipfile.ZipFile(tmp_path / "a.fmu").extractall(tmp_path)
+    text = (tmp_path / "modelDescription.xml").read_text()
+    place = {name: int(number) for name, number in re.findall(r'<ScalarVariable name="(.*?)" valueReference="(\d+)"', text)}
+    assert "der(a)" in place and "a_d" not in place and text.count("<Unknown", text.index("<Derivatives>"), text.index("</Derivatives>")) == 6
+    library = ctypes.CDLL(str(tmp_path / "binaries" / "linux64" / "driven.so"))
+    logger = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int, ctypes.c_char_p, ctypes.c_char_p)(lambda *words: None)
+
+    class Callbacks(ctypes.Structure):
+        _fields_ = [("logger", type(logger)), *((name, ctypes.c_void_p) for name in ("allocate", "release", "finished", "environment"))]
+    callbacks = Callbacks(logger)
+    instantiate = library.fmi2Instantiate
+    instantiate.restype = ctypes.c_void_p
+    guid = re.search(r'guid="(.*?)"', text)[1].encode()
+    component = ctypes.c_void_p(instantiate(b"a", 0, guid, b"", ctypes.byref(callbacks), 0, 0))
+    assert library.fmi2SetupExperiment(component, 0, ctypes.c_double(0), ctypes.c_double(0), 0, ctypes.c_double(1)) == 0
+    assert library.fmi2EnterInitializationMode(component) == 0 and library.fmi2ExitInitializationMode(component) == 0
+    info = (ctypes.c_char * 64)()
+    assert library.fmi2NewDiscreteStates(component, info) == 0 and library.fmi2EnterContinuousTimeMode(component) == 0
+    state = numpy.array([0.4, -0.2, 0.6, 0.5, -0.3, 0.8])
+    numbers = (ctypes.c_double * 6)(*state)
+    assert library.fmi2SetContinuousStates(component, numbers, ctypes.c_size_t(6)) == 0
+    assert library.fmi2GetDerivatives(component, numbers, ctypes.c_size_t(6)) == 0
+    assert numpy.max(numpy.abs(numpy.array(numbers) - rates(driven, state))) < 1e-12
+    assert library.fmi2GetContinuousStates(component, numbers, ctypes.c_size_t(6)) == 0 and list(numbers) == list(state)
+    references = (ctypes.c_uint * 2)(place["a"], place["der(b)"])
+    values = (ctypes.c_double * 2)()
+    assert library.fmi2GetReal(component, references, ctypes.c_size_t(2), values) == 0
+    assert values[0] == -0.3 and abs(values[1] - rates(driven, state)[5]) < 1e-12
