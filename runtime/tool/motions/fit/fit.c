@@ -146,7 +146,8 @@ static enum status find(struct fit *fit) {
 }
 
 static enum status run_scene(struct scene *scene, const struct options *options,
-                             const struct refdyn_options *integration, const struct fit_request *request) {
+                             const struct refdyn_options *integration, void *context) {
+    const struct fit_request *request = context;
     struct fit fit = {.options = options, .scene = scene, .integration = *integration, .request = *request};
     for (int i = 1; i < options->operand_count; i++)
         system_targets_spare(&scene->targets, options->operands[i]);
@@ -222,34 +223,15 @@ static void set_origins(struct options *options, const struct fit_request *reque
 }
 
 static enum status run_fit(const struct options *given) {
-    struct refdyn_options integration;
     struct fit_request request;
-    struct scene scene;
-    struct options own = *given, *options = &own;
-    if (options_number(options, "lanes") == 0)
-        options_set_number(options, "lanes", refdyn_batch_widest());
-    enum status status = check_operands(options);
+    struct options own = *given;
+    enum status status = check_operands(&own);
     if (status == STATUS_DONE)
-        status = simulate_options(options, &integration);
+        status = read_request(&own, &request);
     if (status != STATUS_DONE)
         return status;
-    status = simulate_check_lanes(options);
-    if (status == STATUS_DONE)
-        status = read_request(options, &request);
-    if (status != STATUS_DONE)
-        return status;
-    set_origins(options, &request);
-    if (simulate_gsl_has(options_text(options, "method")))
-        return options_usage_error(options->command, "fit excludes the methods of GSL");
-    const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
-    status =
-        scene_open(&scene, options,
-                   NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
-                   options_state_path(options_text(options, "from")));
-    if (status == STATUS_DONE)
-        status = run_scene(&scene, options, &integration, &request);
-    scene_close(&scene);
-    return status;
+    set_origins(&own, &request);
+    return simulate_run_search(&own, run_scene, &request);
 }
 
 static const struct option_rule fit_rules[] = {

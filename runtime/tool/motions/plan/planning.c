@@ -263,11 +263,12 @@ static enum status prepare(struct plan *plan, struct motion *motion) {
     return STATUS_DONE;
 }
 
-static enum status run_scene(struct scene *scene, const struct options *options, struct plan_file *file,
-                             const struct refdyn_options *integration) {
+static enum status run_scene(struct scene *scene, const struct options *options,
+                             const struct refdyn_options *integration, void *file) {
     struct plan plan = {.options = options, .scene = scene, .file = file, .integration = *integration};
     struct plan_result result = {.searches = 0};
     struct motion motion = {.memory = NULL};
+    plan.integration.balance = 0;
     system_targets_spare(&scene->targets, options->operands[1]);
     enum status status = prepare(&plan, &motion);
     if (status == STATUS_DONE) {
@@ -293,31 +294,6 @@ static void take_options(struct options *options, const struct plan_file *file) 
     const bool has_steps = options_has(options, "tol") || options_has(options, "step");
     if (!has_steps)
         options_set_number(options, "tol", file->tol > 0 ? file->tol : tol_default);
-    if (options_number(options, "lanes") == 0)
-        options_set_number(options, "lanes", refdyn_batch_widest());
-}
-
-static enum status plan_with(struct options *options, struct plan_file *file) {
-    struct refdyn_options integration;
-    struct scene scene;
-    take_options(options, file);
-    enum status status = simulate_options(options, &integration);
-    if (status == STATUS_DONE)
-        status = simulate_check_lanes(options);
-    if (status != STATUS_DONE)
-        return status;
-    if (simulate_gsl_has(options_text(options, "method")))
-        return options_usage_error(options->command, "plan excludes the methods of GSL");
-    integration.balance = 0;
-    const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
-    status =
-        scene_open(&scene, options,
-                   NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
-                   options_state_path(options_text(options, "from")));
-    if (status == STATUS_DONE)
-        status = run_scene(&scene, options, file, &integration);
-    scene_close(&scene);
-    return status;
 }
 
 static enum status run_plan(const struct options *given) {
@@ -330,8 +306,11 @@ static enum status run_plan(const struct options *given) {
         fprintf(stderr, "refdyn: plan needs NLopt; build refdyn with it\n");
         return STATUS_FAULT;
     }
-    const enum status status =
-        plan_file_read(&file, given->operands[1]) ? plan_with(&own, &file) : STATUS_FAULT;
+    enum status status = STATUS_FAULT;
+    if (plan_file_read(&file, given->operands[1])) {
+        take_options(&own, &file);
+        status = simulate_run_search(&own, run_scene, &file);
+    }
     plan_file_release(&file);
     return status;
 }
