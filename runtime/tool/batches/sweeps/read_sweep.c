@@ -7,6 +7,7 @@
  */
 #include "gen/read/read.h"
 #include "runtime/tool/batches/sweeps/sweeps.h"
+#include "runtime/tool/support/random/random.h"
 
 #include <math.h>
 #include <stddef.h>
@@ -18,8 +19,6 @@ static const size_t bound_of_reading = (size_t)256 << 20;
 static const double cases_by_accident = 1e6;
 /* Bound of the memory for the tables of all cases. */
 static const size_t bound_of_cases = (size_t)512 << 20;
-/* Largest number of columns of the sequences of GSL. */
-enum { SOBOL_MOST = 40, HALTON_MOST = 1229 };
 
 struct reading {
     struct sweep_file *file;
@@ -454,11 +453,9 @@ static void check_draws(const struct reading *reading, const struct value *sweep
             messages, first->place,
             "vary.%s: random, but draws is missing; add draws, the cases at each point of the grids",
             first->name);
-    const int most = file->sequence == SEQUENCE_SOBOL ? SOBOL_MOST : HALTON_MOST;
-    if (file->sequence != SEQUENCE_RANDOM && count > most)
+    if (file->sequence == SEQUENCE_SOBOL && count > RANDOM_SOBOL_MOST)
         message_error(messages, value_find_field(sweep, "sequence")->place,
-                      "sequence: %d random columns; %s has at most %d", count,
-                      file->sequence == SEQUENCE_SOBOL ? "sobol" : "halton", most);
+                      "sequence: %d random columns; sobol has at most %d", count, RANDOM_SOBOL_MOST);
 }
 
 double sweeps_file_case_count(const struct sweep_file *file) {

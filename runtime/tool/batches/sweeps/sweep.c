@@ -156,9 +156,8 @@ static void find_varied(struct sweep_reading *reading) {
             message_error(&reading->messages, vary->place, "%s: random numbers; write a list of values",
                           path);
     }
-    if (file->sequence != SEQUENCE_RANDOM && !HAS_METHODS_OF_GSL)
-        message_error(&reading->messages, file->place, "sequence: %s needs GSL; build refdyn with it",
-                      file->sequence == SEQUENCE_SOBOL ? "sobol" : "halton");
+    if (file->sequence == SEQUENCE_SOBOL && !HAS_METHODS_OF_GSL)
+        message_error(&reading->messages, file->place, "sequence: sobol needs GSL; build refdyn with it");
 }
 
 /* ---- Cases ---- */

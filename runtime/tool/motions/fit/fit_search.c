@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "runtime/tool/motions/fit/fit.h"
+#include "runtime/tool/support/random/random.h"
 #include "runtime/tool/support/system/system.h"
 
 enum {
@@ -118,38 +119,18 @@ static bool is_near(const struct fit *fit, const double *from, const struct fit_
 
 /* ---- Many starts ---- */
 
-/* The van der Corput sequence in base b: equidistributed in [0, 1). */
-static double van_der_corput(int number, int b) {
-    double part = 1, sum = 0;
-    for (; number; number /= b) {
-        part /= b;
-        sum += part * (number % b);
-    }
-    return sum;
-}
-
-static int next_prime(int after) {
-    for (int p = after + 1;; p++) {
-        bool is_prime = p > 1;
-        for (int d = 2; d * d <= p; d++)
-            is_prime = is_prime && p % d != 0;
-        if (is_prime)
-            return p;
-    }
-}
-
 /* Candidates (CANDIDATES x values) as a Halton sequence about the start, which is the first of them. */
 static void make_candidates(const struct fit_search *search, const double *from, double *unknowns) {
     const struct fit *fit = search->fit;
-    for (int k = 0, prime = 1; k < fit->count; k++) {
+    random_halton(fit->count, 0, CANDIDATES, unknowns);
+    for (int k = 0; k < fit->count; k++) {
         const double wide = fit->values[k].is_log ? log(factor_of_starts) : units_of_starts,
                      low = fmax(from[k] - wide, search->lower[k]),
                      high = fmin(from[k] + wide, search->upper[k]);
-        prime = next_prime(prime);
         const bool is_kept = fit->values[k].kind == FIT_DELAY; /* all candidates have the same outputs */
         for (int i = 0; i < CANDIDATES; i++)
             unknowns[i * fit->count + k] =
-                i == 0 || is_kept ? from[k] : low + (high - low) * van_der_corput(i, prime);
+                i == 0 || is_kept ? from[k] : low + (high - low) * unknowns[i * fit->count + k];
     }
 }
 
