@@ -3,7 +3,6 @@
 #ifndef REFDYN_TOOL_SWEEPS_H
 #define REFDYN_TOOL_SWEEPS_H
 
-#include <setjmp.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -42,26 +41,16 @@ struct sweep_run {
     const char *hold, *release; /* names separated by commas */
 };
 
-struct sweep_names {
-    const char **names;
-    struct place *places; /* (count) */
-    int count;
-};
-
 struct sweep_keep {
     bool final, limits;
-    struct sweep_names extremes, norms, history, derivatives;
+    struct plain_names extremes, norms, history, derivatives;
     double *at; /* (at_count) ascending, not below 0 [s] */
     int at_count;
     struct place at_place;
 };
 
 struct sweep_file {
-    struct memory memory;
-    struct graph graph;
-    struct messages messages;
-    jmp_buf out_of_memory;
-    struct script *script;
+    struct plain_file plain;
     struct place place;  /* of the sweep */
     const char *table;   /* file with the cases, instead of `varies`; NULL: none */
     struct vary *varies; /* (vary_count) in the order of their names */

@@ -67,6 +67,7 @@ struct fit_request {
         bool is_held_out;
     } * data;
     int data_count;
+    bool needs_data; /* not with --check */
 };
 
 struct fit;
