@@ -40,7 +40,6 @@ static enum status prepare(struct fit *fit) {
         fit_check_add_columns(fit);
     if (status == STATUS_DONE)
         status = options_has(fit->options, "check") ? fit_data_imagine(fit) : fit_data_read(fit);
-    fit_values_scale(fit);
     if (status == STATUS_DONE)
         status =
             simulate_derivatives_batch(&fit->variables, scene, fit->options, &fit->integration, &fit->batch);
@@ -48,21 +47,31 @@ static enum status prepare(struct fit *fit) {
         return status;
     fit->batch.threads = system_processors();
     start_tables(fit);
+    fit_values_scale(fit);
     return STATUS_DONE;
 }
 
 /* ---- The start ---- */
 
+static enum status compare_file(struct fit *fit, const struct fit_data *data, const double *from) {
+    double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
+    const enum fit_outcome outcome = fit_motion_values(fit, data, from, model);
+    const int end_status = fit->end_status;
+    const double end_t = fit->end_t;
+    enum status status = fit_data_check_times(fit, data, from, outcome == FIT_DONE ? model : NULL);
+    fit->end_status = end_status;
+    fit->end_t = end_t;
+    if (status == STATUS_DONE)
+        status = outcome == FIT_DONE ? fit_data_compare(fit, data, model) : fit_report_outcome(fit, outcome);
+    free(model);
+    return status;
+}
+
 /* Compares the data with the motion of the start. */
 static enum status compare(struct fit *fit, const double *from) {
     enum status status = STATUS_DONE;
-    for (int i = 0; i < fit->data_count && status == STATUS_DONE; i++) {
-        const struct fit_data *data = &fit->data[i];
-        double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
-        const enum fit_outcome outcome = fit_motion_values(fit, data, from, model);
-        status = outcome == FIT_DONE ? fit_data_compare(fit, data, model) : fit_report_outcome(fit, outcome);
-        free(model);
-    }
+    for (int i = 0; i < fit->data_count && status == STATUS_DONE; i++)
+        status = compare_file(fit, &fit->data[i], from);
     return status;
 }
 

@@ -122,27 +122,39 @@ static void read_sensors(const struct plain_file *file, const struct value *valu
     }
 }
 
+static void add_start(const struct plain_file *file, struct fit_request *request, const struct value *value,
+                      const char *path, const char *name, struct fit_range range) {
+    for (int k = 0; k < request->start_count; k++)
+        if (strcmp(request->starts[k].name, name) == 0)
+            message_error(file->check.messages, value->place, "%s: \"%s\" is given twice; give it once", path,
+                          name);
+    request->starts[request->start_count++] =
+        (struct fit_asked_value){format_text("%s", name), place_text(value), range};
+}
+
+/* Names alone have no bounds; NAME = rd.within(FROM, TO) has. */
 static void read_starts(const struct plain_file *file, const struct value *value, const char *path,
                         void *target) {
     struct fit_request *request = target;
-    if (!plain_needs_list(file, value, path, "{ \"psi\", \"psi_d\" }"))
+    if (value->kind != VALUE_TABLE || value->tag) {
+        plain_refuse(file, value, path, "a table such as { \"psi\", psi_d = rd.within(-1, 1) }");
         return;
-    request->starts = format_allocate((size_t)value->item_count, sizeof *request->starts);
+    }
+    request->starts =
+        format_allocate((size_t)(value->item_count + value->field_count), sizeof *request->starts);
     for (int i = 0; i < value->item_count; i++) {
         const struct value *item = &value->items[i];
-        struct fit_asked_value *start = &request->starts[request->start_count];
-        *start = (struct fit_asked_value){
-            .place = place_text(item), .range = {.is_unknown = true, .lower = -INFINITY, .upper = INFINITY}};
-        if (item->kind != VALUE_TEXT) {
-            plain_refuse(file, item, fields_path_item(&file->check, path, i), "a name");
-            continue;
-        }
-        start->name = format_text("%s", item->text);
-        for (int k = 0; k < request->start_count; k++)
-            if (strcmp(request->starts[k].name, start->name) == 0)
-                message_error(file->check.messages, item->place, "%s: \"%s\" is given twice; give it once",
-                              fields_path_item(&file->check, path, i), start->name);
-        request->start_count++;
+        const char *own_path = fields_path_item(&file->check, path, i);
+        if (item->kind == VALUE_TEXT)
+            add_start(file, request, item, own_path, item->text,
+                      (struct fit_range){.is_unknown = true, .lower = -INFINITY, .upper = INFINITY});
+        else
+            plain_refuse(file, item, own_path, "a name");
+    }
+    for (int i = 0; i < value->field_count; i++) {
+        const struct value *entry = &value->fields[i].value;
+        const char *name = value->fields[i].name, *own_path = fields_path_name(&file->check, path, name);
+        add_start(file, request, entry, own_path, name, read_range(file, entry, own_path, range_form));
     }
 }
 
