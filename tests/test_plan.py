@@ -208,8 +208,8 @@ return rd.plan { vary = { T = rd.within(0.8, 3), r = rd.within(0, 0.8) }, t_end 
 
 ONE = 'vary = { T = rd.within(1, 2) }, t_end = "T"'
 WRONG = {
-    FREE.replace("0.2, 5", "2, 1"): "vary.T: rd.within(2, 1): the range must ascend",
-    FREE.replace("0.2, 5", "1, 2, 3"): "vary.T: rd.within(1, 2, 3): the start must be within the range",
+    FREE.replace("0.2, 5", "2, 1"): "vary.T: rd.within: from 2 to 1; the range must ascend",
+    FREE.replace("0.2, 5", "1, 2, 3"): "vary.T: rd.within: start 3; must be from 1 to 2",
     FREE.replace("rd.within(0.2, 5)", "{ 1, 2 }"): "vary.T: a table; must be rd.within(from, to)",
     FREE.replace("0.2, 5", "1"): "rd.within: 1 argument; must have 2 or 3: from and to, and optionally the start",
     FREE.replace("0.2, 5", "1, \"2\""): "rd.within: argument 2 is of type string; must be a number",

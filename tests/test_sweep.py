@@ -64,9 +64,9 @@ def refusals(folder, text, *arguments, name="sweep.lua"):
 
 def needs_gsl(folder):
     """Passes in a build without GSL if that build says so."""
-    done = call(folder, sweep_text("vary = { mass = rd.uniform(0, 1) }, draws = 2, sequence = 'halton'"))
+    done = call(folder, sweep_text("vary = { mass = rd.uniform(0, 1) }, draws = 2, sequence = 'sobol'"))
     if done.returncode:
-        assert done.stderr == "sweep.lua:2: sequence: halton needs GSL; build refdyn with it\n"
+        assert done.stderr == "sweep.lua:2: sequence: sobol needs GSL; build refdyn with it\n"
         pytest.skip("built without GSL")
 
 
@@ -172,7 +172,7 @@ def largest_gap(sample, distribution):
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("more", ["", ", seed = 7", ", sequence = 'sobol'", ", sequence = 'halton', seed = 3"])
 def test_distributions(folder, form, more):
-    if "sequence" in more:
+    if "sobol" in more:
         needs_gsl(folder)
     distribution, mean, variance = FORMS[form]
     sample = drawn(folder, form, more=more)
@@ -355,9 +355,6 @@ def test_columns_that_a_sequence_has(folder):
     many = ", ".join(f"arm_theta_{i} = rd.uniform(0, 1)" for i in range(1, 42))
     assert refusals(folder, sweep_text(f"vary = {{ {many} }}, draws = 3, sequence = 'sobol'")) == [
         "sweep.lua:3: sequence: 41 random columns; sobol has at most 40"]
-    many = ", ".join(f"x_{i} = rd.uniform(0, 1)" for i in range(1230))
-    assert refusals(folder, sweep_text(f"vary = {{ {many} }}, draws = 3, sequence = 'halton'")) == [
-        "sweep.lua:3: sequence: 1230 random columns; halton has at most 1229"]
 
 
 def test_other_files(folder):

@@ -1,9 +1,11 @@
 /*
  * Reads model files, for the rest of the program. Parts, in reading order: names; model files; sources;
- * values; fields; tables of cases.
+ * values; fields; files of other kinds; tables of cases.
  */
 #ifndef REFDYN_GEN_READ_H
 #define REFDYN_GEN_READ_H
+
+#include <setjmp.h>
 
 #include "gen/tree/tree.h"
 
@@ -157,6 +159,89 @@ bool field_types_has_no_items(const struct checker *checker, const struct value 
 /* Reports an unknown name, with the nearest known one or all of them. */
 void fields_refuse_name(const struct checker *checker, struct place place, const char *path, const char *fact,
                         const char *name, const char *const *known, int count);
+
+/* ---- files of other kinds, such as sweeps, fits and plans: from Lua to plain data ---- */
+
+/* The caller embeds it. It must not move once it is read, since its parts point to each other. */
+struct plain_file {
+    const char *path;
+    enum file_kind kind;
+    struct memory memory;
+    struct graph graph;
+    struct messages messages;
+    struct checker check;
+    struct script *script; /* NULL if the file could not be run */
+    jmp_buf out_of_memory;
+    void *data; /* the plain data */
+};
+
+/* Reads a value of one kind into `target`. `path` names it in messages: "keep.at". */
+typedef void plain_read(const struct plain_file *file, const struct value *value, const char *path,
+                        void *target);
+
+/* Runs the file, and reads the table that it returns into `data`. Returns false after an error, which is in
+ * the messages, sorted by line; without a message, memory is exhausted. Call memory_release in any case. */
+bool plain_file_read(struct plain_file *file, const char *path, enum file_kind kind, plain_read *read,
+                     void *data);
+/* Calls `work` with the memory of the file, and returns its answer. Returns false as above if memory ends. */
+bool plain_file_try(struct plain_file *file, bool (*work)(struct plain_file *file, void *context),
+                    void *context);
+
+/* Report a value: "PATH: a text; must be NEEDED", "PATH: value -1; must be NEEDED". */
+void plain_refuse(const struct plain_file *file, const struct value *value, const char *path,
+                  const char *needed);
+void plain_refuse_number(const struct plain_file *file, const struct value *value, const char *path,
+                         const char *needed);
+const char *plain_number_text(const struct plain_file *file, double x);
+
+/* Values of one kind: double, const char *, bool. */
+plain_read plain_read_positive, plain_read_text, plain_read_truth;
+/* Report any other value. */
+bool plain_is_number(const struct plain_file *file, const struct value *value, const char *path);
+bool plain_is_whole(const struct plain_file *file, const struct value *value, const char *path, double least,
+                    double most, const char *needed);
+
+bool plain_is_list(const struct value *value);
+/* Report anything but a list; a table of names; a table of names with an entry. `form` is an example. */
+bool plain_needs_list(const struct plain_file *file, const struct value *value, const char *path,
+                      const char *form);
+bool plain_needs_table(const struct plain_file *file, const struct value *value, const char *path,
+                       const char *form);
+bool plain_needs_names(const struct plain_file *file, const struct value *value, const char *path,
+                       const char *form);
+
+/* Different names, as a list or as a text with commas between them. */
+struct plain_names {
+    const char **names;
+    struct place *places; /* (count) */
+    int count;
+};
+/* Read struct plain_names; a const char * with commas between the names, as on the command line. */
+plain_read plain_read_names, plain_read_joined;
+
+/* Whether a function of rd has made the value with `least` to `most` numbers, and the file has not changed it
+ * since. */
+bool plain_is_made(const struct value *value, const char *tag, int least, int most);
+
+struct plain_range {
+    double from, to, start;
+    bool has_start;
+};
+/* Reads a value of rd.within. */
+bool plain_read_range(const struct plain_file *file, const struct value *value, const char *path,
+                      const char *needed, struct plain_range *range);
+
+struct plain_field {
+    const char *name;
+    plain_read *read;
+    size_t target; /* its offset in the plain data */
+};
+/* Reads the fields of a table in the order of `fields`, and reports all other ones. */
+void plain_read_fields(const struct plain_file *file, const struct value *table, const char *path,
+                       const struct plain_field *fields, int count);
+/* Reports a missing field; `form` is an example of its value. */
+void plain_needs_field(const struct plain_file *file, const struct value *table, const char *name,
+                       const char *form);
 
 /* ---- tables of cases, whose derived columns a Lua function computes ---- */
 

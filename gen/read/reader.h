@@ -117,6 +117,11 @@ void script_declare_states(struct script *script, bool declares_states);
  * messages. */
 bool script_call(struct script *script, const struct value *function, const char *name, struct value *result);
 
+/* The word for a kind of file in messages: "model", "sweep", "fit" or "plan". */
+const char *script_kind_noun(enum file_kind kind);
+/* Name of the function that makes the result of such a file; NULL for models. */
+const char *script_kind_tag(enum file_kind kind);
+
 /* ---- module.c: the functions of rd ---- */
 
 /* A call of a function of `rd`. */

@@ -76,10 +76,6 @@ void *script_job(lua_State *L);
 
 /* ---- script_kinds.c: kinds of files, and the functions of sweep, fit and plan files ---- */
 
-/* The word for such a file in messages: "model", "sweep", "fit" or "plan". */
-const char *script_kind_noun(enum file_kind kind);
-/* Name of the function that makes the result of such a file; NULL for models. */
-const char *script_kind_tag(enum file_kind kind);
 /* Example of the argument of this function; NULL if no kind of file has it. */
 const char *script_kind_form(const char *tag);
 /* Puts rd.grid and the other functions of the kind of file into the table on top of the stack. (-0, +0) */

@@ -11,6 +11,7 @@
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "gen/gen.h"
 #include "runtime/tool/support/format/format.h"
+#include "runtime/tool/support/random/random.h"
 
 #include <inttypes.h>
 #include <string.h>
@@ -20,8 +21,7 @@
 static int print_numbers(void) {
     double u;
     while (scanf("%lf", &u) == 1)
-        printf("%.17g %.17g %.17g\n", sweeps_random_normal_quantile(u), sweeps_random_log(u),
-               sweeps_random_exp(100 * u - 50));
+        printf("%.17g %.17g %.17g\n", random_normal_quantile(u), random_log(u), random_exp(100 * u - 50));
     return 0;
 }
 
@@ -32,7 +32,7 @@ static int print_philox(void) {
         {0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344, 0xA4093822, 0x299F31D0}};
     for (int i = 0; i < 3; i++) {
         uint32_t result[4];
-        sweeps_random_philox(vectors[i], vectors[i] + 4, result);
+        random_philox(vectors[i], vectors[i] + 4, result);
         printf("%08" PRIx32 " %08" PRIx32 " %08" PRIx32 " %08" PRIx32 "\n", result[0], result[1], result[2],
                result[3]);
     }

@@ -17,8 +17,8 @@
 
 #include <math.h>
 
-/* A step to a state event is longer than the recorded one by this part, so that it still contains the event,
- * which is earlier on one side of the difference and later on the other. */
+/* A step to a state event is longer than the recorded one by this part, so that it still contains the event.
+ * The event is earlier on one side of the difference and later on the other. */
 static const double beyond = 0.1;
 /* An obstacle nearer to the planned end than this part of the step counts as that end. */
 static const double same_part = 1e-9;

@@ -7,6 +7,7 @@
  * therefore read, which also checks whether the model can have it.
  */
 #include "runtime/tool/batches/sweeps/sweeps.h"
+#include "runtime/tool/support/random/random.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <errno.h>
@@ -18,7 +19,7 @@
 
 /* The place of the text, or the free place where it belongs. */
 static int *place_of_text(const struct text_set *set, const char *text) {
-    int place = (int)(sweeps_random_stream(text) % (uint64_t)set->place_count);
+    int place = (int)(random_stream(text) % (uint64_t)set->place_count);
     while (set->places[place] && strcmp(set->texts[set->places[place] - 1], text) != 0)
         place = (place + 1) % set->place_count;
     return &set->places[place];

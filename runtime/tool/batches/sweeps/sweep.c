@@ -21,15 +21,6 @@ struct sweep_reading {
     int given;               /* number of columns that vary or that a table lists */
 };
 
-/* ---- Messages ---- */
-
-static void print_messages(struct messages *messages) {
-    message_sort(messages);
-    for (int i = 0; i < messages->count; i++)
-        format_complain_line(messages->list[i].place.file, messages->list[i].place.line,
-                             messages->list[i].text);
-}
-
 static const char *folder_of(struct memory *memory, const char *path) {
     const char *slash = strrchr(path, '/');
     return slash ? memory_format(memory, "%.*s", (int)(slash + 1 - path), path) : "";
@@ -156,9 +147,8 @@ static void find_varied(struct sweep_reading *reading) {
             message_error(&reading->messages, vary->place, "%s: random numbers; write a list of values",
                           path);
     }
-    if (file->sequence != SEQUENCE_RANDOM && !HAS_METHODS_OF_GSL)
-        message_error(&reading->messages, file->place, "sequence: %s needs GSL; build refdyn with it",
-                      file->sequence == SEQUENCE_SOBOL ? "sobol" : "halton");
+    if (file->sequence == SEQUENCE_SOBOL && !HAS_METHODS_OF_GSL)
+        message_error(&reading->messages, file->place, "sequence: sobol needs GSL; build refdyn with it");
 }
 
 /* ---- Cases ---- */
@@ -220,7 +210,7 @@ static const char *place_text(struct memory *memory, struct place place) {
     return memory_format(memory, "%s:%d", place.file, place.line);
 }
 
-static struct name_list copy_names(struct memory *memory, const struct sweep_names *names) {
+static struct name_list copy_names(struct memory *memory, const struct plain_names *names) {
     struct name_list list = {.count = names->count};
     list.names = memory_get(memory, ((size_t)names->count + 1) * sizeof *list.names);
     const char **places = memory_get(memory, ((size_t)names->count + 1) * sizeof *places);
@@ -340,9 +330,9 @@ enum status sweeps_read(struct sweep *sweep, struct memory *memory, const char *
                                         .options = options,
                                         .folder = folder_of(memory, path)};
     const bool is_read = read_sweep(&reading, path, options);
-    print_messages(&reading.file.messages);
-    print_messages(&reading.messages);
-    if (!is_read && !sweep->table && reading.file.messages.errors + reading.messages.errors == 0)
+    format_complain_messages(&reading.file.plain.messages, 0);
+    format_complain_messages(&reading.messages, 0);
+    if (!is_read && !sweep->table && reading.file.plain.messages.errors + reading.messages.errors == 0)
         fprintf(stderr, "refdyn: %s: out of memory\n", path);
     sweeps_file_release(&reading.file);
     return is_read ? STATUS_DONE : STATUS_FAULT;
@@ -373,6 +363,6 @@ enum status sweeps_read_table(struct sweep *sweep, struct memory *memory, const 
                                               .folder = folder_of(memory, path)}};
     *sweep = (struct sweep){.keep = {.final = true}, .text = ""};
     const bool is_read = read_alone(&reading, sweep, path);
-    print_messages(&messages);
+    format_complain_messages(&messages, 0);
     return is_read ? STATUS_DONE : STATUS_FAULT;
 }

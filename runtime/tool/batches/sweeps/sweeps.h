@@ -3,7 +3,6 @@
 #ifndef REFDYN_TOOL_SWEEPS_H
 #define REFDYN_TOOL_SWEEPS_H
 
-#include <setjmp.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -42,26 +41,16 @@ struct sweep_run {
     const char *hold, *release; /* names separated by commas */
 };
 
-struct sweep_names {
-    const char **names;
-    struct place *places; /* (count) */
-    int count;
-};
-
 struct sweep_keep {
     bool final, limits;
-    struct sweep_names extremes, norms, history, derivatives;
+    struct plain_names extremes, norms, history, derivatives;
     double *at; /* (at_count) ascending, not below 0 [s] */
     int at_count;
     struct place at_place;
 };
 
 struct sweep_file {
-    struct memory memory;
-    struct graph graph;
-    struct messages messages;
-    jmp_buf out_of_memory;
-    struct script *script;
+    struct plain_file plain;
     struct place place;  /* of the sweep */
     const char *table;   /* file with the cases, instead of `varies`; NULL: none */
     struct vary *varies; /* (vary_count) in the order of their names */
@@ -122,16 +111,6 @@ bool sweeps_names_check(const struct case_names *names, const struct case_table 
 
 /* The cases: each point of the grids and lists, and the draws of each. */
 void sweeps_expand_cases(const struct sweep_file *file, struct memory *memory, struct case_table *cases);
-
-/* A hash of a name. */
-uint64_t sweeps_random_stream(const char *name);
-/* Parts of random numbers, for tests. Philox 4x32-10 of a counter and a key. */
-void sweeps_random_philox(const uint32_t counter[4], const uint32_t key[2], uint32_t result[4]);
-/* The value below which a standard normal variable lies with probability u, 0 < u < 1. */
-double sweeps_random_normal_quantile(double u);
-/* Natural logarithm and exponential, to a few units in the last place; x > 0 and finite, result finite. */
-double sweeps_random_log(double x);
-double sweeps_random_exp(double x);
 
 /* Kept values: names of columns as in the CSV of `sim`. */
 

@@ -40,7 +40,6 @@ static enum status prepare(struct fit *fit) {
         fit_check_add_columns(fit);
     if (status == STATUS_DONE)
         status = options_has(fit->options, "check") ? fit_data_imagine(fit) : fit_data_read(fit);
-    fit_values_scale(fit);
     if (status == STATUS_DONE)
         status =
             simulate_derivatives_batch(&fit->variables, scene, fit->options, &fit->integration, &fit->batch);
@@ -48,21 +47,31 @@ static enum status prepare(struct fit *fit) {
         return status;
     fit->batch.threads = system_processors();
     start_tables(fit);
+    fit_values_scale(fit);
     return STATUS_DONE;
 }
 
 /* ---- The start ---- */
 
+static enum status compare_file(struct fit *fit, const struct fit_data *data, const double *from) {
+    double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
+    const enum fit_outcome outcome = fit_motion_values(fit, data, from, model);
+    const int end_status = fit->end_status;
+    const double end_t = fit->end_t;
+    enum status status = fit_data_check_times(fit, data, from, outcome == FIT_DONE ? model : NULL);
+    fit->end_status = end_status;
+    fit->end_t = end_t;
+    if (status == STATUS_DONE)
+        status = outcome == FIT_DONE ? fit_data_compare(fit, data, model) : fit_report_outcome(fit, outcome);
+    free(model);
+    return status;
+}
+
 /* Compares the data with the motion of the start. */
 static enum status compare(struct fit *fit, const double *from) {
     enum status status = STATUS_DONE;
-    for (int i = 0; i < fit->data_count && status == STATUS_DONE; i++) {
-        const struct fit_data *data = &fit->data[i];
-        double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
-        const enum fit_outcome outcome = fit_motion_values(fit, data, from, model);
-        status = outcome == FIT_DONE ? fit_data_compare(fit, data, model) : fit_report_outcome(fit, outcome);
-        free(model);
-    }
+    for (int i = 0; i < fit->data_count && status == STATUS_DONE; i++)
+        status = compare_file(fit, &fit->data[i], from);
     return status;
 }
 
@@ -146,7 +155,8 @@ static enum status find(struct fit *fit) {
 }
 
 static enum status run_scene(struct scene *scene, const struct options *options,
-                             const struct refdyn_options *integration, const struct fit_request *request) {
+                             const struct refdyn_options *integration, void *context) {
+    const struct fit_request *request = context;
     struct fit fit = {.options = options, .scene = scene, .integration = *integration, .request = *request};
     for (int i = 1; i < options->operand_count; i++)
         system_targets_spare(&scene->targets, options->operands[i]);
@@ -222,34 +232,15 @@ static void set_origins(struct options *options, const struct fit_request *reque
 }
 
 static enum status run_fit(const struct options *given) {
-    struct refdyn_options integration;
     struct fit_request request;
-    struct scene scene;
-    struct options own = *given, *options = &own;
-    if (options_number(options, "lanes") == 0)
-        options_set_number(options, "lanes", refdyn_batch_widest());
-    enum status status = check_operands(options);
+    struct options own = *given;
+    enum status status = check_operands(&own);
     if (status == STATUS_DONE)
-        status = simulate_options(options, &integration);
+        status = read_request(&own, &request);
     if (status != STATUS_DONE)
         return status;
-    status = simulate_check_lanes(options);
-    if (status == STATUS_DONE)
-        status = read_request(options, &request);
-    if (status != STATUS_DONE)
-        return status;
-    set_origins(options, &request);
-    if (simulate_gsl_has(options_text(options, "method")))
-        return options_usage_error(options->command, "fit excludes the methods of GSL");
-    const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
-    status =
-        scene_open(&scene, options,
-                   NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
-                   options_state_path(options_text(options, "from")));
-    if (status == STATUS_DONE)
-        status = run_scene(&scene, options, &integration, &request);
-    scene_close(&scene);
-    return status;
+    set_origins(&own, &request);
+    return simulate_run_search(&own, run_scene, &request);
 }
 
 static const struct option_rule fit_rules[] = {

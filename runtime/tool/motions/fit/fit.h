@@ -67,6 +67,7 @@ struct fit_request {
         bool is_held_out;
     } * data;
     int data_count;
+    bool needs_data; /* not with --check */
 };
 
 struct fit;
@@ -110,9 +111,8 @@ struct fit_data {
     bool has_inputs;         /* `inputs` has samples of the model's inputs */
     struct inputs inputs;
     int rows;
-    double *t;   /* (rows) ascending [s] */
-    double *y;   /* (rows x signals) NaN: a gap */
-    long *lines; /* (rows) of the file */
+    double *t; /* (rows) ascending [s] */
+    double *y; /* (rows x signals) NaN: a gap */
 };
 
 struct fit {
@@ -144,7 +144,9 @@ struct fit {
 /* Finds in the model what the request names. `fit` has its request, scene, motion and table. Reports errors.
  */
 enum status fit_values_find(struct fit *fit);
-/* Chooses the unit of offsets without bounds: the range of the data of their column. */
+/* Chooses the units of values without bounds: of an offset, the range of the data of its column; of a start,
+ * its size, or the range of the coordinate or rate in the data or in the motion, whichever is largest. Ranges
+ * of the motion grow with the ratio of the data to the motion. */
 void fit_values_scale(struct fit *fit);
 
 double fit_value_of(const struct fit_value *value, double unknown);
@@ -166,6 +168,14 @@ enum status fit_data_read(struct fit *fit);
 /* Reports a column whose data look like another unit, or like the data of another column, compared with the
  * motion `model` (rows x signals) of the start. */
 enum status fit_data_compare(const struct fit *fit, const struct fit_data *data, const double *model);
+
+/* Reports times that look like another unit of time, compared with the motion of the start; `model` NULL: it
+ * fails. */
+enum status fit_data_check_times(struct fit *fit, const struct fit_data *data, const double *from,
+                                 const double *model);
+
+/* Keeps every k-th measurement of each column, so that no column has more than `most`. */
+void fit_data_thin(const struct fit *fit, const struct fit_data *data, int most, struct fit_data *thin);
 
 /* Rows of zeros at the times of outputs until --until, for all columns, in place of data. */
 enum status fit_data_imagine(struct fit *fit);
@@ -194,6 +204,9 @@ int fit_file_residual_count(const struct fit *fit, const struct fit_data *data, 
 /* The motion's values (rows x signals) of a file. */
 enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data, const double *unknowns,
                                    double *values);
+/* Sets the ranges (2 n + signals) of coordinates, rates and signals in the motion of a file, unless this
+ * motion fails. */
+void fit_motion_ranges(struct fit *fit, const struct fit_data *data, const double *unknowns, double *ranges);
 /* chi^2 of many candidates (candidates x values) up to `until`; INFINITY for a motion that fails. */
 enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double *unknowns, int candidates,
                                     double *chi2);
@@ -204,6 +217,7 @@ struct least_squares {
     int count, rows;             /* unknowns, residuals */
     const double *lower, *upper; /* (count) bounds of the unknowns */
     double step_most;            /* largest change of an unknown in one step */
+    double decrease_least;       /* ends when the derivatives predict a smaller decrease of chi^2 */
     int rounds_most;
     enum fit_outcome (*residuals)(void *context, const double *u, double *r, double *J);
     void *context;

@@ -4,6 +4,7 @@
  * units, exchanged columns, another unit of time.
  */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "runtime/tool/motions/fit/fit.h"
@@ -16,7 +17,7 @@ struct reading {
     struct fit_data *data;
     struct csv csv;
     int *role; /* (csv.count) number of the signal, or COLUMN_* */
-    int room_t, room_y, room_lines;
+    int room_t, room_y;
 };
 
 /* ---- Columns ---- */
@@ -116,12 +117,9 @@ static bool take_row(struct reading *reading) {
     data->t = memory_room(&format_memory, data->t, data->rows, &reading->room_t, sizeof *data->t);
     data->y =
         memory_room(&format_memory, data->y, data->rows, &reading->room_y, (size_t)width * sizeof *data->y);
-    data->lines =
-        memory_room(&format_memory, data->lines, data->rows, &reading->room_lines, sizeof *data->lines);
     double *y = data->y + (size_t)data->rows * (size_t)width;
     for (int k = 0; k < width; k++)
         y[k] = NAN;
-    data->lines[data->rows] = csv->line;
     for (int i = 0; i < csv->count; i++) {
         const int role = reading->role[i];
         if (role == COLUMN_TIME && !take_time(reading, i))
@@ -222,6 +220,45 @@ enum status fit_data_imagine(struct fit *fit) {
     return STATUS_DONE;
 }
 
+/* ---- Fewer data for rough solutions ---- */
+
+static long count_measurements(const struct fit_data *data, int width, int column) {
+    long count = 0;
+    for (int i = 0; i < data->rows; i++)
+        count += !isnan(data->y[(size_t)i * (size_t)width + (size_t)column]);
+    return count;
+}
+
+void fit_data_thin(const struct fit *fit, const struct fit_data *data, int most, struct fit_data *thin) {
+    const int width = fit->signal_count;
+    long *every = format_allocate((size_t)width, sizeof *every),
+         *number = format_allocate((size_t)width, sizeof *number);
+    bool is_thin = false;
+    *thin = *data;
+    for (int k = 0; k < width; k++) {
+        every[k] = (count_measurements(data, width, k) + most - 1) / most;
+        is_thin = is_thin || every[k] > 1;
+    }
+    if (!is_thin)
+        return;
+    const size_t rows = (size_t)most * (size_t)width + 1;
+    thin->rows = 0;
+    thin->t = format_allocate(rows, sizeof *thin->t);
+    thin->y = format_allocate(rows * (size_t)width, sizeof *thin->y);
+    for (int i = 0; i < data->rows; i++) {
+        double *y = thin->y + (size_t)thin->rows * (size_t)width;
+        bool is_kept = false;
+        for (int k = 0; k < width; k++) {
+            y[k] = data->y[(size_t)i * (size_t)width + (size_t)k];
+            if (!isnan(y[k]) && number[k]++ % every[k] != 0)
+                y[k] = NAN;
+            is_kept = is_kept || !isnan(y[k]);
+        }
+        thin->t[thin->rows] = data->t[i];
+        thin->rows += is_kept;
+    }
+}
+
 /* ---- Comparison with the motion of the start ---- */
 
 /* Sums over the rows of a file that have both a datum and a value of the motion. */
@@ -256,8 +293,9 @@ static const struct {
              {1000, "thousandths of the model's unit, such as mm"},
              {100, "hundredths of the model's unit, such as cm"},
              {1 / 9.81, "multiples of g"}};
-/* Data are in another unit if their cosine with the motion is larger, and the factor is within this part. */
-static const double cosine_least = 0.9, factor_part = 0.2;
+/* Data are in another unit if their cosine with the motion is larger, which is so even if noise is as large
+ * as the motion, and the factor is within this part. */
+static const double cosine_least = 0.6, factor_part = 0.2;
 /* Columns are exchanged if the exchange decreases both sums of squares, one of them by this factor. */
 static const double exchange_gain = 30;
 
@@ -300,4 +338,50 @@ enum status fit_data_compare(const struct fit *fit, const struct fit_data *data,
         if (!fit_sensor_is_scaled(fit, k))
             status = refuse_unit(fit, data, model, k);
     return status;
+}
+
+/* ---- Times in another unit ---- */
+
+/* Units that users confuse with seconds. */
+static const struct {
+    double factor;
+    const char *text;
+} time_units[] = {{1e-3, "milliseconds"}, {1e-6, "microseconds"}};
+
+/* The sum of all squared residuals. */
+static double misfit(const struct fit *fit, const struct fit_data *data, const double *model) {
+    double sum = 0;
+    for (int k = 0; k < fit->signal_count; k++)
+        sum += sum_over(fit, data, model, k, k).apart / (fit->signals[k].noise * fit->signals[k].noise);
+    return sum;
+}
+
+/* The same if times are in this part of a second. */
+static double misfit_in_unit(struct fit *fit, const struct fit_data *data, const double *from,
+                             double factor) {
+    const double begin = fit->scene->state.t;
+    struct fit_data scaled = *data;
+    double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
+    scaled.t = format_allocate_large((size_t)data->rows, sizeof *scaled.t);
+    for (int i = 0; i < data->rows; i++)
+        scaled.t[i] = begin + factor * (data->t[i] - begin);
+    const double sum =
+        fit_motion_values(fit, &scaled, from, model) == FIT_DONE ? misfit(fit, data, model) : INFINITY;
+    free(model);
+    free(scaled.t);
+    return sum;
+}
+
+enum status fit_data_check_times(struct fit *fit, const struct fit_data *data, const double *from,
+                                 const double *model) {
+    const double present = model ? misfit(fit, data, model) : INFINITY;
+    for (size_t i = 0; i < sizeof time_units / sizeof *time_units; i++)
+        if (present > exchange_gain * data->rows &&
+            exchange_gain * misfit_in_unit(fit, data, from, time_units[i].factor) < present) {
+            format_complain_line(data->path, 1,
+                                 format_text("data: t ends at %.6g: it seems to be in %s; must be in seconds",
+                                             data->t[data->rows - 1], time_units[i].text));
+            return STATUS_FAULT;
+        }
+    return STATUS_DONE;
 }

@@ -5,129 +5,39 @@
  * Texts are copied into the memory of the program, and the memory of Lua is released.
  */
 #include <math.h>
-#include <setjmp.h>
 #include <string.h>
 
 #include "gen/gen.h"
 #include "gen/read/read.h"
 #include "runtime/tool/motions/fit/fit.h"
 
-/* Largest memory for reading. */
-static const size_t bound_of_reading = (size_t)64 << 20;
-
 static const char vary_form[] = "{ m = rd.free() }", noise_form[] = "{ psi = 1e-3 }",
                   data_form[] = "{ \"run.csv\" }", range_form[] = "rd.free() or rd.within(FROM, TO)";
-
-struct fit_file {
-    struct memory memory;
-    struct graph graph;
-    struct messages messages;
-    struct checker check;
-    jmp_buf out_of_memory;
-    struct fit_request *request;
-};
-
-static void refuse(const struct fit_file *file, const struct value *value, const char *path,
-                   const char *needed) {
-    message_error(file->check.messages, value->place, "%s: %s; must be %s", path,
-                  fields_made_text(&file->check, value), needed);
-}
-
-static void refuse_number(const struct fit_file *file, const struct value *value, const char *path,
-                          const char *needed) {
-    message_error(file->check.messages, value->place, "%s: value %s; must be %s", path,
-                  isfinite(value->number) ? format_text("%.15g", value->number)
-                                          : text_not_finite(value->number),
-                  needed);
-}
 
 static const char *place_text(const struct value *value) {
     return format_text("%s:%d", value->place.file, value->place.line);
 }
 
-static bool is_list(const struct value *value) {
-    return value->kind == VALUE_TABLE && !value->tag && value->field_count == 0;
-}
-
-/* Whether the value is a table with named entries only; reports anything else. */
-static bool is_named(const struct fit_file *file, const struct value *value, const char *path,
-                     const char *form) {
-    const char *needed = format_text("a table such as %s", form);
-    if (value->kind == VALUE_TABLE && !value->tag)
-        return field_types_has_no_items(&file->check, value, path, needed);
-    refuse(file, value, path, needed);
-    return false;
-}
-
-static bool is_listed(const struct fit_file *file, const struct value *value, const char *path,
-                      const char *form) {
-    if (is_list(value))
-        return true;
-    refuse(file, value, path, format_text("a list such as %s", form));
-    return false;
-}
-
-static double read_positive(const struct fit_file *file, const struct value *value, const char *path) {
-    if (value->kind != VALUE_NUMBER)
-        refuse(file, value, path, "a number");
-    else if (!(value->number > 0 && isfinite(value->number)))
-        refuse_number(file, value, path, "positive");
-    else
-        return value->number;
-    return 1;
-}
-
-/* ---- Ranges ---- */
-
-static const char *fault_of_range(const struct fit_range *range) {
-    const double largest = 1e300; /* so that no difference overflows */
-    if (!(fabs(range->lower) <= largest && fabs(range->upper) <= largest && isfinite(range->start)))
-        return "a number is not finite; numbers must be finite";
-    if (!(range->lower < range->upper))
-        return format_text("from %.15g to %.15g; the range must ascend", range->lower, range->upper);
-    if (range->has_start && !(range->lower <= range->start && range->start <= range->upper))
-        return format_text("start %.15g; must be from %.15g to %.15g", range->start, range->lower,
-                           range->upper);
-    return NULL;
-}
-
-/* Whether a function of rd has made the value with `least` to `most` numbers, and the file has not changed it
- * since. */
-static bool is_made(const struct value *value, const char *tag, int least, int most) {
-    bool has_numbers = fields_has_tag(value, tag) && value->item_count >= least &&
-                       value->item_count <= most && value->field_count == 0;
-    for (int i = 0; has_numbers && i < value->item_count; i++)
-        has_numbers = value->items[i].kind == VALUE_NUMBER;
-    return has_numbers;
-}
-
-static struct fit_range read_range(const struct fit_file *file, const struct value *value, const char *path,
+static struct fit_range read_range(const struct plain_file *file, const struct value *value, const char *path,
                                    const char *needed) {
     struct fit_range range = {.is_unknown = true, .lower = -INFINITY, .upper = INFINITY};
-    if (is_made(value, "free", 0, 0))
+    struct plain_range bounds;
+    if (plain_is_made(value, "free", 0, 0) || !plain_read_range(file, value, path, needed, &bounds))
         return range;
-    if (!is_made(value, "within", 2, 3)) {
-        refuse(file, value, path, needed);
-        return range;
-    }
     range.is_bounded = true;
-    range.lower = value->items[0].number;
-    range.upper = value->items[1].number;
-    range.has_start = value->item_count == 3;
-    range.start = range.has_start ? value->items[2].number : 0;
-    const char *fault = fault_of_range(&range);
-    if (fault)
-        message_error(file->check.messages, value->place, "%s: rd.within: %s", path, fault);
+    range.lower = bounds.from;
+    range.upper = bounds.to;
+    range.has_start = bounds.has_start;
+    range.start = bounds.start;
     return range;
 }
 
 /* ---- Fields ---- */
 
-typedef void read_field(struct fit_file *file, const struct value *value, const char *path);
-
-static void read_vary(struct fit_file *file, const struct value *value, const char *path) {
-    struct fit_request *request = file->request;
-    if (!is_named(file, value, path, vary_form))
+static void read_vary(const struct plain_file *file, const struct value *value, const char *path,
+                      void *target) {
+    struct fit_request *request = target;
+    if (!plain_needs_table(file, value, path, vary_form))
         return;
     request->value_count = value->field_count;
     request->values = format_allocate((size_t)value->field_count, sizeof *request->values);
@@ -140,9 +50,10 @@ static void read_vary(struct fit_file *file, const struct value *value, const ch
     }
 }
 
-static void read_noise(struct fit_file *file, const struct value *value, const char *path) {
-    struct fit_request *request = file->request;
-    if (!is_named(file, value, path, noise_form))
+static void read_noise(const struct plain_file *file, const struct value *value, const char *path,
+                       void *target) {
+    struct fit_request *request = target;
+    if (!plain_needs_table(file, value, path, noise_form))
         return;
     if (value->field_count == 0)
         message_error(file->check.messages, value->place,
@@ -154,30 +65,31 @@ static void read_noise(struct fit_file *file, const struct value *value, const c
         const char *name = format_text("%s", value->fields[i].name);
         struct fit_asked_column *column = &request->columns[i];
         *column = (struct fit_asked_column){.name = name, .place = place_text(entry)};
-        column->noise = read_positive(file, entry, fields_path_name(&file->check, path, name));
+        column->noise = 1;
+        plain_read_positive(file, entry, fields_path_name(&file->check, path, name), &column->noise);
         for (int k = 0; k < FIT_SENSOR_COUNT; k++)
             column->sensor[k] = (struct fit_range){.number = fit_sensor_ideal[k]};
     }
 }
 
-static struct fit_range read_property(const struct fit_file *file, const struct value *value,
+static struct fit_range read_property(const struct plain_file *file, const struct value *value,
                                       const char *path, enum fit_kind kind) {
     const char *needed =
         kind == FIT_DELAY ? "a number [s] or rd.within(FROM, TO)" : format_text("a number, %s", range_form);
     if (value->kind != VALUE_NUMBER) {
         const struct fit_range range = read_range(file, value, path, needed);
         if (kind == FIT_DELAY && range.is_unknown && fields_has_tag(value, "free"))
-            refuse(file, value, path, needed);
+            plain_refuse(file, value, path, needed);
         return range;
     }
     if (!isfinite(value->number) || (kind == FIT_GAIN && value->number == 0))
-        refuse_number(file, value, path, kind == FIT_GAIN ? "finite and not 0" : "finite");
+        plain_refuse_number(file, value, path, kind == FIT_GAIN ? "finite and not 0" : "finite");
     return (struct fit_range){.number = value->number};
 }
 
-static void read_sensor(struct fit_file *file, const struct value *value, const char *path,
+static void read_sensor(const struct plain_file *file, const struct value *value, const char *path,
                         struct fit_asked_column *column) {
-    if (!is_named(file, value, path, "{ offset = rd.free() }"))
+    if (!plain_needs_table(file, value, path, "{ offset = rd.free() }"))
         return;
     for (int i = 0; i < value->field_count; i++) {
         const struct value *entry = &value->fields[i].value;
@@ -192,9 +104,10 @@ static void read_sensor(struct fit_file *file, const struct value *value, const 
 }
 
 /* Follows read_noise. */
-static void read_sensors(struct fit_file *file, const struct value *value, const char *path) {
-    struct fit_request *request = file->request;
-    if (!is_named(file, value, path, "{ psi = { offset = rd.free() } }"))
+static void read_sensors(const struct plain_file *file, const struct value *value, const char *path,
+                         void *target) {
+    struct fit_request *request = target;
+    if (!plain_needs_table(file, value, path, "{ psi = { offset = rd.free() } }"))
         return;
     for (int i = 0; i < value->field_count; i++) {
         const char *name = value->fields[i].name, *own_path = fields_path_name(&file->check, path, name);
@@ -209,44 +122,57 @@ static void read_sensors(struct fit_file *file, const struct value *value, const
     }
 }
 
-static void read_starts(struct fit_file *file, const struct value *value, const char *path) {
-    struct fit_request *request = file->request;
-    if (!is_listed(file, value, path, "{ \"psi\", \"psi_d\" }"))
+static void add_start(const struct plain_file *file, struct fit_request *request, const struct value *value,
+                      const char *path, const char *name, struct fit_range range) {
+    for (int k = 0; k < request->start_count; k++)
+        if (strcmp(request->starts[k].name, name) == 0)
+            message_error(file->check.messages, value->place, "%s: \"%s\" is given twice; give it once", path,
+                          name);
+    request->starts[request->start_count++] =
+        (struct fit_asked_value){format_text("%s", name), place_text(value), range};
+}
+
+/* Names alone have no bounds; NAME = rd.within(FROM, TO) has. */
+static void read_starts(const struct plain_file *file, const struct value *value, const char *path,
+                        void *target) {
+    struct fit_request *request = target;
+    if (value->kind != VALUE_TABLE || value->tag) {
+        plain_refuse(file, value, path, "a table such as { \"psi\", psi_d = rd.within(-1, 1) }");
         return;
-    request->starts = format_allocate((size_t)value->item_count, sizeof *request->starts);
+    }
+    request->starts =
+        format_allocate((size_t)(value->item_count + value->field_count), sizeof *request->starts);
     for (int i = 0; i < value->item_count; i++) {
         const struct value *item = &value->items[i];
-        struct fit_asked_value *start = &request->starts[request->start_count];
-        *start = (struct fit_asked_value){
-            .place = place_text(item), .range = {.is_unknown = true, .lower = -INFINITY, .upper = INFINITY}};
-        if (item->kind != VALUE_TEXT) {
-            refuse(file, item, fields_path_item(&file->check, path, i), "a name");
-            continue;
-        }
-        start->name = format_text("%s", item->text);
-        for (int k = 0; k < request->start_count; k++)
-            if (strcmp(request->starts[k].name, start->name) == 0)
-                message_error(file->check.messages, item->place, "%s: \"%s\" is given twice; give it once",
-                              fields_path_item(&file->check, path, i), start->name);
-        request->start_count++;
+        const char *own_path = fields_path_item(&file->check, path, i);
+        if (item->kind == VALUE_TEXT)
+            add_start(file, request, item, own_path, item->text,
+                      (struct fit_range){.is_unknown = true, .lower = -INFINITY, .upper = INFINITY});
+        else
+            plain_refuse(file, item, own_path, "a name");
+    }
+    for (int i = 0; i < value->field_count; i++) {
+        const struct value *entry = &value->fields[i].value;
+        const char *name = value->fields[i].name, *own_path = fields_path_name(&file->check, path, name);
+        add_start(file, request, entry, own_path, name, read_range(file, entry, own_path, range_form));
     }
 }
 
 /* The file of an item { "b.csv", weight = 0.5 }, and its weight; NULL after a reported error. */
-static const struct value *read_weighted(const struct fit_file *file, const struct value *item,
+static const struct value *read_weighted(const struct plain_file *file, const struct value *item,
                                          const char *path, double *weight) {
     static const char *const known[] = {"weight"};
     if (item->kind == VALUE_TEXT)
         return item;
     if (item->kind != VALUE_TABLE || item->tag || item->item_count != 1 ||
         item->items[0].kind != VALUE_TEXT) {
-        refuse(file, item, path, "a file such as \"run.csv\" or { \"run.csv\", weight = 0.5 }");
+        plain_refuse(file, item, path, "a file such as \"run.csv\" or { \"run.csv\", weight = 0.5 }");
         return NULL;
     }
     for (int i = 0; i < item->field_count; i++) {
         const char *name = item->fields[i].name, *own_path = fields_path_name(&file->check, path, name);
         if (strcmp(name, known[0]) == 0)
-            *weight = read_positive(file, &item->fields[i].value, own_path);
+            plain_read_positive(file, &item->fields[i].value, own_path, weight);
         else
             fields_refuse_name(&file->check, item->fields[i].value.place, own_path, "unknown field", name,
                                known, 1);
@@ -260,9 +186,9 @@ static const char *path_beside(const char *file, const char *name) {
     return *name == '/' || !slash ? name : format_text("%.*s%s", (int)(slash + 1 - file), file, name);
 }
 
-static void add_data(struct fit_file *file, const struct value *list, const char *path, bool is_held_out) {
-    struct fit_request *request = file->request;
-    if (!is_listed(file, list, path, data_form))
+static void add_data(const struct plain_file *file, struct fit_request *request, const struct value *list,
+                     const char *path, bool is_held_out) {
+    if (!plain_needs_list(file, list, path, data_form))
         return;
     const size_t size = sizeof *request->data, count = (size_t)request->data_count;
     request->data =
@@ -283,34 +209,28 @@ static void add_data(struct fit_file *file, const struct value *list, const char
     }
 }
 
-static void read_data(struct fit_file *file, const struct value *value, const char *path) {
-    add_data(file, value, path, false);
+static void read_data(const struct plain_file *file, const struct value *value, const char *path,
+                      void *target) {
+    add_data(file, target, value, path, false);
 }
 
-static void read_held_out(struct fit_file *file, const struct value *value, const char *path) {
-    add_data(file, value, path, true);
+static void read_held_out(const struct plain_file *file, const struct value *value, const char *path,
+                          void *target) {
+    add_data(file, target, value, path, true);
 }
 
 /* In the order of reading. */
-static const struct {
-    const char *name;
-    read_field *read;
-} fit_fields[] = {{"vary", read_vary},     {"noise", read_noise}, {"sensors", read_sensors},
-                  {"starts", read_starts}, {"data", read_data},   {"held_out", read_held_out}};
-enum { FIELD_COUNT_OF_FIT = sizeof fit_fields / sizeof *fit_fields };
+static const struct plain_field fit_fields[] = {{"vary", read_vary, 0},       {"noise", read_noise, 0},
+                                                {"sensors", read_sensors, 0}, {"starts", read_starts, 0},
+                                                {"data", read_data, 0},       {"held_out", read_held_out, 0}};
 
 /* ---- The file ---- */
 
-static void check_needed(const struct fit_file *file, const struct value *fit, bool needs_data) {
-    const struct {
-        const char *name, *form;
-        bool is_needed;
-    } needed[] = {{"noise", noise_form, true}, {"data", data_form, needs_data}};
-    const struct fit_request *request = file->request;
-    for (int i = 0; i < 2; i++)
-        if (needed[i].is_needed && !value_find_field(fit, needed[i].name))
-            message_error(file->check.messages, fit->place, "rd.fit: %s is missing; add %s = %s",
-                          needed[i].name, needed[i].name, needed[i].form);
+static void check_needed(const struct plain_file *file, const struct fit_request *request,
+                         const struct value *fit) {
+    plain_needs_field(file, fit, "noise", noise_form);
+    if (request->needs_data)
+        plain_needs_field(file, fit, "data", data_form);
     int used = 0, unknown = request->value_count + request->start_count;
     for (int i = 0; i < request->data_count; i++)
         used += !request->data[i].is_held_out;
@@ -322,71 +242,25 @@ static void check_needed(const struct fit_file *file, const struct value *fit, b
     if (unknown == 0)
         message_error(file->check.messages, fit->place, "rd.fit: no value is to be found; add vary = %s",
                       vary_form);
-    if (needs_data && used == 0)
+    if (request->needs_data && used == 0)
         message_error(file->check.messages, value_find_field(fit, "data")->place,
                       "data: an empty list; must have at least one file, as in %s", data_form);
 }
 
-static void read_fit(struct fit_file *file, const struct value *fit, bool needs_data) {
-    const char *known[FIELD_COUNT_OF_FIT];
-    if (!fields_has_tag(fit, "fit")) {
-        message_error(file->check.messages, fit->place, "the file returns %s; must return rd.fit { ... }",
-                      value_kind_text(fit->kind));
-        return;
-    }
-    file->request->place = place_text(fit);
-    for (int i = 0; i < FIELD_COUNT_OF_FIT; i++) {
-        const struct value *value = value_find_field(fit, fit_fields[i].name);
-        known[i] = fit_fields[i].name;
-        if (value)
-            fit_fields[i].read(file, value, fit_fields[i].name);
-    }
-    for (int i = 0; i < fit->field_count; i++)
-        if (text_index(fit->fields[i].name, known, FIELD_COUNT_OF_FIT) < 0)
-            fields_refuse_name(&file->check, fit->fields[i].value.place, fit->fields[i].name, "unknown field",
-                               fit->fields[i].name, known, FIELD_COUNT_OF_FIT);
-    if (fit->item_count > 0)
-        message_error(file->check.messages, fit->items[0].place,
-                      "rd.fit: an entry without a name; write NAME = value");
-    check_needed(file, fit, needs_data);
-}
-
-static _Noreturn void out_of_memory(void *context) {
-    struct fit_file *file = context;
-    longjmp(file->out_of_memory, 1);
-}
-
-/* Returns false if the memory does not suffice. */
-static bool run_file(struct fit_file *file, bool needs_data) {
-    if (setjmp(file->out_of_memory))
-        return false;
-    const struct read_request request = {.file = file->request->path, .kind = FILE_FIT};
-    graph_start(&file->graph, &file->memory);
-    const struct script *script = script_open(&file->memory, &file->graph, &request, &file->messages);
-    if (script)
-        read_fit(file, script_result(script), needs_data);
-    message_sort(&file->messages);
-    return true;
+static void read_fit(const struct plain_file *file, const struct value *value, const char *path,
+                     void *target) {
+    struct fit_request *request = target;
+    request->place = place_text(value);
+    plain_read_fields(file, value, path, fit_fields, sizeof fit_fields / sizeof *fit_fields);
+    check_needed(file, request, value);
 }
 
 enum status fit_file_read(const struct options *options, struct fit_request *request) {
-    struct fit_file *file = format_allocate(1, sizeof *file);
-    *file = (struct fit_file){.request = request};
-    file->memory =
-        (struct memory){.allowance = -1, .bound = bound_of_reading, .fail = out_of_memory, .context = file};
-    file->messages.memory = &file->memory;
-    file->check =
-        (struct checker){.memory = &file->memory, .graph = &file->graph, .messages = &file->messages};
+    struct plain_file *file = format_allocate(1, sizeof *file);
     request->path = options->operands[1];
-    const bool has_memory = run_file(file, !options_has(options, "check"));
-    for (int i = 0; i < file->messages.count; i++)
-        format_complain_line(file->messages.list[i].place.file, file->messages.list[i].place.line,
-                             file->messages.list[i].text);
-    if (!has_memory)
-        format_complain_line(
-            request->path, 0,
-            format_text("more than %d MB of memory to read the fit", (int)(bound_of_reading >> 20)));
-    const bool is_good = has_memory && file->messages.errors == 0;
+    request->needs_data = !options_has(options, "check");
+    const bool is_good = plain_file_read(file, request->path, FILE_FIT, read_fit, request);
+    format_complain_messages(&file->messages, 0);
     memory_release(&file->memory);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }

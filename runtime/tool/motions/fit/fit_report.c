@@ -320,9 +320,10 @@ void fit_report_print(struct fit *fit, const struct fit_solution *solution,
         fprintf(stderr, "%-12s %.6g +- %.2g%s\n", fit->values[k].name,
                 fit_value_of(&fit->values[k], solution->u[k]), sqrt(certainty->covariance[k * count + k]),
                 is_at_bound(&fit->values[k], solution->u[k]) ? ", at its bound" : "");
-    fprintf(stderr, "chi2         %.4g for each of %.0f degrees of freedom; %ld motions, %d start%s\n",
+    fprintf(stderr,
+            "chi2         %.4g for each of %.0f degrees of freedom; %ld motions, %d start%s, %.3g s\n",
             solution->chi2 / freedom, freedom, fit->motions, solution->starts,
-            solution->starts > 1 ? "s" : "");
+            solution->starts > 1 ? "s" : "", system_wall_seconds() - fit->progress.started);
     if (solution->chi2 / freedom > unexplained_least)
         fprintf(
             stderr,

@@ -198,16 +198,35 @@ static void write_signals(void *context, const struct refdyn_batch_case *one, do
         values[k] = table->values[fit->signals[k].column];
 }
 
-/* The values (outputs x signals) of a motion, and their derivatives, NULL if not needed. */
-static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *file, double *at,
-                                   double *derivatives) {
+/* Writes coordinates, rates and signals. */
+static void write_all(void *context, const struct refdyn_batch_case *one, double *values) {
+    const struct fit *fit = context;
+    const size_t n = (size_t)fit->scene->model->n;
+    memcpy(values, one->integrator->q, n * sizeof *values);
+    memcpy(values + n, one->integrator->qd, n * sizeof *values);
+    write_signals(context, one, values + 2 * n);
+}
+
+/* What a motion shows at its outputs. */
+struct view {
+    int width;
+    void (*write)(void *context, const struct refdyn_batch_case *one, double *values);
+};
+
+static struct view signals_of(const struct fit *fit) {
+    return (struct view){fit->signal_count, write_signals};
+}
+
+/* The values (outputs x width) of a motion, and their derivatives, NULL if not needed. */
+static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *file, struct view view,
+                                   double *at, double *derivatives) {
     struct refdyn_underivable *underivable =
         memory_scratch(&format_memory, ((size_t)fit->variables.count + 1) * sizeof *underivable);
     struct refdyn_derivatives given = {.batch = &file->batch,
                                        .count = derivatives ? fit->variables.count : 0,
                                        .variables = fit->variables.variables,
-                                       .width = fit->signal_count,
-                                       .values = write_signals,
+                                       .width = view.width,
+                                       .values = view.write,
                                        .context = fit,
                                        .at = at,
                                        .derivatives = derivatives,
@@ -317,7 +336,7 @@ static enum fit_outcome residuals_of(struct fit *fit, const struct fit_data *dat
                place->J ? format_allocate_large(size * (size_t)fit->variables.count, sizeof *derivatives)
                         : NULL;
     const struct shown shown = {&file.outputs, at, derivatives, size};
-    const enum fit_outcome outcome = run_motion(fit, &file, at, derivatives);
+    const enum fit_outcome outcome = run_motion(fit, &file, signals_of(fit), at, derivatives);
     if (outcome == FIT_DONE)
         add_residuals(fit, data, unknowns, &shown, place);
     free(at);
@@ -350,7 +369,7 @@ enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data,
     describe(fit, data, data->rows, unknowns, 1, &file);
     const size_t width = (size_t)fit->signal_count, size = (size_t)(file.batch.time_count + 2) * width;
     double *at = format_allocate_large(size, sizeof *at);
-    const enum fit_outcome outcome = run_motion(fit, &file, at, NULL);
+    const enum fit_outcome outcome = run_motion(fit, &file, signals_of(fit), at, NULL);
     for (int k = 0; k < fit->signal_count; k++) {
         const struct fit_sensor sensor = fit_sensor_of(fit, k, unknowns);
         for (int i = 0; i < data->rows; i++)
@@ -361,6 +380,31 @@ enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data,
     free(at);
     memory_back(&format_memory, mark);
     return outcome;
+}
+
+/* ---- Sizes of a motion ---- */
+
+void fit_motion_ranges(struct fit *fit, const struct fit_data *data, const double *unknowns, double *ranges) {
+    enum { OUTPUTS_MOST = 1000 };
+    const struct memory_mark mark = memory_mark(&format_memory);
+    const struct view view = {2 * fit->scene->model->n + fit->signal_count, write_all};
+    const size_t width = (size_t)view.width;
+    struct fit_data few;
+    struct file_batch file;
+    fit_data_thin(fit, data, OUTPUTS_MOST, &few);
+    describe(fit, &few, few.rows, unknowns, 1, &file);
+    double *at = format_allocate_large((size_t)(file.batch.time_count + 2) * width, sizeof *at);
+    const enum fit_outcome outcome = run_motion(fit, &file, view, at, NULL);
+    for (size_t k = 0; k < width && outcome == FIT_DONE; k++) {
+        double least = at[k], most = at[k];
+        for (int i = 1; i <= file.batch.time_count; i++) {
+            least = fmin(least, at[(size_t)i * width + k]);
+            most = fmax(most, at[(size_t)i * width + k]);
+        }
+        ranges[k] = most - least;
+    }
+    free(at);
+    memory_back(&format_memory, mark);
 }
 
 /* ---- Candidates ---- */

@@ -196,19 +196,70 @@ static void add_sensors(struct fit *fit) {
         }
 }
 
+/* ---- Units of values without bounds ---- */
+
+/* The range of a column in the data of the fit. */
+static double range_of_data(const struct fit *fit, int signal) {
+    double least = INFINITY, most = -INFINITY;
+    for (int i = 0; i < fit->data_count; i++)
+        for (int row = 0; row < fit->data[i].rows && !fit->data[i].is_held_out; row++) {
+            const double y = fit->data[i].y[(size_t)row * (size_t)fit->signal_count + (size_t)signal];
+            least = fmin(least, y);
+            most = fmax(most, y);
+        }
+    return fmax(most - least, 0);
+}
+
+static void scale_offset(const struct fit *fit, struct fit_value *value) {
+    const double range = range_of_data(fit, value->signal);
+    value->unit = range > 0 ? range : value->unit;
+}
+
+/* How many times larger than the motion some column of the data is, at least 1. ranges: of the signals. */
+static double ratio_to_motion(const struct fit *fit, const double *ranges) {
+    double most = 1;
+    for (int k = 0; k < fit->signal_count; k++)
+        if (ranges[k] > 0)
+            most = fmax(most, range_of_data(fit, k) / ranges[k]);
+    return most;
+}
+
+/* ranges: of coordinates, rates and signals in the motion of each file (files x width). */
+static void scale_start(const struct fit *fit, struct fit_value *value, const double *ranges, int width) {
+    const struct refdyn_variable *variable = &value->variable;
+    const int n = fit->scene->model->n,
+              column = variable->place + (variable->what == REFDYN_VARIED_RATE ? n : 0);
+    double size = fabs(value->start);
+    for (int i = 0; i < fit->data_count; i++) {
+        const double *own = ranges + i * width;
+        if (value->kind == FIT_OF_MODEL || value->data == i)
+            size = fmax(size, own[column] * ratio_to_motion(fit, own + 2 * n));
+    }
+    for (int k = 0; k < fit->signal_count; k++)
+        if (strcmp(fit->signals[k].name, fit->variables.names[value->column]) == 0)
+            size = fmax(size, range_of_data(fit, k));
+    value->unit = size > 0 ? size : value->unit;
+}
+
 void fit_values_scale(struct fit *fit) {
-    for (int j = 0; j < fit->count; j++) {
+    const int width = 2 * fit->scene->model->n + fit->signal_count;
+    double *ranges = format_allocate_matrix(fit->data_count, width),
+           *unknowns = format_allocate((size_t)fit->all_count, sizeof *unknowns);
+    bool has_starts = false;
+    for (int j = 0; j < fit->all_count; j++) {
+        unknowns[j] = fit_unknown_of(&fit->values[j], fit->values[j].start);
+        has_starts = has_starts || is_of_state(&fit->values[j].variable);
+    }
+    for (int i = 0; i < fit->data_count && has_starts; i++)
+        fit_motion_ranges(fit, &fit->data[i], unknowns, ranges + i * width);
+    for (int j = 0; j < fit->all_count; j++) {
         struct fit_value *value = &fit->values[j];
-        double least = INFINITY, most = -INFINITY;
-        for (int i = 0; i < fit->data_count; i++)
-            for (int row = 0; row < fit->data[i].rows && !fit->data[i].is_held_out; row++) {
-                const double y =
-                    fit->data[i].y[(size_t)row * (size_t)fit->signal_count + (size_t)value->signal];
-                least = fmin(least, y);
-                most = fmax(most, y);
-            }
-        if (value->kind == FIT_OFFSET && !isfinite(value->lower) && most > least)
-            value->unit = most - least;
+        if (isfinite(value->lower))
+            continue;
+        if (value->kind == FIT_OFFSET)
+            scale_offset(fit, value);
+        else if (value->kind >= FIT_OF_MODEL && is_of_state(&value->variable))
+            scale_start(fit, value, ranges, width);
     }
 }
 

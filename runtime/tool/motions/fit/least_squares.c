@@ -17,9 +17,9 @@
 static const double lambda_first = 1e-3, lambda_falls = 0.2, lambda_grows = 4, lambda_most = 1e12;
 /* A step is good if chi^2 falls by at least this part of the predicted decrease. */
 static const double gain_least = 1e-3;
-/* The search ends when the derivatives predict a smaller decrease of chi^2: far below its own scatter,
- * that of a sum of squares of normal numbers; or, as a part of chi^2, below the error of the motion. */
-static const double decrease_least = 1e-4, decrease_part = 1e-9;
+/* The search also ends when the predicted decrease is a smaller part of chi^2: below the error of the motion.
+ */
+static const double decrease_part = 1e-9;
 
 /* A round: the factors of J, and scratch for steps. */
 struct round {
@@ -123,7 +123,7 @@ static bool make_step(struct round *round, double lambda) {
 /* Tries steps until one is good. Sets *is_last if none is worth trying. */
 static enum fit_outcome advance(struct round *round, struct least_squares *problem, double *lambda,
                                 bool *is_last) {
-    const double least = fmax(decrease_least, decrease_part * problem->chi2);
+    const double least = fmax(problem->decrease_least, decrease_part * problem->chi2);
     for (;;) {
         if (!make_step(round, *lambda))
             return FIT_FAILED;

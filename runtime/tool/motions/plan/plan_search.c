@@ -6,41 +6,18 @@
 #include <string.h>
 
 #include "runtime/tool/motions/plan/planning.h"
+#include "runtime/tool/support/random/random.h"
 #include "runtime/tool/support/system/system.h"
 
 /* Starts of local searches differ by at least this part of some range. */
 static const double apart_least = 0.1;
 
-/* The van der Corput sequence in base b: equidistributed in [0, 1). */
-static double van_der_corput(long number, int b) {
-    double part = 1, sum = 0;
-    for (; number; number /= b) {
-        part /= b;
-        sum += part * (double)(number % b);
-    }
-    return sum;
-}
-
-static int next_prime(int after) {
-    for (int p = after + 1;; p++) {
-        bool is_prime = p > 1;
-        for (int d = 2; d * d <= p; d++)
-            is_prime = is_prime && p % d != 0;
-        if (is_prime)
-            return p;
-    }
-}
-
-/* The first start is that of the file; values without a start are in the middle of their ranges. */
+/* The first start is the one of the file; values without a start are in the middle of their ranges. */
 static void make_starts(const struct plan *plan, double *x, int starts) {
-    for (int k = 0, prime = 1; k < plan->count; k++) {
+    random_halton(plan->count, (long)plan->file->seed, starts, x);
+    for (int k = 0; k < plan->count; k++) {
         const struct plan_value *value = &plan->values[k];
-        const double start = (value->start - value->from) / (value->to - value->from);
-        prime = next_prime(prime);
-        for (int i = 0; i < starts; i++)
-            x[i * plan->count + k] = i > 0                 ? van_der_corput((long)plan->file->seed + i, prime)
-                                     : isnan(value->start) ? 0.5
-                                                           : start;
+        x[k] = isnan(value->start) ? 0.5 : (value->start - value->from) / (value->to - value->from);
     }
 }
 

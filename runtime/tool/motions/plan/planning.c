@@ -18,7 +18,7 @@ static const int cases_most = 1000;
 
 static void refuse_name(struct plan *plan, struct place place, const char *what, const char *name) {
     const struct model *read = &plan->scene->generation.model;
-    struct messages *messages = &plan->file->messages;
+    struct messages *messages = &plan->file->plain.messages;
     for (int i = 0; i < read->option_count; i++)
         if (strcmp(read->options[i].name, name) == 0) {
             message_error(
@@ -49,7 +49,7 @@ static void find_variable(struct plan *plan, struct place place, const char *wha
     if (count == 0)
         refuse_name(plan, place, what, name);
     else if (count > 1)
-        message_error(&plan->file->messages, place,
+        message_error(&plan->file->plain.messages, place,
                       "%s%s: the model uses this name for several values; rename one of them", what, name);
 }
 
@@ -74,7 +74,7 @@ static void find_values(struct plan *plan) {
         struct plan_varied *varied = &file->varied[k];
         find_variable(plan, varied->place, "for_all.", varied->name, &varied->variable);
         if (value_named(plan, varied->name) >= 0)
-            message_error(&file->messages, varied->place,
+            message_error(&file->plain.messages, varied->place,
                           "for_all.%s: vary has it as well; remove one of them", varied->name);
     }
 }
@@ -95,7 +95,7 @@ static void find_end(struct plan *plan) {
         plan->end_rates[plan->end_value] = 1;
         if (!(plan->values[plan->end_value].from > plan->batch.t))
             message_error(
-                &plan->file->messages, plan->values[plan->end_value].place,
+                &plan->file->plain.messages, plan->values[plan->end_value].place,
                 "vary.%s: the end of the motion begins at %.6g; must be after its start at t = %.6g",
                 file->end_name, plan->values[plan->end_value].from, plan->batch.t);
         return;
@@ -115,8 +115,8 @@ static int find_signal(struct plan *plan, struct place place, const char *what, 
     const int found = record_table_find(table, column, strlen(column));
     if (found < 0) {
         const char *near = message_nearest_name(column, table->names, table->count);
-        message_error(&plan->file->messages, place, "%s: %s is no column of the motion%s%s%s", what, column,
-                      near ? "; did you mean \"" : "", near ? near : "", near ? "\"?" : "");
+        message_error(&plan->file->plain.messages, place, "%s: %s is no column of the motion%s%s%s", what,
+                      column, near ? "; did you mean \"" : "", near ? near : "", near ? "\"?" : "");
         return -1;
     }
     for (int i = 0; i < plan->signal_count; i++)
@@ -157,10 +157,11 @@ static void list_limits(struct plan *plan) {
             limit->from = read->bounds[place].from;
             limit->to = read->bounds[place].to;
         } else if (!limit->is_at_end)
-            message_error(&file->messages, limit->place, "within: %s is no limit of the model%s", limit->name,
-                          read->bound_count > 0
-                              ? message_advice_on_name(&file->memory, limit->name, known, read->bound_count)
-                              : ", which has none; add the field limits to it");
+            message_error(&file->plain.messages, limit->place, "within: %s is no limit of the model%s",
+                          limit->name,
+                          read->bound_count > 0 ? message_advice_on_name(&file->plain.memory, limit->name,
+                                                                         known, read->bound_count)
+                                                : ", which has none; add the field limits to it");
     }
 }
 
@@ -180,7 +181,7 @@ static void find_columns(struct plan *plan) {
     }
     plan->objective = value_named(plan, file->objective);
     if (plan->objective < 0)
-        message_error(&file->messages, file->objective_place,
+        message_error(&file->plain.messages, file->objective_place,
                       "minimise: %s does not vary; name a value of vary, or a column as in rd.at_end(\"%s\")",
                       file->objective, file->objective);
 }
@@ -195,7 +196,7 @@ static void make_cases(struct plan *plan) {
     for (int k = 0; k < width; k++)
         count *= file->varied[k].count;
     if (count > cases_most) {
-        message_error(&file->messages, file->varied[0].place, "for_all: %.0f cases; must be at most %d",
+        message_error(&file->plain.messages, file->varied[0].place, "for_all: %.0f cases; must be at most %d",
                       count, cases_most);
         return;
     }
@@ -263,11 +264,12 @@ static enum status prepare(struct plan *plan, struct motion *motion) {
     return STATUS_DONE;
 }
 
-static enum status run_scene(struct scene *scene, const struct options *options, struct plan_file *file,
-                             const struct refdyn_options *integration) {
+static enum status run_scene(struct scene *scene, const struct options *options,
+                             const struct refdyn_options *integration, void *file) {
     struct plan plan = {.options = options, .scene = scene, .file = file, .integration = *integration};
     struct plan_result result = {.searches = 0};
     struct motion motion = {.memory = NULL};
+    plan.integration.balance = 0;
     system_targets_spare(&scene->targets, options->operands[1]);
     enum status status = prepare(&plan, &motion);
     if (status == STATUS_DONE) {
@@ -293,31 +295,6 @@ static void take_options(struct options *options, const struct plan_file *file) 
     const bool has_steps = options_has(options, "tol") || options_has(options, "step");
     if (!has_steps)
         options_set_number(options, "tol", file->tol > 0 ? file->tol : tol_default);
-    if (options_number(options, "lanes") == 0)
-        options_set_number(options, "lanes", refdyn_batch_widest());
-}
-
-static enum status plan_with(struct options *options, struct plan_file *file) {
-    struct refdyn_options integration;
-    struct scene scene;
-    take_options(options, file);
-    enum status status = simulate_options(options, &integration);
-    if (status == STATUS_DONE)
-        status = simulate_check_lanes(options);
-    if (status != STATUS_DONE)
-        return status;
-    if (simulate_gsl_has(options_text(options, "method")))
-        return options_usage_error(options->command, "plan excludes the methods of GSL");
-    integration.balance = 0;
-    const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
-    status =
-        scene_open(&scene, options,
-                   NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
-                   options_state_path(options_text(options, "from")));
-    if (status == STATUS_DONE)
-        status = run_scene(&scene, options, file, &integration);
-    scene_close(&scene);
-    return status;
 }
 
 static enum status run_plan(const struct options *given) {
@@ -330,8 +307,11 @@ static enum status run_plan(const struct options *given) {
         fprintf(stderr, "refdyn: plan needs NLopt; build refdyn with it\n");
         return STATUS_FAULT;
     }
-    const enum status status =
-        plan_file_read(&file, given->operands[1]) ? plan_with(&own, &file) : STATUS_FAULT;
+    enum status status = STATUS_FAULT;
+    if (plan_file_read(&file, given->operands[1])) {
+        take_options(&own, &file);
+        status = simulate_run_search(&own, run_scene, &file);
+    }
     plan_file_release(&file);
     return status;
 }

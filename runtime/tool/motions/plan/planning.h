@@ -14,7 +14,6 @@
 #ifndef REFDYN_TOOL_PLAN_H
 #define REFDYN_TOOL_PLAN_H
 
-#include <setjmp.h>
 #include <stdbool.h>
 
 #include "gen/read/read.h"
@@ -54,12 +53,8 @@ struct plan_limit {
 enum plan_measure { PLAN_PARAMETER, PLAN_AT_END, PLAN_INTEGRAL, PLAN_LARGEST };
 
 struct plan_file {
-    struct memory memory;
-    struct graph graph;
-    struct messages messages;
-    int told; /* number of its printed messages */
-    jmp_buf out_of_memory;
-    struct script *script;
+    struct plain_file plain;
+    int told;           /* number of its printed messages */
     struct place place; /* of the plan */
     struct plan_value *values;
     int value_count;

@@ -253,6 +253,33 @@ unsigned simulate_needs(const struct options *options) {
     return NEEDS_MOTION | NEEDS_POINTS | (is_from_statics(options) ? NEEDS_STATICS : 0);
 }
 
+enum status simulate_run_search(struct options *options,
+                                enum status (*work)(struct scene *scene, const struct options *options,
+                                                    const struct refdyn_options *integration, void *context),
+                                void *context) {
+    struct refdyn_options integration;
+    struct scene scene;
+    if (options_number(options, "lanes") == 0)
+        options_set_number(options, "lanes", refdyn_batch_widest());
+    enum status status = simulate_options(options, &integration);
+    if (status == STATUS_DONE)
+        status = simulate_check_lanes(options);
+    if (status != STATUS_DONE)
+        return status;
+    if (simulate_gsl_has(options_text(options, "method")))
+        return options_usage_error(options->command, "%s excludes the methods of GSL",
+                                   options->command->name);
+    const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
+    status =
+        scene_open(&scene, options,
+                   NEEDS_RESULT | NEEDS_POINT_RATES | NEEDS_OPTIMISED | simulate_needs(options) | tangent,
+                   options_state_path(options_text(options, "from")));
+    if (status == STATUS_DONE)
+        status = work(&scene, options, &integration, context);
+    scene_close(&scene);
+    return status;
+}
+
 enum status simulate_place(struct scene *scene, const struct options *options) {
     enum status status = STATUS_DONE;
     if (is_from_statics(options)) {

@@ -107,6 +107,12 @@ struct motion {
 enum status simulate_options(const struct options *options, struct refdyn_options *integration);
 /* Reports a --lanes that is no lane width. */
 enum status simulate_check_lanes(const struct options *options);
+/* A command that searches among motions of a scene, which it computes in lanes: checks the options, opens the
+ * scene, lets `work` search, and closes it. */
+enum status simulate_run_search(struct options *options,
+                                enum status (*work)(struct scene *scene, const struct options *options,
+                                                    const struct refdyn_options *integration, void *context),
+                                void *context);
 /* Reports an error if the chosen method needs the exact tangent, which a model in the printed form lacks. */
 enum status simulate_fit(const struct scene *scene, const struct options *options,
                          const struct refdyn_options *integration);

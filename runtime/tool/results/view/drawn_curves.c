@@ -2,7 +2,7 @@
  * Traces a plane curve phi(x, y) = 0 from a place near it, by steps along the tangent, each corrected by
  * Newton's method. The module of a live page contains this file, so that it needs the C library only.
  */
-#include "runtime/tool/results/view/drawn_curves.h"
+#include "runtime/tool/results/view/drawn_shapes.h"
 
 #include <math.h>
 

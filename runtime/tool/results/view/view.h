@@ -9,7 +9,6 @@
 #include "gen/gen.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/results/figures/figures.h"
-#include "runtime/tool/results/view/drawn_curves.h"
 #include "runtime/tool/results/view/drawn_shapes.h"
 
 /* Rows at equal distances, and the last row. */

@@ -31,6 +31,14 @@ void format_complain_line(const char *path, long line, const char *text) {
     fputc('\n', stderr);
 }
 
+void format_complain_messages(struct messages *messages, int first) {
+    if (first == 0)
+        message_sort(messages);
+    for (int i = first; i < messages->count; i++)
+        format_complain_line(messages->list[i].place.file, messages->list[i].place.line,
+                             messages->list[i].text);
+}
+
 bool format_csv_complain(const struct csv *csv, const char *format, ...) {
     va_list list;
     va_start(list, format);

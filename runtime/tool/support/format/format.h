@@ -45,6 +45,8 @@ void format_csv_close(struct csv *csv);
 
 /* Prints PATH:LINE: text on stderr, without the control characters of the file. Line 0 names no line. */
 void format_complain_line(const char *path, long line, const char *text);
+/* Prints the messages from number `first` on, sorted by line. */
+void format_complain_messages(struct messages *messages, int first);
 /* Reads a whole text file; returns NULL and reports the error if it cannot. `what` names its purpose. */
 char *format_read_file(const char *path, const char *what);
 

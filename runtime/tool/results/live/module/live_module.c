@@ -267,15 +267,20 @@ static int start(struct live *live, const struct refdyn_options *options, double
     return status == REFDYN_OK ? record_start(&live->record, memory_of(live)) : status;
 }
 
+/* What is written to the stream replaces the text, once the stream is closed. */
+static FILE *open_text(struct live *live, char **text) {
+    free(*text);
+    *text = NULL;
+    FILE *out = open_memstream(text, &live->text_size);
+    if (!out)
+        abort();
+    return out;
+}
+
 /* Writes why the motion has failed, or its warnings, into live->message. */
 static void explain(struct live *live, int status, bool is_started) {
     char refused[REFUSED_LENGTH] = "";
-    size_t size;
-    free(live->message);
-    live->message = NULL;
-    FILE *out = open_memstream(&live->message, &size);
-    if (!out)
-        abort();
+    FILE *out = open_text(live, &live->message);
     if (status == REFDYN_REFUSED)
         refused_text(live, refused, sizeof refused);
     if (live->has_equilibrium) {
@@ -294,12 +299,7 @@ static void explain(struct live *live, int status, bool is_started) {
 
 /* Keeps the warnings of a start, before steps change the residuals that they state. */
 static void note_start(struct live *live) {
-    size_t size;
-    free(live->start_message);
-    live->start_message = NULL;
-    FILE *out = open_memstream(&live->start_message, &size);
-    if (!out)
-        abort();
+    FILE *out = open_text(live, &live->start_message);
     record_print_start(&live->record, false, out);
     fclose(out);
 }
@@ -307,12 +307,7 @@ static void note_start(struct live *live) {
 /* Writes why there is no start. */
 static void explain_start(struct live *live, int status) {
     char refused[REFUSED_LENGTH];
-    size_t size;
-    free(live->message);
-    live->message = NULL;
-    FILE *out = open_memstream(&live->message, &size);
-    if (!out)
-        abort();
+    FILE *out = open_text(live, &live->message);
     if (status == REFDYN_REFUSED) {
         refused_text(live, refused, sizeof refused);
         fprintf(out, "%s\n", refused);

@@ -6,7 +6,6 @@
 
 #include "refdyn.h"
 #include "runtime/record/record.h"
-#include "runtime/tool/results/view/drawn_curves.h"
 #include "runtime/tool/results/view/drawn_shapes.h"
 
 /* A parameter that the drawing reads. */
@@ -91,6 +90,7 @@ struct live {
     double *residuals;   /* (curve_count) */
     char *start_message; /* warnings of its start */
     char *message;       /* of the last motion, "" if there is none */
+    size_t text_size;    /* of the one that is being written */
     double facts[LIVE_FACTS];
 };
 
