@@ -1,10 +1,14 @@
 """`refdyn view --live`: numbers of the page against `sim`, sliders, address and export, failures, texts of users, and what is refused."""
+import base64
+import hashlib
+import json
 import os
 import re
 import shlex
 import shutil
 import statistics
 import time
+import zlib
 
 import numpy as np
 import pytest
@@ -18,7 +22,7 @@ pytestmark = pytest.mark.skipif(not os.path.exists("/usr/include/wasm32-wasi/std
 
 # Two seconds with fixed steps that resolve the fastest oscillation of each.
 SCENES = {"manipulator": ["--step", "5e-5"], "crane": ["--step", "2e-4"], "scara": ["--step", "1e-3"]}
-SHOWN = "document.documentElement.dataset.state === 'shown'"
+SHOWN = browser.SHOWN
 FAILED = "document.documentElement.dataset.state === 'failed'"
 
 
@@ -313,7 +317,7 @@ def test_warnings_are_those_of_sim(tmp_path):
 
 # ---- Texts of users, and the network
 
-EVIL = "</script><script>window.hacked = 1</script><img src=x onerror=window.hacked=2><!--"
+EVIL = "</script><script>window.hacked = 1</script><img src=x onerror=window.hacked=2><a href='javascript:window.hacked=4'>`${window.hacked = 5}`<!--"
 MODEL = """local rd = require "refdyn"
 -- %s
 local m = rd.parameter("m", 1, "%s")
@@ -331,11 +335,11 @@ def test_texts_stay_texts(tmp_path):
     (folder / "evil.lua").write_text(MODEL)
     live(folder / "evil.lua", "--set", "m=2", "-o", tmp_path / "evil.html")
     text = (tmp_path / "evil.html").read_text()
-    assert text.count("<script") == text.count("</script>") == 14 and "<img" not in text
+    assert text.count("<script") == text.count("</script>") == 6 and "<img" not in text and "<a " not in text
     with browser.Session(tmp_path / "evil.html", "#p.m=3&<img src=x onerror=window.hacked=3>") as page:
         page.wait(SHOWN)
         page.ask("[...document.querySelectorAll('details')].forEach((one) => { one.open = true; });")
-        assert page.ask("return [window.hacked || 0, document.images.length, values.p[0].unit]") == [0, 0, EVIL]
+        assert page.ask("return [window.hacked || 0, document.images.length, document.links.length, values.p[0].unit]") == [0, 0, 0, EVIL.replace('"', "'")]
         set_value(page, "m", -1)
         assert "evil.lua:3: " in page.ask("return byId('failure').textContent") or "must be positive" in page.ask("return byId('failure').textContent")
         set_value(page, "m", 4)
@@ -343,14 +347,38 @@ def test_texts_stay_texts(tmp_path):
         assert columns[:3] == names[:3] and np.abs(rows[:, 1] - expected[:, 1]).max() < 1e-12 and not (tmp_path / "hacked").exists()
 
 
+def hashes_of(text):
+    """The scripts that a page runs and its style, as the policy names them: the one that unpacks, the unpacked one, the style."""
+    packed = json.loads(re.search(r'<script type="application/json" id="program">(.*?)</script>', text, re.S)[1])
+    parts = [re.search(r"<script>(.*?)</script>", text, re.S)[1].encode(), zlib.decompress(base64.b64decode(packed)), re.search(r"<style>(.*?)</style>", text, re.S)[1].encode()]
+    return [f"'sha256-{base64.b64encode(hashlib.sha256(part).digest()).decode()}'" for part in parts]
+
+
 def test_nothing_comes_from_a_network(pages):
+    """The policy lets no script run but those of the page, and nothing be loaded."""
     text = (pages / "crane.html").read_text()
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]
-    assert policy == "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'"
+    assert policy == "default-src 'none'; script-src %s %s 'wasm-unsafe-eval'; worker-src blob:; style-src %s" % tuple(hashes_of(text))
     assert "SharedArrayBuffer" not in text[text.rindex('id="worker"'):][:20000]
     with browser.Session(pages / "crane.html") as page:
         page.wait(SHOWN)
         assert [name for name in page.ask("return performance.getEntriesByType('resource').map((entry) => entry.name)") if not name.startswith("blob:")] == []
+        assert not page.console
+        page.ask("""const script = document.createElement('script'), button = document.createElement('button'), link = document.createElement('a');
+                    script.textContent = 'window.hacked = 1';
+                    button.setAttribute('onclick', 'window.hacked = 2');
+                    link.href = 'javascript:window.hacked=3';
+                    document.body.append(script, button, link);
+                    button.click();
+                    link.click();
+                    try { (0, eval)('window.hacked = 4'); } catch (error) {}
+                    await new Promise((done) => setTimeout(done, 100));""")
+        assert page.ask("return window.hacked || 0") == 0 and len(page.console) >= 3
+
+
+def test_pages_are_small(pages):
+    """Smaller than the 1.5 MB that a mail or a telephone takes, by far: most of it is three.js and the module, packed."""
+    assert max(page.stat().st_size for page in pages.glob("*.html")) < 650_000
 
 
 def test_on_a_telephone(pages):

@@ -73,21 +73,6 @@ static enum status read_ranges(const struct structures *all, struct live_range *
 
 /* ---- The page ---- */
 
-static char *base64(const char *bytes, size_t size) {
-    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    char *text = format_allocate_large(4 * ((size + 2) / 3) + 3, 1), *at = text;
-    *at++ = '"';
-    for (size_t i = 0; i < size; i += 3) {
-        unsigned long group = 0;
-        for (size_t k = 0; k < 3; k++)
-            group = group << 8 | (i + k < size ? (unsigned char)bytes[i + k] : 0);
-        for (size_t k = 0; k < 4; k++)
-            *at++ = i + k > size ? '=' : digits[group >> (18 - 6 * k) & 63];
-    }
-    *at++ = '"';
-    return text;
-}
-
 /* A text as JSON. */
 static char *json_text(const char *text) {
     char *json;
@@ -146,7 +131,7 @@ static bool put_modules(FILE *out, const struct structures *all) {
         char *module = live_module_make(&all->list[i], &size);
         is_good = module != NULL;
         if (is_good) {
-            char *text = base64(module, size);
+            char *text = view_pack(module, size);
             fprintf(out, "%s%s", i ? ",\n" : "[", text);
             free(text);
         }

@@ -285,19 +285,15 @@ function makeLayout() {
     panel.append(textButton("Reset all", () => { resetValues(values, live); changedValue(); }), choices, makeExport(), makeModelText());
 }
 
-function bytesOf(text) {
-    return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
-}
-
 /* The worker of the structure; what an earlier one still answers is too late. */
 function startWorker() {
-    const address = URL.createObjectURL(new Blob([JSON.parse(byId("worker").textContent)], {type: "text/javascript"})), worker = new Worker(address);
+    const texts = [unpack, "\n", JSON.parse(byId("worker").textContent)], worker = new Worker(URL.createObjectURL(new Blob(texts, {type: "text/javascript"})));
     if (state.worker)
         state.worker.terminate();
     state.worker = worker;
     worker.onmessage = ({data: answer}) => worker === state.worker && takeAnswer(answer);
     worker.onerror = (event) => showMessage(`The worker has stopped: ${event.message}`, true);
-    worker.postMessage({module: bytesOf(modules[structure.place])});
+    worker.postMessage({module: modules[structure.place]});
 }
 
 makeLayout();

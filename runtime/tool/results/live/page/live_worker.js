@@ -1,5 +1,5 @@
 /*
- * Computes motions beside the page, in a module of WebAssembly. Messages to it: first {module: bytes}, then
+ * Computes motions beside the page, in a module of WebAssembly. Messages to it: first {module: packed bytes}, then
  * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol, fromStatics}. It answers each with the
  * motion or with why it has failed. Of several waiting requests only the newest is computed.
  */
@@ -129,13 +129,12 @@ async function computeAll() {
     engine.isRunning = false;
 }
 
-onmessage = ({data}) => {
+onmessage = async ({data}) => {
     if (data.module) {
-        engine.bytes = data.module;
+        engine.bytes = await unpack(data.module);
         openModule(engine.bytes);
-        return;
-    }
-    engine.waiting = data;
-    if (!engine.isRunning)
+    } else
+        engine.waiting = data;
+    if (engine.module && !engine.isRunning)
         computeAll();
 };
