@@ -42,8 +42,22 @@ def photograph(page, fragment, picture, *options):
     assert pathlib.Path(picture).exists(), done.stderr[-2000:]
 
 
-class Session:
-    """A page that stays open, driven by the DevTools protocol through two pipes. Use it in a `with` statement."""
+class Page:
+    """A page that stays open, in some browser: ask(script) returns what the body of an asynchronous function returns."""
+
+    def wait(self, condition, seconds=30):
+        """Until an expression is true; returns its value."""
+        deadline = time.monotonic() + seconds * float(os.environ.get("REFDYN_SLOWNESS", "1"))
+        while time.monotonic() < deadline:
+            value = self.ask(f"try {{ return {condition}; }} catch (error) {{ return false; }}")
+            if value:
+                return value
+            time.sleep(0.02)
+        raise AssertionError(f"never true: {condition}; {self.console}")
+
+
+class Session(Page):
+    """A page that stays open in Chromium, driven by the DevTools protocol through two pipes. Use it in a `with` statement."""
 
     def __init__(self, page, fragment="", window="1400,900"):
         if LEAN:
@@ -113,16 +127,6 @@ class Session:
                          allowUnsafeEvalBlockedByCSP=False)
         assert "exceptionDetails" not in done, done["exceptionDetails"].get("exception", done["exceptionDetails"])
         return done["result"].get("value")
-
-    def wait(self, condition, seconds=30):
-        """Until an expression is true; returns its value."""
-        deadline = time.monotonic() + seconds * float(os.environ.get("REFDYN_SLOWNESS", "1"))
-        while time.monotonic() < deadline:
-            value = self.ask(f"try {{ return {condition}; }} catch (error) {{ return false; }}")
-            if value:
-                return value
-            time.sleep(0.02)
-        raise AssertionError(f"never true: {condition}; {self.console}")
 
     def press(self, key):
         code = {"ArrowRight": 39, "ArrowLeft": 37}[key]

@@ -14,12 +14,15 @@ import numpy as np
 import pytest
 
 import browser
-from program import MODELS, refdyn
+import firefox
+from program import LONG, MODELS, refdyn
 from python_package import package  # noqa: F401 (a fixture)
 
 # The compiler of the reference figures; without it there is nothing to test but the message.
 pytestmark = pytest.mark.skipif(not os.path.exists("/usr/include/wasm32-wasi/stdio.h"), reason="wasi-libc is not installed")
 
+# A parameter of each that changes its motion, with a factor.
+SLID = {"manipulator": "L", "crane": "L", "scara": "m_tool", "fourbar": "b", "stewart": "heave"}
 # Two seconds with fixed steps that resolve the fastest oscillation of each.
 SCENES = {"manipulator": ["--step", "5e-5"], "crane": ["--step", "2e-4"], "scara": ["--step", "1e-3"]}
 SHOWN = browser.SHOWN
@@ -154,6 +157,51 @@ def picture(page):
     return page.ask("drawStage(page.stage, false); const gl = page.stage.renderer.getContext(), pixels = new Uint8Array(4 * page.stage.canvas.width * page.stage.canvas.height);"
                     "gl.readPixels(0, 0, page.stage.canvas.width, page.stage.canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);"
                     "let sum = 0; for (let i = 0; i < pixels.length; i++) sum = (sum * 31 + pixels[i]) % 1000000007; return sum;")
+
+
+CURVES = "return page.charts.map((chart) => Array.from(chart.curves[0].y))"
+
+
+def check_slider(page, name, folder):
+    """After a slider has moved, curves differ and the numbers are those of the command, both before and after."""
+    parameter = SLID[name]
+    page.wait(SHOWN, 60)
+    assert farthest(page, folder) < 1e-9
+    before = page.ask(CURVES)
+    page.ask(f"const {{slider}} = values.p.find((one) => one.name === '{parameter}'); slider.value = '512'; slider.dispatchEvent(new Event('input'));")
+    page.wait(f"state.asked === 2 && state.answered === 2 && {SHOWN}", 60)
+    assert page.ask(CURVES) != before and page.ask("return page.charts.map((chart) => Array.from(chart.previous[0].y))") == before
+    assert f"--set {parameter}=" in page.ask("showCommand(); return byId('command').value")
+    assert farthest(page, folder) < 1e-9
+
+
+@pytest.fixture(scope="module")
+def sliding(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sliding")
+    for name in SLID:
+        live(MODELS / f"{name}.lua", "--until", "1", "-o", folder / f"{name}.html")
+    return folder
+
+
+@pytest.mark.parametrize("name", SLID)
+def test_sliders_of_five_models(sliding, tmp_path, name):
+    with browser.Session(sliding / f"{name}.html") as page:
+        page.wait(SHOWN)
+        page.ask("setTime(clock, 0.5); await new Promise((done) => setTimeout(done, 800));")
+        before = picture(page)
+        check_slider(page, name, tmp_path)
+        assert picture(page) != before and not page.console, page.console
+
+
+@pytest.mark.skipif(not LONG, reason="of tests/long")
+@pytest.mark.skipif(not firefox.FIREFOX, reason="Firefox is not installed")
+@pytest.mark.parametrize("name", SLID)
+def test_sliders_in_firefox(sliding, tmp_path, name):
+    """Headless Firefox may lack WebGL; the page then says so and shows everything else."""
+    with firefox.Firefox(sliding / f"{name}.html") as page:
+        check_slider(page, name, tmp_path)
+        assert page.ask("return byId('no-webgl').hidden === (page.stage !== null)")
+        assert [line for line in page.console if "WebGL" not in line] == []
 
 
 @pytest.mark.parametrize("name, parameter", [("adaptive", "L"), ("crane", "L")])
