@@ -128,6 +128,34 @@ def test_a_motion_from_an_equilibrium(manipulator, pages, tmp_path):
         assert farthest(page, tmp_path) < 1e-12
 
 
+MODES = "state.answered === state.asked && document.documentElement.dataset.modes === String(state.asked)"
+
+
+@pytest.mark.parametrize("name, parameter, value", [("manipulator", "m_E", 3.7), ("crane", "E", 1.3e11), ("scara", "m_tool", 2.1), ("spacearm", "rho", 2400), ("puma", "E", 5e10)])
+def test_modes_are_those_of_the_command(tmp_path, name, parameter, value):
+    """Nine eigenvalues 0 with shapes of their own (spacearm), and programmes. The table shows four digits of the same."""
+    live(MODELS / f"{name}.lua", "-o", tmp_path / "page.html")
+    with browser.Session(tmp_path / "page.html") as page:
+        page.wait(MODES)
+        first = page.ask("return state.modes")
+        set_value(page, parameter, value)
+        page.wait(MODES)
+        modes = np.array(page.ask("return state.modes"))
+        assert modes.tolist() != first
+        rows = page.ask("byId('modes').closest('details').open = true; return byId('modes').innerText").splitlines()
+    expected = np.array([[mode["frequency"], mode["damping"]] for mode in json.loads(refdyn("modes", MODELS / f"{name}.lua", "--set", f"{parameter}={value}").stdout)["modes"]])
+    assert modes.shape == expected.shape and np.abs(modes - expected).max() < 1e-9 * np.abs(expected).max()
+    assert len(rows) == len(expected) + 1 and float(rows[-1].split()[2]) == pytest.approx(expected[-1, 1], rel=1e-3)
+
+
+@pytest.mark.parametrize("name, text", [("fourbar", "Newton's iteration did not converge"), ("branched", "rows in accelerations"), ("stewart", "leaves no motion free")])
+def test_a_model_without_modes(tmp_path, name, text):
+    live(MODELS / f"{name}.lua", "-o", tmp_path / "page.html")
+    with browser.Session(tmp_path / "page.html") as page:
+        page.wait(MODES)
+        assert text in page.ask("return byId('no-modes').textContent") and page.ask("return byId('modes').hidden")
+
+
 def test_the_drawing_follows_the_parameters(pages, tmp_path):
     """Frames and shapes after a change equal those of a page whose file has the value from the start."""
     given = "return {frames: runs[0].frames.map((frame) => Array.from(frame.constant)), shapes: runs[0].shapes, sticks: runs[0].sticks, points: runs[0].points, curves: runs[0].curves}"

@@ -225,7 +225,7 @@ static enum status open_structure(struct structures *all, int place) {
     enum status status =
         scene_open(&live->scene, live->options,
                    NEEDS_STATICS | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES | NEEDS_TANGENT |
-                       NEEDS_ONCE | (place == 0 ? NEEDS_RESULT : NEEDS_NO_WARNINGS),
+                       NEEDS_LINEAR | NEEDS_ONCE | (place == 0 ? NEEDS_RESULT : NEEDS_NO_WARNINGS),
                    NULL);
     if (status == STATUS_DONE) {
         status = read_drawn(live);

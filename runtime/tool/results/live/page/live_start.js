@@ -11,7 +11,7 @@ const options = {until: live.until, step: live.step, tol: live.tol, from: "initi
 const runs = [];
 let page = null, clock = null;
 
-const state = {worker: null, asked: 0, answered: 0, motion: null, baseline: null, changedAt: 0, askedAt: 0, delay: 0, hidden: new Set()};
+const state = {worker: null, asked: 0, answered: 0, motion: null, modes: null, baseline: null, changedAt: 0, askedAt: 0, delay: 0, hidden: new Set()};
 const GESTURE = 700; /* changes that follow each other faster are one change: the pale curves stay [ms] */
 
 /* ---- From a motion to a run ---- */
@@ -174,15 +174,49 @@ function showMotion(motion) {
     showFacts(motion);
 }
 
+function withoutProgram(text) {
+    return text.replace(/^refdyn: /gm, "").trim();
+}
+
 /* Messages of the motion, in the words of `sim`. */
 function showMessage(text, isFailure) {
     const failure = byId("failure");
-    failure.textContent = text.replace(/^refdyn: /gm, "").trim();
+    failure.textContent = withoutProgram(text);
     failure.hidden = failure.textContent === "";
     failure.classList.toggle("is-failed", isFailure);
 }
 
+/* Frequencies and damping ratios about the equilibrium; answers to earlier requests come too late. */
+function showModes({id, modes, message}) {
+    const table = byId("modes"), rows = modes || [];
+    if (id !== state.asked)
+        return;
+    state.modes = modes;
+    byId("no-modes").textContent = modes ? (rows.length > 0 ? "" : "The programme leaves no motion free.")
+        : withoutProgram(message) || "The model has rows in accelerations, or no equations from which modes follow.";
+    table.hidden = rows.length === 0;
+    table.tBodies[0].replaceChildren(...rows.map((mode, i) => {
+        const row = document.createElement("tr");
+        row.append(...[String(i + 1), ...mode.map((number) => withMinus(String(Number(number.toPrecision(DIGITS)))))].map((text) => newElement("td", "", text)));
+        return row;
+    }));
+    document.documentElement.dataset.modes = String(id);
+}
+
+function makeModes() {
+    const group = newElement("details", "group", ""), table = newElement("table", "", ""), row = newElement("tr", "", "");
+    row.append(...["Mode", "Frequency [Hz]", "Damping ratio"].map((text) => Object.assign(newElement("th", "", text), {scope: "col"})));
+    Object.assign(table, {id: "modes", hidden: true}).createTHead().append(row);
+    table.createTBody();
+    group.append(newElement("summary", "", "Small motions"), Object.assign(newElement("p", "", ""), {id: "no-modes"}), table);
+    return group;
+}
+
 function takeAnswer(answer) {
+    if (answer.modes !== undefined) {
+        showModes(answer);
+        return;
+    }
     state.answered = answer.id;
     if (answer.isDone)
         showMotion(answer);
@@ -282,7 +316,7 @@ function makeLayout() {
         panel.append(structureField(structure, chooseStructure));
     panel.append(sliders);
     choices.append(newElement("summary", "", "Curves"), boxes);
-    panel.append(textButton("Reset all", () => { resetValues(values, live); changedValue(); }), choices, makeExport(), makeModelText());
+    panel.append(textButton("Reset all", () => { resetValues(values, live); changedValue(); }), makeModes(), choices, makeExport(), makeModelText());
 }
 
 /* The worker of the structure; what an earlier one still answers is too late. */
