@@ -474,11 +474,11 @@ def test_structures(package, tmp_path):
     arm.live(tmp_path / "arm.html", n_rfe=[2, 1, 4], m_E=2.25, base_z_d=(-1, 2), arm_psi_3=(0, 1), tol=1e-8)
     live(MODELS / "manipulator.lua", "--options", "n_rfe=2,1,4", "--set", "m_E=2.25", "--range", "base_z_d=-1:2", "--range", "arm_psi_3=0:1", "--tol", "1e-8", "-o", tmp_path / "same.html")
     assert (tmp_path / "arm.html").read_text() == (tmp_path / "same.html").read_text()
-    choose = "const field = byId('structure'); field.value = '%d'; field.dispatchEvent(new Event('change'));"
+    choose = "const field = byId('structure-0'); field.value = '%d'; field.dispatchEvent(new Event('change'));"
     shown = f"state.answered === state.asked && {SHOWN}"
     with browser.Session(tmp_path / "arm.html") as page:
         page.wait(shown)
-        assert page.ask("return [byId('structure').labels[0].textContent, runs[0].frames.length, [...byId('structure')].map((one) => one.text)]") == ["n_rfe", 7, ["2", "1", "4"]]
+        assert page.ask("return [byId('structure-0').labels[0].textContent, runs[0].frames.length, [...byId('structure-0')].map((one) => one.text)]") == ["n_rfe", 7, ["2", "1", "4"]]
         assert farthest(page, tmp_path) < 1e-9
         set_value(page, "L", 1.6)
         for place, frames, elements in ((2, 13, 4), (1, 4, 1)):
@@ -497,9 +497,24 @@ def test_structures(package, tmp_path):
         assert not [line for line in page.console if "rror" in line], page.console
     with browser.Session(tmp_path / "arm.html", "#o.n_rfe=4&p.L=1.5") as page:
         page.wait(shown)
-        assert page.ask("return [runs[0].frames.length, byId('structure').value]") == [13, "2"]
+        assert page.ask("return [runs[0].frames.length, byId('structure-0').value]") == [13, "2"]
         page.ask("location.hash = '#o.n_rfe=1'")
         page.wait(f"{shown} && runs[0].frames.length === 4")
+
+
+def test_structures_of_two_options(tmp_path):
+    """A module for each combination; each has the numbers of its own command."""
+    live(MODELS / "manipulator.lua", "--options", "n_rfe=1,2", "--options", "program=consistent,chapter,none", "--until", "0.2", "-o", tmp_path / "page.html")
+    shown = f"state.answered === state.asked && {SHOWN}"
+    with browser.Session(tmp_path / "page.html", "#o.program=chapter") as page:
+        page.wait(shown)
+        assert page.ask("return [modules.length, structure.place, byId('structure-1').value]") == [6, 1, "1"]
+        for field, value, words in ((0, 1, "n_rfe=2 --set program=chapter"), (1, 2, "n_rfe=2 --set program=none"), (0, 0, "n_rfe=1 --set program=none")):
+            page.ask(f"const field = byId('structure-{field}'); field.value = '{value}'; field.dispatchEvent(new Event('change'));")
+            page.wait(shown)
+            assert f"--set {words} " in page.ask("return byId('command').value")
+            assert farthest(page, tmp_path) < 1e-9
+        assert page.wait("location.hash.includes('o.program=none') && !location.hash.includes('o.n_rfe')")
 
 
 # ---- In a notebook
@@ -551,6 +566,10 @@ def test_usage(pages, tmp_path):
                   "n_rfe=1,,2": "'1,,2' has an empty item"}
     for text, fact in structures.items():
         assert live(crane, "--options", text, "-o", out, status=2).stderr.splitlines()[0] == f"refdyn view: --options: {fact}"
+    said = live(crane, "--options", "n_rfe=1,2", "--options", "n_rfe=3", "-o", out, status=2).stderr
+    assert said.startswith("refdyn view: --options: 'n_rfe' is given twice; give it once\n")
+    said = live(crane, "--options", "n_rfe=1,2,3,4,5,6,7,8,9,10,11,12,13", "-o", out, status=2).stderr
+    assert said.startswith("refdyn view: --options: more than 12 combinations, each of which adds a module to the page; state fewer values\n")
     said = live(crane, "--options", "n_rfe=1,2", "--set", "n_rfe=3", "-o", out, status=2).stderr
     assert said.startswith("refdyn view: --options: --set states 'n_rfe', too; omit one of them\n")
     assert live(crane, "--options", "n_rfe=2,0", "-o", out, status=1).stderr.endswith('crane.lua: option n_rfe: value "0"; must be a number from 1\n')

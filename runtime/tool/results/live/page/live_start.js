@@ -5,7 +5,7 @@
 "use strict";
 
 const written = JSON.parse(byId("data").textContent), modules = JSON.parse(byId("module").textContent);
-const structure = {option: written.option, values: written.values, place: addressedStructure(written)};
+const structure = {choices: written.choices, place: addressedStructure(written)};
 let data = written.structures[structure.place], live = data.live, values = listValues(live);
 const options = {until: live.until, step: live.step, tol: live.tol, from: "initial"};
 const runs = [];
@@ -258,7 +258,7 @@ function chooseStructure(place) {
     live = data.live;
     values = listValues(live);
     carryValues(before, values);
-    byId("structure").value = String(place);
+    showStructure(structure);
     byId("sliders").textContent = "";
     makePanel(byId("sliders"), values, options, changedValue);
     showPlace(options, values);
@@ -312,9 +312,7 @@ function makeLayout() {
     panel.append(facts);
     sliders.id = "sliders";
     makePanel(sliders, values, options, changedValue);
-    if (structure.values.length > 0)
-        panel.append(structureField(structure, chooseStructure));
-    panel.append(sliders);
+    panel.append(...structureFields(structure, chooseStructure), sliders);
     choices.append(newElement("summary", "", "Curves"), boxes);
     panel.append(textButton("Reset all", () => { resetValues(values, live); changedValue(); }), makeModes(), choices, makeExport(), makeModelText());
 }
