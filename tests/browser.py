@@ -16,6 +16,8 @@ CHROMIUM = shutil.which("chromium") or "chromium"
 OPTIONS = ["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--hide-scrollbars",
            "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND", "--window-size=1400,900"]
 
+SHOWN = "document.documentElement.dataset.state === 'shown'"
+
 
 def run(page, fragment, *options):
     """The finished process; the profile is of this call alone."""
@@ -28,18 +30,10 @@ def run(page, fragment, *options):
 
 
 def ask(page, script, fragment=""):
-    """Returns the result of `script`, the body of a function that runs when the page is ready, and the messages of the console."""
-    text = page.read_text()
-    end = text.rindex("</body>")
-    probe = ("<script>const probe = document.createElement('pre'); probe.id = 'probe';\n"
-             "probe.textContent = JSON.stringify((() => {" + script + "})()); document.body.append(probe);</script>\n")
-    asked = page.with_suffix(".asked.html")
-    asked.write_text(text[:end] + probe + text[end:])
-    done = run(asked, fragment, "--enable-logging=stderr", "--dump-dom")
-    found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.S)
-    said = re.findall(r"CONSOLE.*", done.stderr)
-    assert found, f"the page did not come to its end: {said} {done.stderr[-2000:]}"
-    return json.loads(found.group(1).replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&")), said
+    """Returns the result of `script`, the body of a function that runs when the page is shown, and the messages of the console."""
+    with Session(page, fragment) as session:
+        session.wait(SHOWN)
+        return session.ask(script), session.console
 
 
 def photograph(page, fragment, picture, *options):
@@ -48,8 +42,22 @@ def photograph(page, fragment, picture, *options):
     assert pathlib.Path(picture).exists(), done.stderr[-2000:]
 
 
-class Session:
-    """A page that stays open, driven by the DevTools protocol through two pipes. Use it in a `with` statement."""
+class Page:
+    """A page that stays open, in some browser: ask(script) returns what the body of an asynchronous function returns."""
+
+    def wait(self, condition, seconds=30):
+        """Until an expression is true; returns its value."""
+        deadline = time.monotonic() + seconds * float(os.environ.get("REFDYN_SLOWNESS", "1"))
+        while time.monotonic() < deadline:
+            value = self.ask(f"try {{ return {condition}; }} catch (error) {{ return false; }}")
+            if value:
+                return value
+            time.sleep(0.02)
+        raise AssertionError(f"never true: {condition}; {self.console}")
+
+
+class Session(Page):
+    """A page that stays open in Chromium, driven by the DevTools protocol through two pipes. Use it in a `with` statement."""
 
     def __init__(self, page, fragment="", window="1400,900"):
         if LEAN:
@@ -115,19 +123,10 @@ class Session:
 
     def ask(self, script):
         """The result of `script`, the body of an asynchronous function."""
-        done = self.call("Runtime.evaluate", expression="(async () => {" + script + "})()", awaitPromise=True, returnByValue=True)
+        done = self.call("Runtime.evaluate", expression="(async () => {" + script + "})()", awaitPromise=True, returnByValue=True,
+                         allowUnsafeEvalBlockedByCSP=False)
         assert "exceptionDetails" not in done, done["exceptionDetails"].get("exception", done["exceptionDetails"])
         return done["result"].get("value")
-
-    def wait(self, condition, seconds=30):
-        """Until an expression is true; returns its value."""
-        deadline = time.monotonic() + seconds * float(os.environ.get("REFDYN_SLOWNESS", "1"))
-        while time.monotonic() < deadline:
-            value = self.ask(f"try {{ return {condition}; }} catch (error) {{ return false; }}")
-            if value:
-                return value
-            time.sleep(0.02)
-        raise AssertionError(f"never true: {condition}; {self.console}")
 
     def press(self, key):
         code = {"ArrowRight": 39, "ArrowLeft": 37}[key]

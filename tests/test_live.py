@@ -1,24 +1,31 @@
 """`refdyn view --live`: numbers of the page against `sim`, sliders, address and export, failures, texts of users, and what is refused."""
+import base64
+import hashlib
+import json
 import os
 import re
 import shlex
 import shutil
 import statistics
 import time
+import zlib
 
 import numpy as np
 import pytest
 
 import browser
-from program import MODELS, refdyn
+import firefox
+from program import LONG, MODELS, refdyn
 from python_package import package  # noqa: F401 (a fixture)
 
 # The compiler of the reference figures; without it there is nothing to test but the message.
 pytestmark = pytest.mark.skipif(not os.path.exists("/usr/include/wasm32-wasi/stdio.h"), reason="wasi-libc is not installed")
 
+# A parameter of each that changes its motion, with a factor.
+SLID = {"manipulator": "L", "crane": "L", "scara": "m_tool", "fourbar": "b", "stewart": "heave"}
 # Two seconds with fixed steps that resolve the fastest oscillation of each.
 SCENES = {"manipulator": ["--step", "5e-5"], "crane": ["--step", "2e-4"], "scara": ["--step", "1e-3"]}
-SHOWN = "document.documentElement.dataset.state === 'shown'"
+SHOWN = browser.SHOWN
 FAILED = "document.documentElement.dataset.state === 'failed'"
 
 
@@ -121,6 +128,34 @@ def test_a_motion_from_an_equilibrium(manipulator, pages, tmp_path):
         assert farthest(page, tmp_path) < 1e-12
 
 
+MODES = "state.answered === state.asked && document.documentElement.dataset.modes === String(state.asked)"
+
+
+@pytest.mark.parametrize("name, parameter, value", [("manipulator", "m_E", 3.7), ("crane", "E", 1.3e11), ("scara", "m_tool", 2.1), ("spacearm", "rho", 2400), ("puma", "E", 5e10)])
+def test_modes_are_those_of_the_command(tmp_path, name, parameter, value):
+    """Nine eigenvalues 0 with shapes of their own (spacearm), and programmes. The table shows four digits of the same."""
+    live(MODELS / f"{name}.lua", "-o", tmp_path / "page.html")
+    with browser.Session(tmp_path / "page.html") as page:
+        page.wait(MODES)
+        first = page.ask("return state.modes")
+        set_value(page, parameter, value)
+        page.wait(MODES)
+        modes = np.array(page.ask("return state.modes"))
+        assert modes.tolist() != first
+        rows = page.ask("byId('modes').closest('details').open = true; return byId('modes').innerText").splitlines()
+    expected = np.array([[mode["frequency"], mode["damping"]] for mode in json.loads(refdyn("modes", MODELS / f"{name}.lua", "--set", f"{parameter}={value}").stdout)["modes"]])
+    assert modes.shape == expected.shape and np.abs(modes - expected).max() < 1e-9 * np.abs(expected).max()
+    assert len(rows) == len(expected) + 1 and float(rows[-1].split()[2]) == pytest.approx(expected[-1, 1], rel=1e-3)
+
+
+@pytest.mark.parametrize("name, text", [("fourbar", "Newton's iteration did not converge"), ("branched", "rows in accelerations"), ("stewart", "leaves no motion free")])
+def test_a_model_without_modes(tmp_path, name, text):
+    live(MODELS / f"{name}.lua", "-o", tmp_path / "page.html")
+    with browser.Session(tmp_path / "page.html") as page:
+        page.wait(MODES)
+        assert text in page.ask("return byId('no-modes').textContent") and page.ask("return byId('modes').hidden")
+
+
 def test_the_drawing_follows_the_parameters(pages, tmp_path):
     """Frames and shapes after a change equal those of a page whose file has the value from the start."""
     given = "return {frames: runs[0].frames.map((frame) => Array.from(frame.constant)), shapes: runs[0].shapes, sticks: runs[0].sticks, points: runs[0].points, curves: runs[0].curves}"
@@ -150,6 +185,51 @@ def picture(page):
     return page.ask("drawStage(page.stage, false); const gl = page.stage.renderer.getContext(), pixels = new Uint8Array(4 * page.stage.canvas.width * page.stage.canvas.height);"
                     "gl.readPixels(0, 0, page.stage.canvas.width, page.stage.canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);"
                     "let sum = 0; for (let i = 0; i < pixels.length; i++) sum = (sum * 31 + pixels[i]) % 1000000007; return sum;")
+
+
+CURVES = "return page.charts.map((chart) => Array.from(chart.curves[0].y))"
+
+
+def check_slider(page, name, folder):
+    """After a slider has moved, curves differ and the numbers are those of the command, both before and after."""
+    parameter = SLID[name]
+    page.wait(SHOWN, 60)
+    assert farthest(page, folder) < 1e-9
+    before = page.ask(CURVES)
+    page.ask(f"const {{slider}} = values.p.find((one) => one.name === '{parameter}'); slider.value = '512'; slider.dispatchEvent(new Event('input'));")
+    page.wait(f"state.asked === 2 && state.answered === 2 && {SHOWN}", 60)
+    assert page.ask(CURVES) != before and page.ask("return page.charts.map((chart) => Array.from(chart.previous[0].y))") == before
+    assert f"--set {parameter}=" in page.ask("showCommand(); return byId('command').value")
+    assert farthest(page, folder) < 1e-9
+
+
+@pytest.fixture(scope="module")
+def sliding(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sliding")
+    for name in SLID:
+        live(MODELS / f"{name}.lua", "--until", "1", "-o", folder / f"{name}.html")
+    return folder
+
+
+@pytest.mark.parametrize("name", SLID)
+def test_sliders_of_five_models(sliding, tmp_path, name):
+    with browser.Session(sliding / f"{name}.html") as page:
+        page.wait(SHOWN)
+        page.ask("setTime(clock, 0.5); await new Promise((done) => setTimeout(done, 800));")
+        before = picture(page)
+        check_slider(page, name, tmp_path)
+        assert picture(page) != before and not page.console, page.console
+
+
+@pytest.mark.skipif(not LONG, reason="of tests/long")
+@pytest.mark.skipif(not firefox.FIREFOX, reason="Firefox is not installed")
+@pytest.mark.parametrize("name", SLID)
+def test_sliders_in_firefox(sliding, tmp_path, name):
+    """Headless Firefox may lack WebGL; the page then says so and shows everything else."""
+    with firefox.Firefox(sliding / f"{name}.html") as page:
+        check_slider(page, name, tmp_path)
+        assert page.ask("return byId('no-webgl').hidden === (page.stage !== null)")
+        assert [line for line in page.console if "WebGL" not in line] == []
 
 
 @pytest.mark.parametrize("name, parameter", [("adaptive", "L"), ("crane", "L")])
@@ -313,7 +393,7 @@ def test_warnings_are_those_of_sim(tmp_path):
 
 # ---- Texts of users, and the network
 
-EVIL = "</script><script>window.hacked = 1</script><img src=x onerror=window.hacked=2><!--"
+EVIL = "</script><script>window.hacked = 1</script><img src=x onerror=window.hacked=2><a href='javascript:window.hacked=4'>`${window.hacked = 5}`<!--"
 MODEL = """local rd = require "refdyn"
 -- %s
 local m = rd.parameter("m", 1, "%s")
@@ -331,11 +411,11 @@ def test_texts_stay_texts(tmp_path):
     (folder / "evil.lua").write_text(MODEL)
     live(folder / "evil.lua", "--set", "m=2", "-o", tmp_path / "evil.html")
     text = (tmp_path / "evil.html").read_text()
-    assert text.count("<script") == text.count("</script>") == 14 and "<img" not in text
+    assert text.count("<script") == text.count("</script>") == 6 and "<img" not in text and "<a " not in text
     with browser.Session(tmp_path / "evil.html", "#p.m=3&<img src=x onerror=window.hacked=3>") as page:
         page.wait(SHOWN)
         page.ask("[...document.querySelectorAll('details')].forEach((one) => { one.open = true; });")
-        assert page.ask("return [window.hacked || 0, document.images.length, values.p[0].unit]") == [0, 0, EVIL]
+        assert page.ask("return [window.hacked || 0, document.images.length, document.links.length, values.p[0].unit]") == [0, 0, 0, EVIL.replace('"', "'")]
         set_value(page, "m", -1)
         assert "evil.lua:3: " in page.ask("return byId('failure').textContent") or "must be positive" in page.ask("return byId('failure').textContent")
         set_value(page, "m", 4)
@@ -343,14 +423,38 @@ def test_texts_stay_texts(tmp_path):
         assert columns[:3] == names[:3] and np.abs(rows[:, 1] - expected[:, 1]).max() < 1e-12 and not (tmp_path / "hacked").exists()
 
 
+def hashes_of(text):
+    """The scripts that a page runs and its style, as the policy names them: the one that unpacks, the unpacked one, the style."""
+    packed = json.loads(re.search(r'<script type="application/json" id="program">(.*?)</script>', text, re.S)[1])
+    parts = [re.search(r"<script>(.*?)</script>", text, re.S)[1].encode(), zlib.decompress(base64.b64decode(packed)), re.search(r"<style>(.*?)</style>", text, re.S)[1].encode()]
+    return [f"'sha256-{base64.b64encode(hashlib.sha256(part).digest()).decode()}'" for part in parts]
+
+
 def test_nothing_comes_from_a_network(pages):
+    """The policy lets no script run but those of the page, and nothing be loaded."""
     text = (pages / "crane.html").read_text()
     policy = re.search(r'Content-Security-Policy" content="([^"]*)"', text)[1]
-    assert policy == "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'"
+    assert policy == "default-src 'none'; script-src %s %s 'wasm-unsafe-eval'; worker-src blob:; style-src %s" % tuple(hashes_of(text))
     assert "SharedArrayBuffer" not in text[text.rindex('id="worker"'):][:20000]
     with browser.Session(pages / "crane.html") as page:
         page.wait(SHOWN)
         assert [name for name in page.ask("return performance.getEntriesByType('resource').map((entry) => entry.name)") if not name.startswith("blob:")] == []
+        assert not page.console
+        page.ask("""const script = document.createElement('script'), button = document.createElement('button'), link = document.createElement('a');
+                    script.textContent = 'window.hacked = 1';
+                    button.setAttribute('onclick', 'window.hacked = 2');
+                    link.href = 'javascript:window.hacked=3';
+                    document.body.append(script, button, link);
+                    button.click();
+                    link.click();
+                    try { (0, eval)('window.hacked = 4'); } catch (error) {}
+                    await new Promise((done) => setTimeout(done, 100));""")
+        assert page.ask("return window.hacked || 0") == 0 and len(page.console) >= 3
+
+
+def test_pages_are_small(pages):
+    """Smaller than the 1.5 MB that a mail or a telephone takes, by far: most of it is three.js and the module, packed."""
+    assert max(page.stat().st_size for page in pages.glob("*.html")) < 650_000
 
 
 def test_on_a_telephone(pages):
@@ -370,11 +474,11 @@ def test_structures(package, tmp_path):
     arm.live(tmp_path / "arm.html", n_rfe=[2, 1, 4], m_E=2.25, base_z_d=(-1, 2), arm_psi_3=(0, 1), tol=1e-8)
     live(MODELS / "manipulator.lua", "--options", "n_rfe=2,1,4", "--set", "m_E=2.25", "--range", "base_z_d=-1:2", "--range", "arm_psi_3=0:1", "--tol", "1e-8", "-o", tmp_path / "same.html")
     assert (tmp_path / "arm.html").read_text() == (tmp_path / "same.html").read_text()
-    choose = "const field = byId('structure'); field.value = '%d'; field.dispatchEvent(new Event('change'));"
+    choose = "const field = byId('structure-0'); field.value = '%d'; field.dispatchEvent(new Event('change'));"
     shown = f"state.answered === state.asked && {SHOWN}"
     with browser.Session(tmp_path / "arm.html") as page:
         page.wait(shown)
-        assert page.ask("return [byId('structure').labels[0].textContent, runs[0].frames.length, [...byId('structure')].map((one) => one.text)]") == ["n_rfe", 7, ["2", "1", "4"]]
+        assert page.ask("return [byId('structure-0').labels[0].textContent, runs[0].frames.length, [...byId('structure-0')].map((one) => one.text)]") == ["n_rfe", 7, ["2", "1", "4"]]
         assert farthest(page, tmp_path) < 1e-9
         set_value(page, "L", 1.6)
         for place, frames, elements in ((2, 13, 4), (1, 4, 1)):
@@ -393,9 +497,24 @@ def test_structures(package, tmp_path):
         assert not [line for line in page.console if "rror" in line], page.console
     with browser.Session(tmp_path / "arm.html", "#o.n_rfe=4&p.L=1.5") as page:
         page.wait(shown)
-        assert page.ask("return [runs[0].frames.length, byId('structure').value]") == [13, "2"]
+        assert page.ask("return [runs[0].frames.length, byId('structure-0').value]") == [13, "2"]
         page.ask("location.hash = '#o.n_rfe=1'")
         page.wait(f"{shown} && runs[0].frames.length === 4")
+
+
+def test_structures_of_two_options(tmp_path):
+    """A module for each combination; each has the numbers of its own command."""
+    live(MODELS / "manipulator.lua", "--options", "n_rfe=1,2", "--options", "program=consistent,chapter,none", "--until", "0.2", "-o", tmp_path / "page.html")
+    shown = f"state.answered === state.asked && {SHOWN}"
+    with browser.Session(tmp_path / "page.html", "#o.program=chapter") as page:
+        page.wait(shown)
+        assert page.ask("return [modules.length, structure.place, byId('structure-1').value]") == [6, 1, "1"]
+        for field, value, words in ((0, 1, "n_rfe=2 --set program=chapter"), (1, 2, "n_rfe=2 --set program=none"), (0, 0, "n_rfe=1 --set program=none")):
+            page.ask(f"const field = byId('structure-{field}'); field.value = '{value}'; field.dispatchEvent(new Event('change'));")
+            page.wait(shown)
+            assert f"--set {words} " in page.ask("return byId('command').value")
+            assert farthest(page, tmp_path) < 1e-9
+        assert page.wait("location.hash.includes('o.program=none') && !location.hash.includes('o.n_rfe')")
 
 
 # ---- In a notebook
@@ -447,6 +566,10 @@ def test_usage(pages, tmp_path):
                   "n_rfe=1,,2": "'1,,2' has an empty item"}
     for text, fact in structures.items():
         assert live(crane, "--options", text, "-o", out, status=2).stderr.splitlines()[0] == f"refdyn view: --options: {fact}"
+    said = live(crane, "--options", "n_rfe=1,2", "--options", "n_rfe=3", "-o", out, status=2).stderr
+    assert said.startswith("refdyn view: --options: 'n_rfe' is given twice; give it once\n")
+    said = live(crane, "--options", "n_rfe=1,2,3,4,5,6,7,8,9,10,11,12,13", "-o", out, status=2).stderr
+    assert said.startswith("refdyn view: --options: more than 12 combinations, each of which adds a module to the page; state fewer values\n")
     said = live(crane, "--options", "n_rfe=1,2", "--set", "n_rfe=3", "-o", out, status=2).stderr
     assert said.startswith("refdyn view: --options: --set states 'n_rfe', too; omit one of them\n")
     assert live(crane, "--options", "n_rfe=2,0", "-o", out, status=1).stderr.endswith('crane.lua: option n_rfe: value "0"; must be a number from 1\n')

@@ -302,7 +302,7 @@ def test_pages_are_small(tmp_path):
                      'points = { E = "rod.tip" } }\n')
     write_run(tmp_path / "rod.csv", names, 1001, 1e-2)
     view(tmp_path / "rod.csv", "--model", model, "-o", tmp_path / "rod.html")
-    assert 1_200_000 < (tmp_path / "rod.html").stat().st_size < 1_700_000
+    assert 700_000 < (tmp_path / "rod.html").stat().st_size < 1_000_000
 
 
 def test_names_of_files_stay_texts(runs, tmp_path):

@@ -123,11 +123,12 @@ static void reduce_to_hessenberg(double *A, int n) {
         }
 }
 
-/* Returns the first row of the unreduced block that ends at `last`. */
-static int begin_of_block(double *A, int n, int last) {
+/* Returns the first row of the unreduced block that ends at `last`. Entries below the diagonal of at most
+ * `negligible` are 0. */
+static int begin_of_block(double *A, int n, int last, double negligible) {
     for (int i = last; i > 0; i--) {
         const double size = fabs(A[(i - 1) * (n + 1)]) + fabs(A[i * (n + 1)]);
-        if (fabs(A[i * n + i - 1]) <= DBL_EPSILON * size || fabs(A[i * n + i - 1]) < DBL_MIN) {
+        if (fabs(A[i * n + i - 1]) <= fmax(DBL_EPSILON * size, negligible)) {
             A[i * n + i - 1] = 0;
             return i;
         }
@@ -178,10 +179,22 @@ static void step_of_block(double *A, int n, int first, int last, int iteration) 
         francis_step(A, n, first, last, a + d, a * d - above * below);
 }
 
+/* The rounding of the whole matrix. */
+static double rounding_of(const double *A, int n) {
+    double square = 0;
+    for (int i = 0; i < n * n; i++)
+        square += A[i] * A[i];
+    return DBL_EPSILON * sqrt(square);
+}
+
+/* Entries as small as their neighbours' rounding are neglected, so that small eigenvalues keep their digits.
+ * A block of equal eigenvalues with few vectors may never get there; then the rounding of the matrix counts.
+ */
 int refdyn_eigenvalues(double *A, int n, double *re, double *im) {
+    const double rounding = rounding_of(A, n);
     reduce_to_hessenberg(A, n);
     for (int last = n - 1, iteration = 0; last >= 0;) {
-        const int first = begin_of_block(A, n, last);
+        const int first = begin_of_block(A, n, last, iteration < EXCEPTIONAL ? DBL_MIN : rounding);
         if (last - first < 2) {
             if (first < last)
                 take_pair(A, n, first, re, im);

@@ -483,7 +483,7 @@ class Model:
         """Shows this model as a page that computes its motions itself: in a notebook by `arm.live(m_E=(1, 5))`, or as a file, `arm.live("arm.html")`.
 
         values   by name: a pair is the range of the slider of a parameter, an input or a start value (`NAME` or `NAME_d` of a
-                 coordinate); a single value replaces that of a parameter, an input or an option; a list has the values of one option, among
+                 coordinate); a single value replaces that of a parameter, an input or an option; a list has the values of an option, among
                  which the page chooses
 
         `t_end` and `step` or `tol` are those of the first motion. Needs clang and the C library for WebAssembly.

@@ -32,12 +32,22 @@ static bool read_range(const char *text, struct live_range *range) {
     return end != to && !*end && isfinite(range->from) && isfinite(range->to);
 }
 
-/* The structures of a page: one, or one for each value that --options states. */
+enum { STRUCTURES_MOST = 12 }; /* a page of them has some 4 MB */
+
+/* An option of the model with the values among which the page chooses. */
+struct choice {
+    const char *name;
+    const char **values; /* (count) */
+    int count;
+};
+
+/* The structures of a page: one, or one for each combination of the values that --options states. The values
+ * of the last choice follow each other. */
 struct structures {
     const struct options *options;
-    const char *option;  /* of the model; NULL without --options */
-    const char **values; /* (count) */
-    struct live *list;   /* (count) */
+    struct choice *choices; /* (choice_count) */
+    int choice_count;
+    struct live *list; /* (count) */
     int count, open_count;
 };
 
@@ -73,21 +83,6 @@ static enum status read_ranges(const struct structures *all, struct live_range *
 
 /* ---- The page ---- */
 
-static char *base64(const char *bytes, size_t size) {
-    static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    char *text = format_allocate_large(4 * ((size + 2) / 3) + 3, 1), *at = text;
-    *at++ = '"';
-    for (size_t i = 0; i < size; i += 3) {
-        unsigned long group = 0;
-        for (size_t k = 0; k < 3; k++)
-            group = group << 8 | (i + k < size ? (unsigned char)bytes[i + k] : 0);
-        for (size_t k = 0; k < 4; k++)
-            *at++ = i + k > size ? '=' : digits[group >> (18 - 6 * k) & 63];
-    }
-    *at++ = '"';
-    return text;
-}
-
 /* A text as JSON. */
 static char *json_text(const char *text) {
     char *json;
@@ -119,14 +114,18 @@ static void put_page(const struct structures *all, const char *three, const char
     free(model);
 }
 
-/* Writes the data of all structures: {"option": , "values": , "structures": }. */
+/* Writes the data of all structures: {"choices": [{"name": , "values": }, ...], "structures": }. */
 static void put_data(FILE *out, const struct structures *all, const struct live_range *ranges) {
-    fputs("{\"option\":", out);
-    format_json_text(out, all->option ? all->option : "");
-    fputs(",\"values\":[", out);
-    for (int i = 0; all->option && i < all->count; i++) {
-        fputs(i ? "," : "", out);
-        format_json_text(out, all->values[i]);
+    fputs("{\"choices\":[", out);
+    for (int i = 0; i < all->choice_count; i++) {
+        fputs(i ? ",{\"name\":" : "{\"name\":", out);
+        format_json_text(out, all->choices[i].name);
+        fputs(",\"values\":[", out);
+        for (int k = 0; k < all->choices[i].count; k++) {
+            fputs(k ? "," : "", out);
+            format_json_text(out, all->choices[i].values[k]);
+        }
+        fputs("]}", out);
     }
     fputs("],\"structures\":[", out);
     for (int i = 0; i < all->count; i++) {
@@ -146,7 +145,7 @@ static bool put_modules(FILE *out, const struct structures *all) {
         char *module = live_module_make(&all->list[i], &size);
         is_good = module != NULL;
         if (is_good) {
-            char *text = base64(module, size);
+            char *text = view_pack(module, size);
             fprintf(out, "%s%s", i ? ",\n" : "[", text);
             free(text);
         }
@@ -185,37 +184,72 @@ static enum status check_option(const struct options *options, const char *name)
     return status;
 }
 
-/* NAME=VALUE,VALUE,... */
-static enum status read_choices(struct structures *all) {
+static enum status refuse_repeated(const struct structures *all, const char *name) {
     const struct options *options = all->options;
-    const char *text = options_text(options, "options"), *equals = text ? strchr(text, '=') : NULL;
-    all->count = 1;
-    if (!text)
-        return STATUS_DONE;
-    if (!equals || equals == text)
-        return options_error(options, "options", ": '%s' is not of the form NAME=VALUE,VALUE,...", text);
-    all->option = format_text("%.*s", (int)(equals - text), text);
     for (int i = 0; i < options->setting_count; i++)
-        if (strcmp(options->settings[i].name, all->option) == 0)
-            return options_error(options, "options", ": --set states '%s', too; omit one of them",
-                                 all->option);
-    const enum status status = options_check_list(options->command, "options", equals + 1);
-    all->values = options_list(equals + 1);
-    for (all->count = 0; all->values[all->count];)
-        all->count++;
-    return status == STATUS_DONE ? check_option(options, all->option) : status;
+        if (strcmp(options->settings[i].name, name) == 0)
+            return options_error(options, "options", ": --set states '%s', too; omit one of them", name);
+    for (int i = 0; i < all->choice_count; i++)
+        if (strcmp(all->choices[i].name, name) == 0)
+            return options_error(options, "options", ": '%s' is given twice; give it once", name);
+    return STATUS_DONE;
 }
 
-/* The options of the call, with one value of --options as a setting. */
+/* NAME=VALUE,VALUE,... */
+static enum status read_choice(struct structures *all, const char *text) {
+    const struct options *options = all->options;
+    const char *equals = strchr(text, '=');
+    if (!equals || equals == text)
+        return options_error(options, "options", ": '%s' is not of the form NAME=VALUE,VALUE,...", text);
+    struct choice choice = {.name = format_text("%.*s", (int)(equals - text), text)};
+    enum status status = refuse_repeated(all, choice.name);
+    if (status == STATUS_DONE)
+        status = options_check_list(options->command, "options", equals + 1);
+    if (status == STATUS_DONE)
+        status = check_option(options, choice.name);
+    choice.values = options_list(equals + 1);
+    while (choice.values[choice.count])
+        choice.count++;
+    all->choices[all->choice_count++] = choice;
+    return status;
+}
+
+static enum status read_choices(struct structures *all) {
+    const struct options *options = all->options;
+    const char *text;
+    enum status status = STATUS_DONE;
+    all->count = 1;
+    all->choices = format_allocate((size_t)options->value_count + 1, sizeof *all->choices);
+    for (int i = 0; (text = options_repeated(options, "options", i)) && status == STATUS_DONE; i++) {
+        status = read_choice(all, text);
+        if (status == STATUS_DONE && all->choices[i].count > STRUCTURES_MOST / all->count)
+            status =
+                options_error(options, "options",
+                              ": more than %d combinations, each of which adds a module to the page; state "
+                              "fewer values",
+                              STRUCTURES_MOST);
+        else
+            all->count *= all->choices[i].count;
+    }
+    return status;
+}
+
+/* The options of the call, with the values of one structure as settings. */
 static const struct options *options_of(const struct structures *all, int place) {
     const struct options *options = all->options;
     struct options *own = format_allocate(1, sizeof *own);
     *own = *options;
-    own->settings = format_allocate((size_t)options->setting_count + 1, sizeof *own->settings);
+    own->settings =
+        format_allocate((size_t)(options->setting_count + all->choice_count), sizeof *own->settings);
     for (int i = 0; i < options->setting_count; i++)
         own->settings[i] = options->settings[i];
-    if (all->option)
-        own->settings[own->setting_count++] = (struct setting){all->option, all->values[place]};
+    own->setting_count += all->choice_count;
+    for (int i = all->choice_count - 1; i >= 0; i--) {
+        const struct choice *choice = &all->choices[i];
+        own->settings[options->setting_count + i] =
+            (struct setting){choice->name, choice->values[place % choice->count]};
+        place /= choice->count;
+    }
     return own;
 }
 
@@ -240,7 +274,7 @@ static enum status open_structure(struct structures *all, int place) {
     enum status status =
         scene_open(&live->scene, live->options,
                    NEEDS_STATICS | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES | NEEDS_TANGENT |
-                       NEEDS_ONCE | (place == 0 ? NEEDS_RESULT : NEEDS_NO_WARNINGS),
+                       NEEDS_LINEAR | NEEDS_ONCE | (place == 0 ? NEEDS_RESULT : NEEDS_NO_WARNINGS),
                    NULL);
     if (status == STATUS_DONE) {
         status = read_drawn(live);
@@ -315,8 +349,8 @@ static const struct option_rule live_rules[] = {
     {"live", NULL, OPTION_FLAG, "RUN is a MODEL.lua: a page that computes its motions itself", NULL, NULL},
     {"range", "NAME=FROM:TO", OPTION_TEXTS,
      "with --live: range of a slider (default: a tenth to ten times its value; repeatable)", NULL, NULL},
-    {"options", "NAME=VALUE,...", OPTION_TEXT,
-     "with --live: values of an option of the model, among which the page chooses", NULL, NULL},
+    {"options", "NAME=VALUE,...", OPTION_TEXTS,
+     "with --live: values of an option of the model, among which the page chooses (repeatable)", NULL, NULL},
     {.name = NULL}};
 
 const struct command view_command = {

@@ -18,12 +18,8 @@
 /* ---- The page ---- */
 
 /* Texts of page/, embedded by the build. */
-extern const char view_body[], view_style[], view_three_licence[], view_motion[], view_camera[],
+extern const char view_body[], view_style[], view_three_licence[], view_load[], view_motion[], view_camera[],
     view_shapes[], view_scene[], view_charts[], view_controls[], view_page_script[], view_start[];
-
-/* The page must not load anything. */
-static const char policy[] = "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
-                             "script-src 'unsafe-inline'%s; style-src 'unsafe-inline'\">\n";
 
 /* The file that the user names, the one in the installation, or Debian's. */
 static const char *page_three_path(void) {
@@ -43,10 +39,6 @@ char *view_three_read(void) {
     return NULL;
 }
 
-static void put_script(FILE *out, const char *text) {
-    fprintf(out, "<script>\n%s</script>\n", text);
-}
-
 /* Escapes "<", which could end the script element; JSON has it only in texts. */
 static void put_data_script(FILE *out, const char *name, const char *data) {
     fprintf(out, "<script type=\"application/json\" id=\"%s\">\n", name);
@@ -58,26 +50,48 @@ static void put_data_script(FILE *out, const char *name, const char *data) {
     fputs("\n</script>\n", out);
 }
 
+/* The texts of both lists, one after another. */
+static char *join(const char *const *texts, const char *const *more) {
+    char *joined;
+    size_t size;
+    FILE *out = format_stream(&joined, &size);
+    for (; *texts; texts++)
+        fputs(*texts, out);
+    for (; *more; more++)
+        fputs(*more, out);
+    fclose(out);
+    return joined;
+}
+
+/* The page must not load anything, and runs only the scripts with these hashes. */
+static void put_policy(FILE *out, const struct view_page *page, const char *program, const char *style) {
+    fprintf(out,
+            "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; script-src %s %s%s; "
+            "style-src %s\">\n",
+            view_hash(view_load), view_hash(program), page->policy, view_hash(style));
+}
+
 void view_page_put(FILE *out, const struct view_page *page) {
-    static const char *const scripts[] = {view_motion, view_camera,   view_shapes,     view_scene,
-                                          view_charts, view_controls, view_page_script};
+    const char *const scripts[] = {"\"use strict\";\n", page->three,      "\n",       view_motion,
+                                   view_camera,         view_shapes,      view_scene, view_charts,
+                                   view_controls,       view_page_script, NULL};
+    const char *const styles[] = {view_style, NULL};
+    char *program = join(scripts, page->scripts), *style = join(styles, page->styles);
+    char *packed = view_pack(program, strlen(program));
     fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n", out);
-    fprintf(out, policy, page->policy);
+    put_policy(out, page, program, style);
     fputs("<meta name=\"viewport\" content=\"width=device-width\">\n<title>", out);
     format_xml_text(out, page->title);
-    fprintf(out, "</title>\n<style>\n%s", view_style);
-    for (int i = 0; page->styles[i]; i++)
-        fputs(page->styles[i], out);
-    fprintf(out, "</style>\n</head>\n<body>\n%s", view_body);
+    fprintf(out, "</title>\n<style>%s</style>\n</head>\n<body>\n%s", style, view_body);
     put_data_script(out, "data", page->data);
     for (int i = 0; page->blocks[i]; i++)
         put_data_script(out, page->block_names[i], page->blocks[i]);
-    fprintf(out, "<!--\n%s-->\n<script>\n%s\n</script>\n", view_three_licence, page->three);
-    for (size_t i = 0; i < sizeof scripts / sizeof *scripts; i++)
-        put_script(out, scripts[i]);
-    for (int i = 0; page->scripts[i]; i++)
-        put_script(out, page->scripts[i]);
-    fputs("</body>\n</html>\n", out);
+    fprintf(out, "<!--\n%s-->\n", view_three_licence);
+    put_data_script(out, "program", packed);
+    fprintf(out, "<script>%s</script>\n</body>\n</html>\n", view_load);
+    free(packed);
+    free(style);
+    free(program);
 }
 
 /* ---- The command ---- */

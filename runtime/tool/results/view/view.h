@@ -94,7 +94,7 @@ void view_model_release(struct viewed_model *viewed);
 
 /* A page. `data` and `blocks` are JSON; the others are our own texts, NULL at the end of a list. */
 struct view_page {
-    const char *title, *policy; /* policy: additional sources of the content security policy */
+    const char *title, *policy; /* policy: further sources of scripts, and further directives */
     const char *const *styles;
     const char *three; /* three.js */
     const char *data;
@@ -102,6 +102,11 @@ struct view_page {
                                         *blocks; /* further script elements that the browser does not run */
     const char *const *scripts;                  /* after those that all pages have */
 };
+
+/* Bytes as a text of JSON that load.js unpacks, in heap memory. */
+char *view_pack(const char *bytes, size_t size);
+/* The source of a content security policy that names a script or style with this text. */
+const char *view_hash(const char *text);
 
 /* three.js; NULL after a reported error. */
 char *view_three_read(void);

@@ -21,7 +21,7 @@ enum {
 
 /* ---- Memory ---- */
 
-static void *get_block(void *context, size_t size) {
+void *live_get_block(void *context, size_t size) {
     struct live *live = context;
     struct block *block = calloc(1, sizeof *block + size + sizeof(double));
     if (!block)
@@ -40,7 +40,7 @@ static void release_blocks(struct live *live) {
 }
 
 static struct record_memory memory_of(struct live *live) {
-    return (struct record_memory){get_block, live};
+    return (struct record_memory){live_get_block, live};
 }
 
 static double *new_numbers(size_t count) {
@@ -158,6 +158,11 @@ static void refused_text(const struct live *live, char *text, size_t size) {
         snprintf(text + length, size - (size_t)length, requirement->fact, x[0], x[1], x[2], x[3], x[4], x[5]);
 }
 
+void live_clear_message(struct live *live) {
+    free(live->message);
+    live->message = NULL;
+}
+
 EXPORT(live_message) const char *live_message(struct live *live) {
     return live->message ? live->message : "";
 }
@@ -188,7 +193,7 @@ static struct refdyn_options options_of(double step, double tol) {
 /* Position rows hold, but a row that reads a value from the start does so only if the page has given it. */
 static int *list_rows(struct live *live, int *count) {
     const struct refdyn_model *model = live->work.model;
-    int *rows = get_block(live, (size_t)model->m * sizeof *rows);
+    int *rows = live_get_block(live, (size_t)model->m * sizeof *rows);
     *count = 0;
     for (int i = 0; i < model->m; i++) {
         bool waits = model->rows[i].level != REFDYN_POSITION;
@@ -202,7 +207,7 @@ static int *list_rows(struct live *live, int *count) {
 
 static struct record_equilibrium equilibrium_of(struct live *live) {
     const struct refdyn_model *model = live->work.model;
-    const char **starts = get_block(live, (size_t)model->m * sizeof *starts);
+    const char **starts = live_get_block(live, (size_t)model->m * sizeof *starts);
     for (int i = 0; i < model->m; i++)
         for (int k = model->anchored_count - 1; k >= 0; k--)
             if (live_model.row_waits[i * model->anchored_count + k])
@@ -223,30 +228,39 @@ static int find_equilibrium(struct live *live) {
     const size_t n = (size_t)model->n, size = refdyn_statics_size(model);
     live->statics = refdyn_statics_default();
     live->statics.rows = list_rows(live, &live->statics.row_count);
-    live->held = get_block(live, n * sizeof *live->held);
-    live->hold_force = get_block(live, n * sizeof *live->hold_force);
+    live->held = live_get_block(live, n * sizeof *live->held);
+    live->hold_force = live_get_block(live, n * sizeof *live->hold_force);
     for (int i = 0; i < model->held_count; i++)
         live->held[model->held[i]] = 1;
     refdyn_enter_statics(model, live->q, live->qd);
     const int status = refdyn_statics(&live->work, &live->statics, model->held, model->held_count, live->q,
-                                      live->hold_force, &live->equilibrium, get_block(live, size), size);
+                                      live->hold_force, &live->equilibrium, live_get_block(live, size), size);
     refdyn_leave_statics(model, live->q, live->qd);
     return status;
 }
 
-static int set_start(struct live *live, bool from_statics) {
+/* Prepares the values of the page, and sets the start to the initial state. Returns a status of the runtime.
+ */
+static int set_initial(struct live *live) {
     refdyn_prepare(&live->work);
     const int checked = refdyn_check_parameters(&live->work);
-    if (checked != REFDYN_OK)
-        return checked;
-    refdyn_initial_state(&live->work, live->q, live->qd);
-    if (from_statics) {
-        refdyn_anchor(&live->work, 0, live->q, live->qd, live->given);
-        live->has_equilibrium = true;
-        const int status = find_equilibrium(live);
-        refdyn_anchor(&live->work, 0, live->q, live->qd, live->given);
-        return status;
-    }
+    if (checked == REFDYN_OK)
+        refdyn_initial_state(&live->work, live->q, live->qd);
+    return checked;
+}
+
+static int move_to_equilibrium(struct live *live) {
+    refdyn_anchor(&live->work, 0, live->q, live->qd, live->given);
+    live->has_equilibrium = true;
+    const int status = find_equilibrium(live);
+    refdyn_anchor(&live->work, 0, live->q, live->qd, live->given);
+    return status;
+}
+
+static int set_start(struct live *live, bool from_statics) {
+    const int status = set_initial(live);
+    if (status != REFDYN_OK || from_statics)
+        return status == REFDYN_OK ? move_to_equilibrium(live) : status;
     for (int i = 0; i < 2 * live->work.n; i++)
         if (live->start_given[i])
             live->q[i] = live->start[i];
@@ -254,9 +268,14 @@ static int set_start(struct live *live, bool from_statics) {
     return REFDYN_OK;
 }
 
+int live_set_equilibrium(struct live *live) {
+    end_motion(live);
+    return set_start(live, true);
+}
+
 static int start(struct live *live, const struct refdyn_options *options, double until, double every) {
     const size_t size = refdyn_integrator_size(live->work.model, options);
-    void *memory = get_block(live, size);
+    void *memory = live_get_block(live, size);
     live->record = (struct record_motion){.work = &live->work,
                                           .integrator = &live->integrator,
                                           .until = until,
@@ -304,8 +323,7 @@ static void note_start(struct live *live) {
     fclose(out);
 }
 
-/* Writes why there is no start. */
-static void explain_start(struct live *live, int status) {
+void live_explain_start(struct live *live, int status) {
     char refused[REFUSED_LENGTH];
     FILE *out = open_text(live, &live->message);
     if (status == REFDYN_REFUSED) {
@@ -332,7 +350,7 @@ int live_begin(struct live *live, double until, double every, double step, doubl
     live->has_equilibrium = false;
     int status = set_start(live, from_statics);
     if (status != REFDYN_OK) {
-        explain_start(live, status);
+        live_explain_start(live, status);
         return LIVE_FAILED;
     }
     status = start(live, &options, until, every);

@@ -92,7 +92,17 @@ struct live {
     char *message;       /* of the last motion, "" if there is none */
     size_t text_size;    /* of the one that is being written */
     double facts[LIVE_FACTS];
+    double *modes; /* of live_find_modes */
 };
+
+/* Zeroed memory until the next motion begins. */
+void *live_get_block(void *live, size_t size);
+/* Ends the motion, and sets q and qd to the equilibrium for the values of the page. Returns a status of the
+ * runtime. */
+int live_set_equilibrium(struct live *live);
+void live_clear_message(struct live *live);
+/* Writes into live->message why there is no start. */
+void live_explain_start(struct live *live, int status);
 
 /* Computes the drawn model from the parameters. Call it after the start. */
 void live_draw(struct live *live);

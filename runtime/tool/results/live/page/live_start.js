@@ -5,13 +5,13 @@
 "use strict";
 
 const written = JSON.parse(byId("data").textContent), modules = JSON.parse(byId("module").textContent);
-const structure = {option: written.option, values: written.values, place: addressedStructure(written)};
+const structure = {choices: written.choices, place: addressedStructure(written)};
 let data = written.structures[structure.place], live = data.live, values = listValues(live);
 const options = {until: live.until, step: live.step, tol: live.tol, from: "initial"};
 const runs = [];
 let page = null, clock = null;
 
-const state = {worker: null, asked: 0, answered: 0, motion: null, baseline: null, changedAt: 0, askedAt: 0, delay: 0, hidden: new Set()};
+const state = {worker: null, asked: 0, answered: 0, motion: null, modes: null, baseline: null, changedAt: 0, askedAt: 0, delay: 0, hidden: new Set()};
 const GESTURE = 700; /* changes that follow each other faster are one change: the pale curves stay [ms] */
 
 /* ---- From a motion to a run ---- */
@@ -174,15 +174,49 @@ function showMotion(motion) {
     showFacts(motion);
 }
 
+function withoutProgram(text) {
+    return text.replace(/^refdyn: /gm, "").trim();
+}
+
 /* Messages of the motion, in the words of `sim`. */
 function showMessage(text, isFailure) {
     const failure = byId("failure");
-    failure.textContent = text.replace(/^refdyn: /gm, "").trim();
+    failure.textContent = withoutProgram(text);
     failure.hidden = failure.textContent === "";
     failure.classList.toggle("is-failed", isFailure);
 }
 
+/* Frequencies and damping ratios about the equilibrium; answers to earlier requests come too late. */
+function showModes({id, modes, message}) {
+    const table = byId("modes"), rows = modes || [];
+    if (id !== state.asked)
+        return;
+    state.modes = modes;
+    byId("no-modes").textContent = modes ? (rows.length > 0 ? "" : "The programme leaves no motion free.")
+        : withoutProgram(message) || "The model has rows in accelerations, or no equations from which modes follow.";
+    table.hidden = rows.length === 0;
+    table.tBodies[0].replaceChildren(...rows.map((mode, i) => {
+        const row = document.createElement("tr");
+        row.append(...[String(i + 1), ...mode.map((number) => withMinus(String(Number(number.toPrecision(DIGITS)))))].map((text) => newElement("td", "", text)));
+        return row;
+    }));
+    document.documentElement.dataset.modes = String(id);
+}
+
+function makeModes() {
+    const group = newElement("details", "group", ""), table = newElement("table", "", ""), row = newElement("tr", "", "");
+    row.append(...["Mode", "Frequency [Hz]", "Damping ratio"].map((text) => Object.assign(newElement("th", "", text), {scope: "col"})));
+    Object.assign(table, {id: "modes", hidden: true}).createTHead().append(row);
+    table.createTBody();
+    group.append(newElement("summary", "", "Small motions"), Object.assign(newElement("p", "", ""), {id: "no-modes"}), table);
+    return group;
+}
+
 function takeAnswer(answer) {
+    if (answer.modes !== undefined) {
+        showModes(answer);
+        return;
+    }
     state.answered = answer.id;
     if (answer.isDone)
         showMotion(answer);
@@ -224,7 +258,7 @@ function chooseStructure(place) {
     live = data.live;
     values = listValues(live);
     carryValues(before, values);
-    byId("structure").value = String(place);
+    showStructure(structure);
     byId("sliders").textContent = "";
     makePanel(byId("sliders"), values, options, changedValue);
     showPlace(options, values);
@@ -278,26 +312,20 @@ function makeLayout() {
     panel.append(facts);
     sliders.id = "sliders";
     makePanel(sliders, values, options, changedValue);
-    if (structure.values.length > 0)
-        panel.append(structureField(structure, chooseStructure));
-    panel.append(sliders);
+    panel.append(...structureFields(structure, chooseStructure), sliders);
     choices.append(newElement("summary", "", "Curves"), boxes);
-    panel.append(textButton("Reset all", () => { resetValues(values, live); changedValue(); }), choices, makeExport(), makeModelText());
-}
-
-function bytesOf(text) {
-    return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)).buffer;
+    panel.append(textButton("Reset all", () => { resetValues(values, live); changedValue(); }), makeModes(), choices, makeExport(), makeModelText());
 }
 
 /* The worker of the structure; what an earlier one still answers is too late. */
 function startWorker() {
-    const address = URL.createObjectURL(new Blob([JSON.parse(byId("worker").textContent)], {type: "text/javascript"})), worker = new Worker(address);
+    const texts = [unpack, "\n", JSON.parse(byId("worker").textContent)], worker = new Worker(URL.createObjectURL(new Blob(texts, {type: "text/javascript"})));
     if (state.worker)
         state.worker.terminate();
     state.worker = worker;
     worker.onmessage = ({data: answer}) => worker === state.worker && takeAnswer(answer);
     worker.onerror = (event) => showMessage(`The worker has stopped: ${event.message}`, true);
-    worker.postMessage({module: bytesOf(modules[structure.place])});
+    worker.postMessage({module: modules[structure.place]});
 }
 
 makeLayout();

@@ -144,15 +144,33 @@ function placeField(options, values, changed) {
     return row;
 }
 
-/* The values of an option among which --options lets choose. */
-function structureField(structure, chosen) {
-    const row = newElement("div", "row choice", ""), label = newElement("label", "", structure.option), field = newElement("select", "", "");
-    field.id = label.htmlFor = "structure";
-    structure.values.forEach((text, place) => field.append(Object.assign(newElement("option", "", text), {value: String(place)})));
-    field.value = String(structure.place);
-    field.addEventListener("change", () => chosen(Number(field.value)));
+/* The choices of --options; structures are numbered so that the values of the last choice follow each other. */
+function strideOf(structure, choice) {
+    return structure.choices.slice(choice + 1).reduce((product, {values}) => product * values.length, 1);
+}
+
+/* Which value of a choice the structure has. */
+function indexOf(structure, choice) {
+    return Math.floor(structure.place / strideOf(structure, choice)) % structure.choices[choice].values.length;
+}
+
+function structureField(structure, choice, chosen) {
+    const row = newElement("div", "row choice", ""), {name, values} = structure.choices[choice];
+    const label = newElement("label", "", name), field = newElement("select", "", "");
+    field.id = label.htmlFor = `structure-${choice}`;
+    values.forEach((text, i) => field.append(Object.assign(newElement("option", "", text), {value: String(i)})));
+    field.value = String(indexOf(structure, choice));
+    field.addEventListener("change", () => chosen(structure.place + (Number(field.value) - indexOf(structure, choice)) * strideOf(structure, choice)));
     row.append(label, field);
     return row;
+}
+
+function structureFields(structure, chosen) {
+    return structure.choices.map((_, choice) => structureField(structure, choice, chosen));
+}
+
+function showStructure(structure) {
+    structure.choices.forEach((_, choice) => { byId(`structure-${choice}`).value = String(indexOf(structure, choice)); });
 }
 
 function showPlace(options, values) {
@@ -240,17 +258,21 @@ function writeAddress(values, options, live, structure) {
     for (const name of Object.keys(OPTIONS))
         if (options[name] !== live[name])
             address.set(name, String(options[name]));
-    if (structure.place > 0)
-        address.set(`o.${structure.option}`, structure.values[structure.place]);
+    structure.choices.forEach(({name, values: texts}, choice) => {
+        const i = indexOf(structure, choice);
+        if (i > 0)
+            address.set(`o.${name}`, texts[i]);
+    });
     address.delete("from");
     if (options.from !== "initial")
         address.set("from", options.from);
     history.replaceState(null, "", `#${address}`);
 }
 
-/* The structure that the address names; the first one if it names none. */
-function addressedStructure({option, values}) {
-    return Math.max(0, values.indexOf(new URLSearchParams(location.hash.slice(1)).get(`o.${option}`)));
+/* The structure that the address names; the first value of each choice that it does not name. */
+function addressedStructure({choices}) {
+    const address = new URLSearchParams(location.hash.slice(1));
+    return choices.reduce((place, {name, values}) => place * values.length + Math.max(0, values.indexOf(address.get(`o.${name}`))), 0);
 }
 
 /* Returns whether the address sets a value. Names that the model does not have, and texts that are no numbers, have no effect. */

@@ -1,14 +1,16 @@
 /*
- * Computes motions beside the page, in a module of WebAssembly. Messages to it: first {module: bytes}, then
+ * Computes motions beside the page, in a module of WebAssembly. Messages to it: first {module: packed bytes}, then
  * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol, fromStatics}. It answers each with the
- * motion or with why it has failed. Of several waiting requests only the newest is computed.
+ * motion or with why it has failed. Of several waiting requests only the newest is computed. When no request has come for
+ * a while, it also sends the modes {id, modes: [[frequency, damping], ...], message} for the values of the last motion.
  */
 "use strict";
 
 const SLICE = 12; /* time between two looks for messages [ms] */
+const QUIET = 60; /* time without a request after which modes are computed, so that they do not delay a motion [ms] */
 const PATIENCE = 300; /* a motion that has taken longer is given up for a newer request [ms] */
 
-const engine = {module: null, live: 0, waiting: null, isRunning: false, columns: null};
+const engine = {module: null, live: 0, waiting: null, isRunning: false, columns: null, quiet: 0};
 
 /* The C library would print to files, which a page does not have; it takes this answer as an error. */
 function wasiFunctions(module) {
@@ -114,28 +116,41 @@ async function compute(asked) {
         postMessage({id: asked.id, isDone: false, message: textAt(call("message"))});
 }
 
+function sendModes(id) {
+    const count = call("find_modes"), numbers = count > 0 ? numbersAt(call("modes"), 2 * count) : [];
+    postMessage({id, modes: count < 0 ? null : Array.from({length: count}, (_, i) => [numbers[2 * i], numbers[2 * i + 1]]), message: textAt(call("message"))});
+}
+
+/* After an error the module begins again. */
+async function guard(id, work) {
+    try {
+        await work();
+    } catch (error) {
+        openModule(engine.bytes);
+        postMessage({id, isDone: false, message: `The module has stopped: ${error.message}`});
+    }
+}
+
 async function computeAll() {
     engine.isRunning = true;
+    let id = 0;
     while (engine.waiting) {
         const asked = engine.waiting;
         engine.waiting = null;
-        try {
-            await compute(asked);
-        } catch (error) { /* of the module: it begins again */
-            postMessage({id: asked.id, isDone: false, message: `The module has stopped: ${error.message}`});
-            openModule(engine.bytes);
-        }
+        id = asked.id;
+        await guard(id, () => compute(asked));
     }
     engine.isRunning = false;
+    engine.quiet = setTimeout(() => guard(id, () => sendModes(id)), QUIET);
 }
 
-onmessage = ({data}) => {
+onmessage = async ({data}) => {
+    clearTimeout(engine.quiet);
     if (data.module) {
-        engine.bytes = data.module;
+        engine.bytes = await unpack(data.module);
         openModule(engine.bytes);
-        return;
-    }
-    engine.waiting = data;
-    if (!engine.isRunning)
+    } else
+        engine.waiting = data;
+    if (engine.module && engine.waiting && !engine.isRunning)
         computeAll();
 };

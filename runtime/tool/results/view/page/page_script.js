@@ -126,4 +126,5 @@ function startPage() {
     window.addEventListener("resize", drawAll);
     window.addEventListener("hashchange", () => readFragment(clock, actions));
     requestAnimationFrame(picture);
+    document.documentElement.dataset.state = "shown";
 }
