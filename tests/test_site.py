@@ -7,7 +7,7 @@ import urllib.parse
 
 import pytest
 
-from program import SANITIZED, SOURCE, some
+from program import REFDYN, SANITIZED, SOURCE, some
 
 pytestmark = pytest.mark.skipif(SANITIZED or not all(map(importlib.util.find_spec, ("sphinx", "myst_parser", "furo"))), reason="Sphinx, MyST or furo is not installed")
 
@@ -17,7 +17,7 @@ def site(tmp_path_factory):
     """Warnings of Sphinx, such as a link to a heading that a page lacks, are errors."""
     folder, reference = tmp_path_factory.mktemp("site") / "site", tmp_path_factory.mktemp("reference")
     (reference / "index.html").write_text("<p>The C interface</p>")
-    done = subprocess.run([sys.executable, SOURCE / "docs" / "site" / "make_site", folder, reference], capture_output=True, text=True)
+    done = subprocess.run([sys.executable, SOURCE / "docs" / "site" / "make_site", folder, "--reference", reference, "--program", REFDYN], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
     return folder
 
@@ -31,6 +31,11 @@ def test_links_lead_somewhere(site):
             if not re.match(r"[a-z]+:|//", path) and not (page.parent / path).exists():
                 missing.append(f"{page.relative_to(site)}: {target}")
     assert not missing
+
+
+def test_moving_page(site):
+    """A page of `refdyn view` that a page names is part of the site."""
+    assert 'href="../moving/hub_link.html"' in (site / "docs" / "drives.html").read_text() and len((site / "moving" / "hub_link.html").read_text()) > 500_000
 
 
 def test_nothing_comes_from_the_network(site):
