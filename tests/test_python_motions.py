@@ -649,7 +649,7 @@ def test_drives(package):
     assert json.loads(run.realise) == summary["realise"]
     with pytest.raises(package.ModelError, match="too rough for the drives") as refused:
         package.Model(HUB, degree=3).simulate(1, every=1e-2, realise=True)
-    assert refused.value.line == 15
+    assert refused.value.line == 34
     with pytest.raises(ValueError, match="^before needs realise$"):
         link.simulate(1, before=0.1)
     with pytest.raises(ValueError, match="^realise excludes accuracy$"):
