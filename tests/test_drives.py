@@ -6,10 +6,10 @@ import re
 import numpy
 import pytest
 
-from program import MODELS, TESTS, check, close, read_run, refdyn
+from program import MODELS, SOURCE, TESTS, check, close, read_run, refdyn
 
 DRIVES = TESTS / "models" / "drives"
-HUB = DRIVES / "hub_link.lua"
+HUB = SOURCE / "docs" / "drives" / "hub_link.lua"
 
 
 def realise(model, folder, *arguments, ending="csv"):
@@ -41,7 +41,7 @@ def test_drives_in_hdf5(tmp_path):
     h5py = pytest.importorskip("h5py")
     model = tmp_path / "hub_link.lua"
     text = HUB.read_text().replace("return rd.model {", 'local load = rd.input("drive_load", 0, "N m")\nreturn rd.model {').replace(
-        "  drives =", "  forces = function() return { hub_psi = load } end,\n  drives =")
+        "forces      = feedback and function() return { hub_psi = correction } end or nil", "forces      = function() return { hub_psi = load } end")
     assert "hub_psi = load" in text
     model.write_text(text)
     arguments = ("--until", 1, "--every", 1e-2, "--before", 0.3, "--after", 0.3)
@@ -93,6 +93,13 @@ def puma(folder, degree):
         "  links = links,", "  links = links,\n  drives = { " + ", ".join(f'"axis{i}_psi"' for i in range(1, 7)) + " },")
     (folder / "puma.lua").write_text(text)
     return folder / "puma.lua"
+
+
+def test_reference_manipulator_held_by_its_drives(tmp_path):
+    """--from held: the equilibrium near the model's initial state, not another one that needs less force."""
+    run, report, _ = realise(MODELS / "manipulator.lua", tmp_path, "--set", "driven=true", "--from", "held", "--until", 1.9, "--every", 1e-2)
+    assert abs(run["arm_psi"][0] - math.pi / 4) < 0.1 and abs(run["column_psi"][0]) < 1e-9 and report["playback_error"] < 1e-5
+    assert abs(run["effector_z"][0]) < 0.1 and abs(run["base_z"][0]) < 0.1
 
 
 @pytest.mark.parametrize("mesh", [None, 0.04, 0.025])
@@ -264,6 +271,30 @@ def test_least_effort_under_gravity(tmp_path):
     assert abs(report["effort"] / 3545.2 - 1) < 1e-3 and abs(run["phi_2"]).max() < 1e-9
 
 
+# ---- The page ----
+
+def largest(path):
+    return abs(read_run(path)["miss"]).max()
+
+
+def test_feedback_around_the_forces(tmp_path):
+    """docs/drives.md: what the tip misses with the forces of the rigid and of the flexible link, with a heavier tip, and with feedback."""
+    arguments = ("--until", 1, "--every", 1e-3, "--before", 0.3, "--after", 0.3, "--realise")
+    refdyn("sim", HUB, "--set", "n_rfe=1", *arguments, "-o", tmp_path / "rigid.csv")
+    refdyn("sim", HUB, *arguments, "-o", tmp_path / "drives.csv")
+    found = {}
+    for run in ("rigid", "drives"):
+        for name, changes in (("", []), ("heavy", ["m_tip=0.11"]), ("loop", ["m_tip=0.11", "feedback=true"]), ("same loop", ["feedback=true"])):
+            settings = [word for change in changes for word in ("--set", change)]
+            refdyn("sim", HUB, *settings, "--play", tmp_path / f"{run}.csv", "--from", tmp_path / "drives.start.json", "--until", 1.3, "--every", 2e-3, "-o", tmp_path / "out.csv")
+            found[run, name] = largest(tmp_path / "out.csv")
+    expected = {("rigid", ""): 8.0e-3, ("rigid", "heavy"): 59e-3, ("rigid", "loop"): 89e-3, ("rigid", "same loop"): 80e-3,
+                ("drives", ""): 1.2e-6, ("drives", "heavy"): 59e-3, ("drives", "loop"): 6.2e-3}
+    for key, value in expected.items():
+        assert abs(found[key] / value - 1) < 0.03, (key, found[key])
+    assert found["drives", "same loop"] < 2e-5
+
+
 def text_of(changes):
     text = (DRIVES / "two_links.lua").read_text()
     for before, after in changes:
@@ -273,7 +304,7 @@ def text_of(changes):
 
 
 REFUSALS = {
-    "rough": (HUB.read_text(), ["--set", "degree=3"], "hub_link.lua:15: polar: too rough for the drives: their forces change by "),
+    "rough": (HUB.read_text(), ["--set", "degree=3"], "hub_link.lua:34: polar: too rough for the drives: their forces change by "),
     "few": (text_of([(', "b_psi" }', " }")]), [], "two_links.lua:10: drives: 1 for 2 rows of the programme; no drive is left for row 2"),
     "many": ((MODELS / "manipulator.lua").read_text().replace('driven and {', '{ "column_psi",').replace('"effector_z" } or nil,\n  dependent', '"effector_z" },\n  dependent'),
              ["--from", "statics"], "drives: 3 for 2 rows of the programme; more drives than rows must act on all 13 degrees of freedom: remove drives or add rows"),

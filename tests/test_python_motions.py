@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import python_package
-from program import MODELS, REFERENCE, TESTS, motion, refdyn
+from program import MODELS, REFERENCE, SOURCE, TESTS, motion, refdyn
 
 CONTACTS = TESTS / "models" / "contacts"
 SIX_AXES = TESTS / "models" / "six_axes.lua"
@@ -632,7 +632,7 @@ def test_statistics_and_repr(swing):
     assert json.dumps(found.statistics) and found.state.shape == (2, 2) and found.q.shape == found.qdd.shape == found.force.shape == (2,)
 
 
-HUB = TESTS / "models" / "drives" / "hub_link.lua"
+HUB = SOURCE / "docs" / "drives" / "hub_link.lua"
 
 
 def test_drives(package):
@@ -649,7 +649,7 @@ def test_drives(package):
     assert json.loads(run.realise) == summary["realise"]
     with pytest.raises(package.ModelError, match="too rough for the drives") as refused:
         package.Model(HUB, degree=3).simulate(1, every=1e-2, realise=True)
-    assert refused.value.line == 15
+    assert refused.value.line == 34
     with pytest.raises(ValueError, match="^before needs realise$"):
         link.simulate(1, before=0.1)
     with pytest.raises(ValueError, match="^realise excludes accuracy$"):

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(SANITIZED or not all(map(importlib.util.find_spe
 def make(folder, reference, **env):
     """Warnings of Sphinx, such as a link to a heading that a page lacks, are errors."""
     (reference / "index.html").write_text("<p>The C interface</p>")
-    done = subprocess.run([sys.executable, SOURCE / "docs" / "site" / "make_site", folder, REFDYN, reference], capture_output=True, text=True, env={**os.environ, **env})
+    done = subprocess.run([sys.executable, SOURCE / "docs" / "site" / "make_site", folder, REFDYN, "--reference", reference], capture_output=True, text=True, env={**os.environ, **env})
     assert done.returncode == 0, done.stderr[-3000:]
     return folder
 
@@ -37,6 +37,11 @@ def test_links_lead_somewhere(site):
             if not re.match(r"[a-z]+:|//", path) and not (page.parent / path).exists():
                 missing.append(f"{page.relative_to(site)}: {target}")
     assert not missing
+
+
+def test_moving_page(site):
+    """A page of `refdyn view` that a page names is part of the site."""
+    assert 'href="../moving/hub_link.html"' in (site / "docs" / "drives.html").read_text() and len((site / "moving" / "hub_link.html").read_text()) > 500_000
 
 
 def test_nothing_comes_from_the_network(site):

@@ -67,6 +67,28 @@ struct step {
     double t, h;
 };
 
+/* The largest change of a force by a coordinate: the first n of all rows and columns. */
+static double largest_stiffness(const double *A, int rows, int n) {
+    double largest = 0;
+    for (int j = 0; j < n; j++)
+        for (int i = 0; i < n; i++)
+            largest = fmax(largest, fabs(A[j * rows + i]));
+    return largest;
+}
+
+/* Solves for the changes of q and of the forces, where the forces count as shares of the largest stiffness:
+ * of all solutions, the one with the least norm then changes coordinates little. */
+static bool solve_scaled(double *A, double *b, int rows, int n, int columns) {
+    const double stiffness = largest_stiffness(A, rows, n), unit = stiffness > 0 ? stiffness : 1;
+    for (int i = n * rows; i < columns * rows; i++)
+        A[i] *= unit;
+    if (!solve_least(A, b, rows, columns))
+        return false;
+    for (int j = n; j < columns; j++)
+        b[j] *= unit;
+    return true;
+}
+
 /* One correction of q and of the forces in unknowns[n...]; its size, NaN if it failed. */
 static double correct(struct realise_problem *problem, const struct step *step, double *state,
                       double *unknowns) {
@@ -104,7 +126,7 @@ static double correct(struct realise_problem *problem, const struct step *step, 
                : level == REFDYN_VELOCITY && is_row ? -work->psi[a]
                                                     : -place.residual[i];
     }
-    if (!solve_least(A, b, n + m, width))
+    if (!solve_scaled(A, b, n + m, n, width))
         return NAN;
     for (int i = 0; i < n; i++) {
         state[i] += b[i];
