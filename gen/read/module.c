@@ -569,7 +569,7 @@ static const char *form_of(struct memory *memory, int function) {
 
 bool module_evaluates(int function) {
     static void (*const evaluating[])(struct module_call *) = {run_parameters, run_parameter, run_round,
-                                                               run_tube, run_rectangle, run_rate};
+                                                               run_tube,       run_rectangle, run_rate};
     for (size_t i = 0; function < FUNCTION_COUNT && i < sizeof evaluating / sizeof *evaluating; i++)
         if (functions[function].run == evaluating[i])
             return true;

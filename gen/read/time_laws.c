@@ -417,7 +417,8 @@ static struct law law_of_knots(const struct checker *checker, const struct value
 /* A uniform cubic B-spline. Its first and last control points count three times, so that it begins and ends
  * there without rate and acceleration. In piece k, with the share x of its time, the way grows by
  *     e_k x^3/6 + e_(k-1) (3 x + 3 x^2 - 2 x^3)/6 + e_(k-2) (3 x - 3 x^2 + x^3)/6,
- * where e_k is the difference of the control points k and k + 1 (de Boor, A Practical Guide to Splines, 1978).
+ * where e_k is the difference of the control points k and k + 1 (de Boor, A Practical Guide to Splines,
+ * 1978).
  */
 static struct law law_of_control(const struct checker *checker, const struct value *table, expression t) {
     enum { WIDTH = 3, DEGREE = 3 };
@@ -429,8 +430,7 @@ static struct law law_of_control(const struct checker *checker, const struct val
     expression points[KNOTS_MOST];
     for (int i = 0; i < count; i++)
         value_expression(g, &control->items[i], &points[i]);
-    const expression now =
-        expr_mul(g, t, expr_div(g, expr_number(g, pieces), law.duration));
+    const expression now = expr_mul(g, t, expr_div(g, expr_number(g, pieces), law.duration));
     law.way = points[0];
     for (int k = 0; k < pieces; k++) {
         const expression x = time_within(g, now, expr_number(g, k), EXPR_ONE);
@@ -490,8 +490,7 @@ static struct law read_law(const struct checker *checker, const struct value *ta
         return none;
     if (by_rate)
         return bounded_law(checker, table, t);
-    return has_speeds(checker, table) ? law_of_speeds(checker, table, t)
-                                                                       : none;
+    return has_speeds(checker, table) ? law_of_speeds(checker, table, t) : none;
 }
 
 struct value time_laws_timing(const struct checker *checker, const struct value *table) {

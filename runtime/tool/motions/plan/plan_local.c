@@ -18,17 +18,17 @@
 static const double active_most = 1e-6;
 
 static int inequality_count(const struct plan *plan) {
-    return 2 * plan->case_count * plan->limit_count;
+    return 2 * plan->part_count * plan->limit_count;
 }
 
 /* ---- Multipliers ---- */
 
-/* The gradient of the objective by x: that of the case with the largest one. */
+/* The gradient of the objective by x: that of the part with the largest one. */
 static const double *objective_gradient(const struct plan *plan, const struct plan_point *point) {
     int worst = 0;
-    for (int one = 1; one < plan->case_count; one++)
-        if (point->objectives[one].value > point->objectives[worst].value)
-            worst = one;
+    for (int part = 1; part < plan->part_count; part++)
+        if (point->objectives[part].value > point->objectives[worst].value)
+            worst = part;
     return point->objective_by + worst * plan->count;
 }
 
@@ -117,15 +117,17 @@ bool plan_has_optimiser(void) {
     return true;
 }
 
+enum what { MINIMISE_OBJECTIVE, MINIMISE_EXCESS, MINIMISE_LARGEST_OBJECTIVE };
+
 /* What one search minimises. Its last unknown is z unless the objective is plain. */
 struct problem {
     struct plan *plan;
     struct plan_point *point; /* the last one that was evaluated */
     struct plan_point *kept;  /* the best one within the limits */
     bool has_kept;
-    double *near, merit; /* x of the best one, the excess included */
+    double *near, merit; /* x of the best one for `what`, the excess included */
     nlopt_opt optimiser;
-    enum { MINIMISE_OBJECTIVE, MINIMISE_EXCESS, MINIMISE_LARGEST_OBJECTIVE } what;
+    enum what what;
     double margin;         /* by which limits are tightened */
     double objective_size; /* the objective is divided by it */
     bool is_new;           /* no point was evaluated yet */
@@ -146,8 +148,10 @@ static void keep(struct problem *problem) {
     const struct plan_point *point = problem->point;
     if (!point->is_done)
         return;
-    const double objective = plan_objective(plan, point),
-                 merit = objective / problem->objective_size + merit_weight * worst_excess(plan, point);
+    const double objective = plan_objective(plan, point), excess = worst_excess(plan, point),
+                 merit = problem->what == MINIMISE_EXCESS
+                             ? excess
+                             : objective / problem->objective_size + merit_weight * excess;
     if (merit < problem->merit) {
         problem->merit = merit;
         memcpy(problem->near, point->x, (size_t)plan->count * sizeof *point->x);
@@ -224,11 +228,15 @@ static void inequalities(unsigned rows, double *result, unsigned count, const do
                 row[count - 1] = -1;
             continue;
         }
-        const int one = i - limits;
-        result[i] =
-            point->is_done ? point->objectives[one].value / problem->objective_size - z : excess_of_failure;
+        const int part = i - limits;
+        const double value = point->objectives[part].value;
+        result[i] = !point->is_done ? excess_of_failure
+                    : isnan(value)  ? -excess_of_failure
+                                    : value / problem->objective_size - z;
+        if (point->is_done && isnan(value)) /* this part has no objective */
+            continue;
         for (int k = 0; k < plan->count && row && point->has_gradients; k++)
-            row[k] = point->objective_by[one * plan->count + k] / problem->objective_size;
+            row[k] = point->objective_by[part * plan->count + k] / problem->objective_size;
         if (row)
             row[count - 1] = -1;
     }
@@ -252,12 +260,23 @@ static double first_z(const struct problem *problem) {
                                             : plan_objective(plan, problem->point) / problem->objective_size;
 }
 
-/* Runs SLSQP from the point, which becomes the result. */
-static void run(struct problem *problem) {
+/* Begins a run from the point, with its merit. */
+static void begin(struct problem *problem, enum what what) {
+    const double size = fabs(plan_objective(problem->plan, problem->point));
+    problem->what = what;
+    problem->objective_size = size > DBL_EPSILON ? size : 1;
+    problem->merit = INFINITY;
+    keep(problem);
+}
+
+/* Runs SLSQP from the point, which becomes the best point of the run: that of NLopt satisfies all
+ * inequalities, and is the start if a run that ends by rounding misses them by little. */
+static void run(struct problem *problem, enum what what) {
     struct plan *plan = problem->plan;
+    begin(problem, what);
     const unsigned count = (unsigned)unknown_count(problem);
     const int limits = inequality_count(plan),
-              rows = limits + (problem->what == MINIMISE_LARGEST_OBJECTIVE ? plan->case_count : 0);
+              rows = limits + (problem->what == MINIMISE_LARGEST_OBJECTIVE ? plan->part_count : 0);
     double *x = format_allocate(count, sizeof *x), *lower = format_allocate(count, sizeof *x),
            *upper = format_allocate(count, sizeof *x),
            *tolerances = format_allocate((size_t)rows + 1, sizeof *x), least;
@@ -282,17 +301,13 @@ static void run(struct problem *problem) {
     nlopt_optimize(optimiser, x, &least);
     nlopt_destroy(optimiser);
     problem->optimiser = NULL;
-    evaluate(problem, x, false);
+    evaluate(problem, problem->near, false);
 }
 
-/* Starts again from the best point of all rounds, with its merit for the present objective. */
-static void restart(struct problem *problem) {
-    struct plan *plan = problem->plan;
-    evaluate(problem, problem->near, false);
-    const double size = fabs(plan_objective(plan, problem->point));
-    problem->objective_size = size > DBL_EPSILON ? size : 1;
-    problem->merit = INFINITY;
-    keep(problem);
+/* Whether the objective is the largest of several values that depend on x in different ways. */
+static bool has_several_objectives(const struct plan *plan) {
+    const enum plan_measure measure = plan->file->measure;
+    return measure != PLAN_PARAMETER && (measure == PLAN_LARGEST ? plan->part_count : plan->case_count) > 1;
 }
 
 /* Rounds with growing margins, until the best point within the limits is as good as the best one overall. */
@@ -300,21 +315,14 @@ static void run_rounds(struct problem *problem) {
     struct plan *plan = problem->plan;
     struct plan_point *point = problem->point;
     for (int i = 0; i < ROUNDS_MOST && point->is_done && !system_interrupted; i++) {
-        if (!plan_is_feasible(plan, point)) {
-            problem->what = MINIMISE_EXCESS;
-            run(problem);
-        }
+        if (!plan_is_feasible(plan, point))
+            run(problem, MINIMISE_EXCESS);
         if (!point->is_done || worst_excess(plan, point) > active_most)
             return;
-        restart(problem);
-        problem->what = plan->case_count > 1 && plan->file->measure != PLAN_PARAMETER
-                            ? MINIMISE_LARGEST_OBJECTIVE
-                            : MINIMISE_OBJECTIVE;
-        run(problem);
+        run(problem, has_several_objectives(plan) ? MINIMISE_LARGEST_OBJECTIVE : MINIMISE_OBJECTIVE);
         if (problem->has_kept &&
             plan_objective(plan, problem->kept) / problem->objective_size <= problem->merit + round_gain)
             return;
-        restart(problem);
         problem->margin = i ? margin_grows * problem->margin : margin_first;
     }
 }
