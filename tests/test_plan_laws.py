@@ -51,7 +51,7 @@ def slsqp(objective, limits, start, bounds):
 
     done = scipy.optimize.minimize(objective, start, bounds=bounds, constraints={"type": "ineq", "fun": slacks, "jac": jacobian},
                                    method="SLSQP", options={"maxiter": 300, "ftol": 1e-9})
-    assert numpy.min(slacks(done.x)) > -1e-7
+    assert numpy.min(slacks(done.x)) > -1e-5
     return done.fun
 
 
@@ -148,7 +148,7 @@ def test_fastest_with_jerk(pieces, tmp_path):
     times cost 0.13 % with 40 pieces, 0.06 % with 48."""
     result, _ = fastest(tmp_path, law="control", pieces=pieces)
     assert result["feasible"] and abs(result["objective"] / 1.05729 - 1) < {40: 1.5e-3, 48: 1e-3}[pieces]
-    assert 0 <= result["objective"] / fastest_with_jerk(pieces, numpy.array([1e-9, 0.25, 0.5, 0.75, 1 - 1e-9])) - 1 < 1e-4
+    assert -1e-5 < result["objective"] / fastest_with_jerk(pieces, numpy.array([1e-9, 0.25, 0.5, 0.75, 1 - 1e-9])) - 1 < 1e-4
     assert {limit["name"] for limit in result["limits"] if limit["active"]} == {"upper_psi_d", "force_upper_psi", "upper_jerk", "fore_jerk"}
     if pieces == 40:
         assert fastest_with_jerk(40, numpy.array([1, 3, 5]) / 6) == pytest.approx(1.05729, abs=5e-6)
@@ -175,3 +175,73 @@ def test_toppra(tmp_path):
     time = numpy.sum(2 / 40 / (speeds[1:] + speeds[:-1]))
     result, _ = fastest(tmp_path, law="speeds")
     assert time == pytest.approx(0.892794, abs=1e-5) and abs(result["objective"] / time - 1) < 1e-3
+
+
+# ---- Residual vibration ----
+
+TURN = """local rd = require "refdyn"
+local model, law = rd.model, rd.option("law", "plain", { "plain", "knots" })
+local p = rd.parameters { { "T_move", 1, "s" }, { "r", 0.1, "rad" }, { "k1", 0.2 }, { "k2", 0.28 }, { "k3", 0.5 }, { "k4", 0.72 }, { "k5", 0.8 } }
+function rd.model(it)
+  it.links[2].limits = { psi = { force = 400 } }
+  it.links[3].start.psi = 0.7
+  it.forces, it.courses, it.dependent = nil, nil, nil
+  function it.constraints(s)
+    local c = rd.max(rd.min(s.t / p.T_move, 1), 0)
+    local way = rd.smoothstep(s.t, 0, p.T_move, 5)
+    if law == "knots" then
+      local knots = { { 0, 0 }, { 1, p.k1 }, { 2, p.k2 }, { 3, p.k3 }, { 4, p.k4 }, { 5, p.k5 }, { 6, 1 } }
+      way = rd.timing { s.t, knots = knots, degree = 5, duration = p.T_move }.way
+    end
+    return { rd.drive { "column_psi", rd.pi / 2 * way }, rd.drive { "arm_psi", 0.7 + p.r * 64 * c^3 * (1 - c)^3 }, rd.lock { "effector_z" } }
+  end
+  return model(it)
+end
+return require "manipulator"
+"""
+REST = 'vary = {{ T_move = rd.within(0.6, 1.2), {vary} }}, t_end = "T_move", from = "statics", minimise = "T_move", {more} ' \
+       'within = {{ "force_column_psi", rd.at_end("energy", {{ from = {least} - 0.01, to = {least} + 0.01 }}) }}'
+
+
+def column(name, folder, *arguments):
+    refdyn("sim", folder / "turn.lua", "--from", "statics", "-o", folder / "run.csv", *arguments)
+    with (folder / "run.csv").open() as file:
+        place = file.readline().rstrip().split(",").index(name)
+        return [float(line.split(",")[place]) for line in file]
+
+
+@pytest.fixture
+def turn(tmp_path):
+    """The flexible arm turns by 90 degrees from rest; its energy at rest is the least one."""
+    (tmp_path / "turn.lua").write_text(TURN)
+    (tmp_path / "manipulator.lua").write_text((MODELS / "manipulator.lua").read_text())
+    return tmp_path, column("energy", tmp_path, "--until", 1e-3, "--set", "T_move=1000")[0]
+
+
+def test_vibration_with_two_values(turn):
+    """Within 1.2 s the law of degree 5 with a lift leaves at least 2.02 J instead of 0.01 J: by a plan, and by motions around it."""
+    folder, least = turn
+    fields = REST.format(vary="r = rd.within(-0.3, 0.3)", least=least, more="" if LONG else "starts = 12,")
+    result, said = plan(folder, folder / "turn.lua", fields, status=3)
+    amount = result["violation"]["energy at end"]
+    assert not result["feasible"] and list(result["violation"]) == ["energy at end"]
+    assert f"energy at end: must give way by {amount:.6g}, at t = " in said
+    T, r = result["parameters"]["T_move"], result["parameters"]["r"]
+
+    def left(T, r):
+        return column("energy", folder, "--until", T, "--set", f"T_move={T}", "--set", f"r={r}", "--tol", 1e-9)[-1] - least - 0.01
+    assert left(T, r) == pytest.approx(amount, rel=1e-5) and T == pytest.approx(1.2)
+    assert min(left(T, r - 0.02), left(T, r + 0.02), left(T - 0.02, r)) > amount > 1.9
+
+
+def test_vibration_with_five_knots(turn):
+    """Knots in time leave at most 0.01 J in less time; long: found without a start, which takes a minute."""
+    folder, least = turn
+    start = {name: "" for name in ("k1", "k2", "k3", "k4", "k5")} if LONG else {"k1": ", 0.191", "k2": ", 0.283", "k3": ", 0.5", "k4": ", 0.717", "k5": ", 0.809"}
+    ranges = {"k1": "0, 0.4", "k2": "0, 0.6", "k3": "0.2, 0.8", "k4": "0.4, 1", "k5": "0.6, 1"}
+    fields = REST.replace("1.2), ", "1.2), " if LONG else "1.2, 0.87), ").format(vary=", ".join(f"{name} = rd.within({ranges[name]}{start[name]})" for name in start), least=least, more="" if LONG else "starts = 1,")
+    result, _ = plan(folder, folder / "turn.lua", fields, "--set", "law=knots")
+    assert result["feasible"] and result["objective"] < 1
+    arguments = ["--set", "law=knots", "--parameters", folder / "plan.json", "--until", repr(result["objective"] + 0.5), "--tol", 1e-9]
+    late = [energy - least for energy in column("energy", folder, *arguments, "--every", 0.01)][-49:]
+    assert max(late) < 0.0101
