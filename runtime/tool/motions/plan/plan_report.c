@@ -113,6 +113,16 @@ static void put_worst_case(struct document *document, const struct plan *plan,
     format_put_close(document, '}');
 }
 
+/* The end of the motion of the first case. */
+static double end_of(const struct plan *plan, const struct plan_point *point) {
+    const struct memory_mark mark = memory_mark(&format_memory);
+    struct motions motions;
+    plan_describe(plan, point->x, 1, &motions);
+    const double end = motions.ends[0];
+    memory_back(&format_memory, mark);
+    return end;
+}
+
 static enum status write(struct plan *plan, const struct plan_result *result, const double *multipliers) {
     const struct plan_point *point = &result->best;
     struct document document;
@@ -124,6 +134,7 @@ static enum status write(struct plan *plan, const struct plan_result *result, co
         format_put_number(&document, plan->values[k].name, plan_value_at(plan, k, point->x));
     format_put_close(&document, '}');
     format_put_number(&document, "objective", plan_objective(plan, point));
+    format_put_number(&document, "t_end", end_of(plan, point));
     format_put_truth(&document, "feasible", plan_is_feasible(plan, point));
     put_violation(&document, plan, point, multipliers);
     put_limits(&document, plan, point, multipliers);
