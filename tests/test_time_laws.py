@@ -46,6 +46,25 @@ def test_knots_are_the_spline_of_scipy(degree, tmp_path):
         assert numpy.max(numpy.abs(way - exact(numpy.minimum(t / scale, 1.6)))) < 1e-12
 
 
+@pytest.mark.parametrize("count", [2, 3, 12])
+def test_control_points_are_the_spline_of_scipy(count, tmp_path):
+    """The derivatives are those of rd.rate, three times."""
+    control = numpy.array([0.1, VALUES["y"], 0.5, 0.92, 0.9, 1.1, 1.3, 1.25, 1.9, 2, 2.2, 2.1])[:count]
+    pieces = count + 1
+    whole = numpy.concatenate([[control[0]] * 2, control, [control[-1]] * 2])
+    exact = scipy.interpolate.BSpline(numpy.arange(-3, pieces + 4) / pieces * VALUES["T"], whole, 3)
+    law = f"control = {{ {', '.join('p.y' if i == 1 else str(c) for i, c in enumerate(control))} }}, duration = p.T"
+    (tmp_path / "law.lua").write_text(FREE.format(law=law, **VALUES).replace(
+        "duration = law.duration", "duration = law.duration, rate = rd.rate(law.way), second = rd.rate(rd.rate(law.way)), third = rd.rate(rd.rate(rd.rate(law.way)))"))
+    run = columns(tmp_path / "law.lua", "--until", 2.9, "--every", 2.9 / 997, "--step", 2.9 / 97, "--method", "rk4")
+    t, T = run["t"], VALUES["T"]
+    assert run["duration"][0] == T
+    assert numpy.max(numpy.abs(run["way"] - exact(numpy.minimum(t, T)))) < 1e-12
+    for order, name in enumerate(("rate", "second", "third"), 1):
+        values = numpy.where(t < T, exact.derivative(order)(numpy.minimum(t, T)), 0)
+        assert numpy.max(numpy.abs(run[name] - values)) < 1e-10 * numpy.max(numpy.abs(values))
+
+
 def test_sixty_knots(tmp_path):
     random = numpy.random.default_rng(4)
     heights = numpy.cumsum(random.uniform(0, 1, 60))

@@ -405,7 +405,6 @@ static const struct {
              {FIELD_EFFORT_to, FIELD_EFFORT_from},
              {FIELD_TIMING_acceleration, FIELD_TIMING_rate},
              {FIELD_TIMING_jerk, FIELD_TIMING_rate},
-             {FIELD_TIMING_duration, FIELD_TIMING_knots},
              {FIELD_TIMING_degree, FIELD_TIMING_knots}};
 
 static void check_pairs(const struct checker *checker, const struct value *table, enum owner owner,

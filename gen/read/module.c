@@ -471,6 +471,21 @@ static void run_shaper(struct module_call *call) {
         set_result(call, time_laws_shaper(&checker, table));
 }
 
+static expression unit_for_time(void *context, struct graph *g, expression e) {
+    (void)context;
+    return expr_as_symbol(g, e)->kind == SYMBOL_TIME ? EXPR_ONE : EXPR_ZERO;
+}
+
+/* The derivative of a course by the time. */
+static void run_rate(struct module_call *call) {
+    struct graph *g = call->declarations->graph;
+    const expression course = expression_argument(call, 0);
+    if (!call->fault && g->nodes[course].depends & ~(ON_TIME | ON_PARAMETER))
+        call->fault = "rd.rate: the argument depends on the state or on inputs; must be a course in time";
+    if (!call->fault)
+        set_result(call, rewrite_derivative(g, course, unit_for_time, NULL));
+}
+
 static const struct {
     const char *name, *form; /* example of a call */
     int most_arguments;
@@ -488,7 +503,8 @@ static const struct {
                  {"spline", " { { 0, 0 }, { 1, 2 } }", 1, run_spline},
                  {"path", " { { 0, 0, 0 }, { 1, 0, 0 } }", 1, run_path},
                  {"timing", " { s.t, length = 1, rate = 0.5, acceleration = 2 }", 1, run_timing},
-                 {"shaper", " { course, frequency = 2 }", 1, run_shaper}};
+                 {"shaper", " { course, frequency = 2 }", 1, run_shaper},
+                 {"rate", "(course)", 1, run_rate}};
 
 enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
 
@@ -553,7 +569,7 @@ static const char *form_of(struct memory *memory, int function) {
 
 bool module_evaluates(int function) {
     static void (*const evaluating[])(struct module_call *) = {run_parameters, run_parameter, run_round,
-                                                               run_tube, run_rectangle};
+                                                               run_tube,       run_rectangle, run_rate};
     for (size_t i = 0; function < FUNCTION_COUNT && i < sizeof evaluating / sizeof *evaluating; i++)
         if (functions[function].run == evaluating[i])
             return true;

@@ -166,13 +166,22 @@ static struct law bounded_law(const struct checker *checker, const struct value 
     return law;
 }
 
+/* Reports a list with a wrong number of entries. */
+static bool has_room(const struct checker *checker, const struct value *table, enum field field) {
+    const struct value *list = fields_get(table, field);
+    const bool fits = list->item_count >= 2 && list->item_count <= KNOTS_MOST;
+    if (!fits)
+        message_error(checker->messages, list->place, "rd.timing.%s: has %d; must have 2 to %d",
+                      field_rules[field].name, list->item_count, KNOTS_MOST);
+    return fits;
+}
+
 /* Reports a wrong number of speeds, and neighbours that are both 0, between which the motion would stop. */
-static bool has_speeds(const struct checker *checker, const struct value *speeds) {
+static bool has_speeds(const struct checker *checker, const struct value *table) {
+    const struct value *speeds = fields_get(table, FIELD_TIMING_speeds);
     const int errors = checker->messages->errors;
     double before = 1, now;
-    if (speeds->item_count < 2 || speeds->item_count > KNOTS_MOST)
-        message_error(checker->messages, speeds->place, "rd.timing.speeds: has %d; must have 2 to %d",
-                      speeds->item_count, KNOTS_MOST);
+    has_room(checker, table, FIELD_TIMING_speeds);
     for (int i = 0; i < speeds->item_count; i++, before = now) {
         expression e = EXPR_ZERO;
         value_expression(checker->graph, &speeds->items[i], &e);
@@ -353,11 +362,6 @@ static expression piece_of_spline(struct graph *g, const struct knots *k, const 
 static bool read_knots(const struct checker *checker, const struct value *list, double *times,
                        expression *values) {
     const char *path = "rd.timing.knots";
-    if (list->item_count < 2 || list->item_count > KNOTS_MOST) {
-        message_error(checker->messages, list->place, "%s: has %d; must have 2 to %d", path, list->item_count,
-                      KNOTS_MOST);
-        return false;
-    }
     for (int i = 0; i < list->item_count; i++) {
         const struct value *knot = &list->items[i];
         const char *own = fields_path_item(checker, path, i);
@@ -390,7 +394,7 @@ static struct law law_of_knots(const struct checker *checker, const struct value
                       degree->number);
     else if (degree)
         k.half = degree->number == 5 ? 3 : 2;
-    if (!read_knots(checker, k.list, times, values))
+    if (!has_room(checker, table, FIELD_TIMING_knots) || !read_knots(checker, k.list, times, values))
         return law;
     k.count = k.list->item_count;
     find_slopes(checker->memory, &k);
@@ -404,6 +408,43 @@ static struct law law_of_knots(const struct checker *checker, const struct value
         const expression from = expr_number(g, times[i]), length = expr_number(g, times[i + 1] - times[i]);
         const expression x = expr_div(g, time_within(g, now, from, length), length);
         law.way = expr_add(g, law.way, piece_of_spline(g, &k, values, i, x));
+    }
+    return law;
+}
+
+/* ---- control points, at rest and without acceleration at both ends ---- */
+
+/* A uniform cubic B-spline. Its first and last control points count three times, so that it begins and ends
+ * there without rate and acceleration. In piece k, with the share x of its time, the way grows by
+ *     e_k x^3/6 + e_(k-1) (3 x + 3 x^2 - 2 x^3)/6 + e_(k-2) (3 x - 3 x^2 + x^3)/6,
+ * where e_k is the difference of the control points k and k + 1 (de Boor, A Practical Guide to Splines,
+ * 1978).
+ */
+static struct law law_of_control(const struct checker *checker, const struct value *table, expression t) {
+    enum { WIDTH = 3, DEGREE = 3 };
+    static const double shares[WIDTH][DEGREE] = {{0, 0, 1}, {3, 3, -2}, {3, -3, 1}}; /* of x, x^2, x^3 */
+    struct graph *g = checker->graph;
+    const struct value *control = fields_get(table, FIELD_TIMING_control);
+    const int count = control->item_count, pieces = count + 1;
+    struct law law = {EXPR_ZERO, fields_get_value(checker, table, FIELD_TIMING_duration)};
+    expression points[KNOTS_MOST];
+    for (int i = 0; i < count; i++)
+        value_expression(g, &control->items[i], &points[i]);
+    const expression now = expr_mul(g, t, expr_div(g, expr_number(g, pieces), law.duration));
+    law.way = points[0];
+    for (int k = 0; k < pieces; k++) {
+        const expression x = time_within(g, now, expr_number(g, k), EXPR_ONE);
+        expression sum = EXPR_ZERO;
+        for (int power = DEGREE - 1; power >= 0; power--) {
+            expression own = EXPR_ZERO;
+            for (int i = 0; i < WIDTH; i++)
+                if (k - i >= 0 && k - i + 1 < count && shares[i][power] != 0)
+                    own = expr_add(g, own,
+                                   expr_mul(g, expr_number(g, shares[i][power] / 6),
+                                            expr_sub(g, points[k - i + 1], points[k - i])));
+            sum = expr_mul(g, x, expr_add(g, own, sum));
+        }
+        law.way = expr_add(g, law.way, sum);
     }
     return law;
 }
@@ -424,22 +465,32 @@ static struct law read_law(const struct checker *checker, const struct value *ta
     static const struct law none = {EXPR_ZERO, EXPR_ZERO};
     const bool by_rate = fields_has(table, FIELD_TIMING_rate),
                by_speeds = fields_has(table, FIELD_TIMING_speeds),
-               by_knots = fields_has(table, FIELD_TIMING_knots);
-    if (by_rate + by_speeds + by_knots != 1) {
+               by_knots = fields_has(table, FIELD_TIMING_knots),
+               by_control = fields_has(table, FIELD_TIMING_control);
+    if (by_rate + by_speeds + by_knots + by_control != 1) {
         message_error(checker->messages, table->place,
-                      "rd.timing: has %s of rate, speeds and knots; give one",
-                      by_rate + by_speeds + by_knots ? "several" : "none");
+                      "rd.timing: has %s of rate, speeds, knots and control; give one",
+                      by_rate + by_speeds + by_knots + by_control ? "several" : "none");
+        return none;
+    }
+    if (fields_has(table, FIELD_TIMING_duration) && !by_knots && !by_control) {
+        message_error(checker->messages, fields_get(table, FIELD_TIMING_duration)->place,
+                      "rd.timing.duration: has no effect without knots or control; remove it");
         return none;
     }
     if (by_knots)
         return law_of_knots(checker, table, t);
+    if (by_control)
+        return lacks(checker, table, FIELD_TIMING_control, FIELD_TIMING_duration) ||
+                       !has_room(checker, table, FIELD_TIMING_control)
+                   ? none
+                   : law_of_control(checker, table, t);
     if (lacks(checker, table, by_rate ? FIELD_TIMING_rate : FIELD_TIMING_speeds, FIELD_TIMING_length) ||
         (by_rate && lacks(checker, table, FIELD_TIMING_rate, FIELD_TIMING_acceleration)))
         return none;
     if (by_rate)
         return bounded_law(checker, table, t);
-    return has_speeds(checker, fields_get(table, FIELD_TIMING_speeds)) ? law_of_speeds(checker, table, t)
-                                                                       : none;
+    return has_speeds(checker, table) ? law_of_speeds(checker, table, t) : none;
 }
 
 struct value time_laws_timing(const struct checker *checker, const struct value *table) {

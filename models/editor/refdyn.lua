@@ -358,7 +358,8 @@
 ---@field jerk? refdyn.expression|number largest jerk; default: the acceleration jumps [m/s^3 or rad/s^3]
 ---@field speeds? (refdyn.expression|number)[] a law by speeds at equal distances along the way, ends included [m/s or rad/s]
 ---@field knots? table[] a law by knots `{ time, way }`: times are plain numbers from 0 on, ways also expressions in parameters
----@field duration? refdyn.expression|number time from the first knot to the last; default: the time of the last knot [s]
+---@field control? (refdyn.expression|number)[] a law by control points of a cubic B-spline: ways, the first and last included, that attract it at equal distances in time [m or rad]
+---@field duration? refdyn.expression|number of a law by knots or control points; default with `knots`: the time of the last knot [s]
 ---@field degree? integer of the polynomials between knots: 3, at rest at both ends, or 5, also without acceleration there; default: 3
 
 ---@class refdyn.effort
@@ -449,6 +450,7 @@ function rd.spline(...) end
 function rd.path(...) end
 function rd.timing(...) end
 function rd.shaper(...) end
+function rd.rate(...) end
 function rd.sin(...) end
 function rd.cos(...) end
 function rd.tan(...) end

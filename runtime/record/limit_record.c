@@ -44,15 +44,22 @@ void record_limits_start(struct record_limits *limits, struct record_memory memo
     for (int i = 0; i < count; i++) {
         const int place = record_table_find(&limits->table, bounds[i].column, strlen(bounds[i].column));
         assert(place >= 0); /* the model was checked when it was read */
-        limits->list[i] = (struct record_limit){.bound = bounds[i],
-                                                .place = place,
-                                                .unit = limits->table.units[place],
-                                                .smallest = INFINITY,
-                                                .largest = -INFINITY,
-                                                .t_first = NAN};
+        limits->list[i] =
+            (struct record_limit){.bound = bounds[i], .place = place, .unit = limits->table.units[place]};
         wanted[place] = true;
     }
+    record_limits_clear(limits);
     record_table_want(&limits->table, wanted);
+}
+
+void record_limits_clear(struct record_limits *limits) {
+    for (int i = 0; i < limits->count; i++) {
+        struct record_limit *limit = &limits->list[i];
+        limit->smallest = INFINITY;
+        limit->largest = -INFINITY;
+        limit->t_smallest = limit->t_largest = limit->duration = 0;
+        limit->t_first = limit->begin = limit->end = NAN;
+    }
 }
 
 /* ---- One limit within a step ---- */
@@ -183,6 +190,8 @@ static void widen(struct record_limit *limit, struct point point) {
 
 static void add_points(struct record_limits *limits, struct record_limit *limit, const struct point *points,
                        int count, int *status) {
+    limit->begin = isnan(limit->begin) ? points[0].value : limit->begin;
+    limit->end = points[count - 1].value;
     for (int k = 0; k < count; k++) {
         const bool is_out = record_is_beyond(&limit->bound, points[k].value);
         widen(limit, points[k]);
@@ -203,7 +212,9 @@ static void add_points(struct record_limits *limits, struct record_limit *limit,
 }
 
 /* Without a jump at the end of a step, the nearest sample inside is that of the end. */
-static void join_end(double *t, double *values, int end, int inner) {
+static void join_end(bool is_inner, double *t, double *values, int end, int inner) {
+    if (is_inner)
+        values[end] = values[inner];
     if (fabs(values[inner] - values[end]) <= slack * fabs(values[end])) {
         t[inner] = t[end];
         values[inner] = values[end];
@@ -235,8 +246,8 @@ int record_limits_pass(struct record_limits *limits) {
         memcpy(at, t, sizeof at);
         for (int k = 0; k < SAMPLES; k++)
             values[k] = limits->samples[k * limits->count + i];
-        join_end(at, values, 0, 1);
-        join_end(at, values, SAMPLES - 1, SAMPLES - 2);
+        join_end(limits->is_inner, at, values, 0, 1);
+        join_end(limits->is_inner, at, values, SAMPLES - 1, SAMPLES - 2);
         const int count = list_points(limits, limit, at, values, points, &status);
         add_points(limits, limit, points, count, &status);
     }

@@ -183,6 +183,7 @@ struct record_limit {
     int place; /* of its column */
     const char *unit;
     double smallest, t_smallest, largest, t_largest; /* extremes and their times */
+    double begin, end;                               /* values at the first and the last time */
     double t_first, duration; /* first time beyond the limit, NAN: none; all of that time [s] */
 };
 
@@ -191,6 +192,7 @@ struct record_limits {
     int count;
     struct record_table table; /* of the observed integrator */
     double *samples;           /* of a step */
+    bool is_inner;             /* values that jump at an end of a step are those within the step */
     double t;                  /* end of what has been added; -INFINITY: nothing [s] */
 };
 
@@ -198,6 +200,8 @@ struct record_limits {
 void record_limits_start(struct record_limits *limits, struct record_memory memory,
                          struct refdyn_integrator *integrator, const struct refdyn_spatial *spatial,
                          const struct record_bound *bounds, int count);
+/* Forgets the extremes and excesses, to begin with those of another stretch of the motion. */
+void record_limits_clear(struct record_limits *limits);
 /* Adds the last step, up to the shown state. Returns a status of the runtime; the integrator shows the same
  * state as before. */
 int record_limits_pass(struct record_limits *limits);

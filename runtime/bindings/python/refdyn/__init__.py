@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from .inline import Page
     from .model import Model
     from .motion import Motion
+    from .planning import Measure, Plan, at_end, integral, largest
     from .program import ModelError, ModelWarning, NumericalError, prefix
     from .quantity import Quantity
     from .sampling import log_uniform, normal, sample, uniform
@@ -19,13 +20,13 @@ if TYPE_CHECKING:
 
     __version__: str
 
-__all__ = ["CasadiFunctions", "Fit", "Grid", "Limits", "Model", "ModelError", "ModelWarning", "Motion", "NumericalError", "Page", "Quantity", "grid", "log_uniform", "normal",
-           "prefix", "sample", "uniform"]
+__all__ = ["CasadiFunctions", "Fit", "Grid", "Limits", "Measure", "Model", "ModelError", "ModelWarning", "Motion", "NumericalError", "Page", "Plan", "Quantity", "at_end", "grid", "integral", "largest",
+           "log_uniform", "normal", "prefix", "sample", "uniform"]
 
 # Modules are imported when their names are first used, since the command `refdyn` needs none of them.
 _MODULES = {"Model": "model", "ModelError": "program", "ModelWarning": "program", "Motion": "motion", "NumericalError": "program", "Quantity": "quantity",
             "prefix": "program", "CasadiFunctions": "casadi_functions", "Fit": "fitting", "Grid": "cases", "Limits": "urdf", "Page": "inline", "grid": "cases", "log_uniform": "sampling",
-            "normal": "sampling", "sample": "sampling", "uniform": "sampling"}
+            "Measure": "planning", "Plan": "planning", "at_end": "planning", "integral": "planning", "largest": "planning", "normal": "sampling", "sample": "sampling", "uniform": "sampling"}
 
 if not TYPE_CHECKING:
     def __getattr__(name):

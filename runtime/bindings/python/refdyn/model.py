@@ -7,13 +7,14 @@ import os
 import pathlib
 import threading
 import types
+import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
-from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, inline, motion, program, recorded, stepping, urdf
+from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, inline, motion, planning, program, recorded, stepping, urdf
 from .names import ByName, by_name, by_order, finite_row, nearest, one_real, unknown
 from .passing import Given
 from .quantity import Compiled, Quantity, states_of
@@ -460,6 +461,36 @@ class Model:
             self._run("fit", given, values, request.path, shows_progress=progress)
             found = json.loads(pathlib.Path(out).read_text(encoding="utf-8"))
         return fitting.Fit(request.renamed(found), self._kinds["parameter"])
+
+    def plan(self, *, vary: Mapping[str, Any], t_end: float | str, minimise: str | planning.Measure, within: Any = None, for_all: Mapping[str, Any] | None = None,
+             starts: int | None = None, seed: int | None = None, inputs: Given = None, parameters: Given = None, from_: str = "initial", tol: float | None = None,
+             method: str | None = None, progress: bool = False, **options: Any) -> planning.Plan:
+        """Finds values of a motion that minimise an objective and keep limits of the model at all times.
+
+        vary        by name: (from, to) or (from, to, start) of parameters, inputs or start values
+        t_end       the end of the motion [s]: a number, or the name of a parameter or of a course of parameters
+        minimise    a name of `vary`, or `refdyn.at_end(column)`, `refdyn.integral(column)`, `refdyn.largest(column)`
+        within      limits of the model by name, and `refdyn.at_end(column, from_=..., to=...)`; default: all limits of the model
+        for_all     lists of values by name: the limits must hold for each combination
+        starts, seed   number of motions in the scan, and where its sequence begins
+        options     further options of `refdyn plan`: step, step_max, stabilise, singular, start, hold, release, way, lanes
+
+        If the limits contradict each other, the result is the least violation, with a warning.
+        """
+        check_place("from_", from_, [])
+        values = {**self._values("parameter", parameters), **self._values("input", by_order("input", inputs, self.inputs))}
+        with program.private_folder() as folder:
+            path = planning.write(folder, vary, t_end, minimise, within, for_all, starts, seed)
+            out = os.path.join(folder, "result.json")
+            given = {"from": from_, "tol": tol, "method": method, "output": out, **program.further(options, self.plan, program.OF_FIT)}
+            try:
+                self._run("plan", given, values, path, shows_progress=progress)
+            except program.NumericalError as error:
+                if not os.path.exists(out):
+                    raise
+                warnings.warn(str(error), program.ModelWarning, stacklevel=2)
+            found = json.loads(pathlib.Path(out).read_text(encoding="utf-8"))
+        return planning.Plan(found, self._kinds["parameter"])
 
     def view(self, runs: xarray.Dataset | Mapping[str, xarray.Dataset] | Sequence[xarray.Dataset], file: str | os.PathLike[str] | None = None, *,
              height: int = 600) -> inline.Page | None:

@@ -14,7 +14,7 @@ VALUES = ("baumgarte", "baumgarte-auto", "downhill", "held", "load", "none", "pa
 OPTION = re.compile(rf"--({'|'.join(sorted(OPTIONS, key=len, reverse=True))})(?![\w-])(?: ({'|'.join(VALUES)})(?![\w-]))?")
 NEAREST = re.compile(r"; (?:the nearest known one is \"([^\"\n]*)\"|the nearest is '?([\w.]+)'?)(?=\n|$)", re.M)
 OF_OPTION = re.compile(r"^[^\n]*?: (?=--[\w-]+: )")
-OF_FILE = re.compile(r"^<(?:state|cases|inputs|sweep|fit|(?:data|held_out)_\d+)>(?::\d+)?: ", re.M)
+OF_FILE = re.compile(r"^<(?:state|cases|inputs|sweep|fit|plan|(?:data|held_out)_\d+)>(?::\d+)?: ", re.M)
 OF_DATA = re.compile(r"^<(data|held_out)_(\d+)>(?::\d+)?: (?:warning: )?(?:data: )?", re.M)
 OF_SETTING = re.compile(r"^[^\n]*?(?:\.lua|<text>): (?:option )?(?=\w+: (?:value |unknown option, parameter or input|the model has no option))", re.M)
 LONG_NUMBER = re.compile(r"-?\b\d+\.\d{12,}(?:e[+-]?\d+)?\b|(?<![\w.])-0(?![\w.])")
@@ -24,7 +24,7 @@ def shown(text: str, places: Mapping[str, str] = {}) -> str:
     """Replaces a file cases.csv in a private folder by `<cases>`, and each folder of `places` by its original."""
     for folder, name in places.items():
         text = text.replace(folder, name)
-    return re.sub(re.escape(f"{tempfile.gettempdir()}/{PRIVATE}") + r"\w{8}/(text|state|cases|inputs|sweep|fit|data_\d+|held_out_\d+)\.\w+", r"<\1>", text)
+    return re.sub(re.escape(f"{tempfile.gettempdir()}/{PRIVATE}") + r"\w{8}/(text|state|cases|inputs|sweep|fit|plan|data_\d+|held_out_\d+)\.\w+", r"<\1>", text)
 
 
 def argument(found: re.Match[str]) -> str:

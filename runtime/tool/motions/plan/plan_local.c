@@ -18,17 +18,17 @@
 static const double active_most = 1e-6;
 
 static int inequality_count(const struct plan *plan) {
-    return 2 * plan->case_count * plan->limit_count;
+    return 2 * plan->part_count * plan->limit_count;
 }
 
 /* ---- Multipliers ---- */
 
-/* The gradient of the objective by x: that of the case with the largest one. */
+/* The gradient of the objective by x: that of the part with the largest one. */
 static const double *objective_gradient(const struct plan *plan, const struct plan_point *point) {
     int worst = 0;
-    for (int one = 1; one < plan->case_count; one++)
-        if (point->objectives[one].value > point->objectives[worst].value)
-            worst = one;
+    for (int part = 1; part < plan->part_count; part++)
+        if (point->objectives[part].value > point->objectives[worst].value)
+            worst = part;
     return point->objective_by + worst * plan->count;
 }
 
@@ -95,8 +95,9 @@ void plan_multipliers(const struct plan *plan, const struct plan_point *point, d
 #include <nlopt.h>
 
 enum {
-    EVALUATIONS_MOST = 100, /* of one search */
-    ROUNDS_MOST = 5
+    EVALUATIONS_MOST = 100, /* of one run */
+    IDLE_MOST = 25,         /* evaluations of a run that improve nothing */
+    ROUNDS_MOST = 12
 };
 
 /* The search ends when x changes by less than this, or the objective by less than this part of it. */
@@ -110,6 +111,13 @@ static const double excess_of_failure = 10;
 static const double margin_first = 4e-9, margin_grows = 8;
 /* Weight of the excess in comparisons of points that exceed limits by little. */
 static const double merit_weight = 100;
+/* The excess is minimised again if the last run has reduced it to less than this part. */
+static const double excess_falls = 0.9;
+/* After a run without convergence, the radius of the next is smaller by this factor; it grows if it held the
+ * last run, which it did if some change was within this part of it. */
+static const double radius_falls = 0.2, radius_grows = 3, at_radius = 1e-6;
+/* A run that ends farther than this from its best x has lost its way. */
+static const double near_most = 1e-4;
 /* Rounds end when the best point within the limits is worse than others by less than this part. */
 static const double round_gain = 1e-8;
 
@@ -117,15 +125,19 @@ bool plan_has_optimiser(void) {
     return true;
 }
 
+enum what { MINIMISE_OBJECTIVE, MINIMISE_EXCESS, MINIMISE_LARGEST_OBJECTIVE };
+
 /* What one search minimises. Its last unknown is z unless the objective is plain. */
 struct problem {
     struct plan *plan;
     struct plan_point *point; /* the last one that was evaluated */
     struct plan_point *kept;  /* the best one within the limits */
     bool has_kept;
-    double *near, merit; /* x of the best one, the excess included */
+    double *near, merit; /* x of the best one for `what`, the excess included */
+    int idle;            /* evaluations since it was found */
+    double radius;       /* largest change of each x in a run */
     nlopt_opt optimiser;
-    enum { MINIMISE_OBJECTIVE, MINIMISE_EXCESS, MINIMISE_LARGEST_OBJECTIVE } what;
+    enum what what;
     double margin;         /* by which limits are tightened */
     double objective_size; /* the objective is divided by it */
     bool is_new;           /* no point was evaluated yet */
@@ -146,9 +158,12 @@ static void keep(struct problem *problem) {
     const struct plan_point *point = problem->point;
     if (!point->is_done)
         return;
-    const double objective = plan_objective(plan, point),
-                 merit = objective / problem->objective_size + merit_weight * worst_excess(plan, point);
+    const double objective = plan_objective(plan, point), excess = worst_excess(plan, point),
+                 merit = problem->what == MINIMISE_EXCESS
+                             ? excess
+                             : objective / problem->objective_size + merit_weight * excess;
     if (merit < problem->merit) {
+        problem->idle = 0;
         problem->merit = merit;
         memcpy(problem->near, point->x, (size_t)plan->count * sizeof *point->x);
     }
@@ -164,9 +179,10 @@ static const struct plan_point *evaluate(struct problem *problem, const double *
     struct plan *plan = problem->plan;
     struct plan_point *point = problem->point;
     const size_t bytes = (size_t)plan->count * sizeof *x;
-    if (system_interrupted && problem->optimiser)
+    if ((system_interrupted || problem->idle > IDLE_MOST) && problem->optimiser)
         nlopt_force_stop(problem->optimiser);
     if (problem->is_new || memcmp(point->x, x, bytes) != 0) {
+        problem->idle++;
         memcpy(point->x, x, bytes);
         plan_point_evaluate(plan, point);
         problem->is_new = false;
@@ -224,11 +240,15 @@ static void inequalities(unsigned rows, double *result, unsigned count, const do
                 row[count - 1] = -1;
             continue;
         }
-        const int one = i - limits;
-        result[i] =
-            point->is_done ? point->objectives[one].value / problem->objective_size - z : excess_of_failure;
+        const int part = i - limits;
+        const double value = point->objectives[part].value;
+        result[i] = !point->is_done ? excess_of_failure
+                    : isnan(value)  ? -excess_of_failure
+                                    : value / problem->objective_size - z;
+        if (point->is_done && isnan(value)) /* this part has no objective */
+            continue;
         for (int k = 0; k < plan->count && row && point->has_gradients; k++)
-            row[k] = point->objective_by[one * plan->count + k] / problem->objective_size;
+            row[k] = point->objective_by[part * plan->count + k] / problem->objective_size;
         if (row)
             row[count - 1] = -1;
     }
@@ -237,8 +257,8 @@ static void inequalities(unsigned rows, double *result, unsigned count, const do
 static void set_bounds(const struct problem *problem, double *lower, double *upper) {
     const int count = problem->plan->count;
     for (int k = 0; k < count; k++) {
-        lower[k] = 0;
-        upper[k] = 1;
+        lower[k] = fmax(problem->point->x[k] - problem->radius, 0);
+        upper[k] = fmin(problem->point->x[k] + problem->radius, 1);
     }
     if (problem->what == MINIMISE_OBJECTIVE)
         return;
@@ -252,12 +272,33 @@ static double first_z(const struct problem *problem) {
                                             : plan_objective(plan, problem->point) / problem->objective_size;
 }
 
-/* Runs SLSQP from the point, which becomes the result. */
-static void run(struct problem *problem) {
+/* Whether x is as good as the best point. */
+static bool is_near(const struct problem *problem, const double *x) {
+    for (int k = 0; k < problem->plan->count; k++)
+        if (fabs(x[k] - problem->near[k]) > near_most)
+            return false;
+    return true;
+}
+
+/* Begins a run from the point, with its merit. */
+static void begin(struct problem *problem, enum what what) {
+    const double size = fabs(plan_objective(problem->plan, problem->point));
+    problem->what = what;
+    problem->objective_size = size > DBL_EPSILON ? size : 1;
+    problem->merit = INFINITY;
+    problem->idle = 0;
+    keep(problem);
+}
+
+/* Runs SLSQP from the point, which becomes the best point of the run: that of NLopt satisfies all
+ * inequalities, and is the start if a run that ends by rounding misses them by little. Returns whether it has
+ * converged. */
+static bool run(struct problem *problem, enum what what) {
     struct plan *plan = problem->plan;
+    begin(problem, what);
     const unsigned count = (unsigned)unknown_count(problem);
     const int limits = inequality_count(plan),
-              rows = limits + (problem->what == MINIMISE_LARGEST_OBJECTIVE ? plan->case_count : 0);
+              rows = limits + (problem->what == MINIMISE_LARGEST_OBJECTIVE ? plan->part_count : 0);
     double *x = format_allocate(count, sizeof *x), *lower = format_allocate(count, sizeof *x),
            *upper = format_allocate(count, sizeof *x),
            *tolerances = format_allocate((size_t)rows + 1, sizeof *x), least;
@@ -279,43 +320,73 @@ static void run(struct problem *problem) {
     nlopt_set_maxeval(optimiser, EVALUATIONS_MOST);
     if (problem->what == MINIMISE_EXCESS)
         nlopt_set_stopval(optimiser, -problem->margin);
-    nlopt_optimize(optimiser, x, &least);
+    const nlopt_result result = nlopt_optimize(optimiser, x, &least);
     nlopt_destroy(optimiser);
     problem->optimiser = NULL;
-    evaluate(problem, x, false);
-}
-
-/* Starts again from the best point of all rounds, with its merit for the present objective. */
-static void restart(struct problem *problem) {
-    struct plan *plan = problem->plan;
+    const bool has_converged =
+        result > 0 && result != NLOPT_MAXEVAL_REACHED && is_near(problem, problem->point->x);
     evaluate(problem, problem->near, false);
-    const double size = fabs(plan_objective(plan, problem->point));
-    problem->objective_size = size > DBL_EPSILON ? size : 1;
-    problem->merit = INFINITY;
-    keep(problem);
+    return has_converged;
 }
 
-/* Rounds with growing margins, until the best point within the limits is as good as the best one overall. */
+/* Whether the objective is the largest of several values that depend on x in different ways. */
+static bool has_several_objectives(const struct plan *plan) {
+    const enum plan_measure measure = plan->file->measure;
+    return measure != PLAN_PARAMETER && (measure == PLAN_LARGEST ? plan->part_count : plan->case_count) > 1;
+}
+
+/* Minimises the largest excess. Runs that end while it falls begin again, without what they have learnt about
+ * its curvature. */
+static void enter(struct problem *problem) {
+    const struct plan *plan = problem->plan;
+    const struct plan_point *point = problem->point;
+    double before = INFINITY;
+    for (int i = 0; i < ROUNDS_MOST && point->is_done && !plan_is_feasible(plan, point) &&
+                    worst_excess(plan, point) < excess_falls * before && !system_interrupted;
+         i++) {
+        before = worst_excess(plan, point);
+        run(problem, MINIMISE_EXCESS);
+    }
+}
+
+/* Whether the radius of the last run, from x on, has kept the point from going on. */
+static bool is_held(const struct problem *problem, const double *x) {
+    for (int k = 0; k < problem->plan->count; k++) {
+        const double now = problem->point->x[k];
+        if (fabs(now - x[k]) >= problem->radius * (1 - at_radius) && now > 0 && now < 1)
+            return true;
+    }
+    return false;
+}
+
+/* Rounds until the best point within the limits is as good as the best one overall: with growing margins, and
+ * with a smaller radius after a run that lost its way. Near the least value of a limit, such as a vibration,
+ * SLSQP believes in far too long steps. */
 static void run_rounds(struct problem *problem) {
     struct plan *plan = problem->plan;
     struct plan_point *point = problem->point;
+    const size_t bytes = (size_t)plan->count * sizeof *point->x;
+    double *start = format_allocate((size_t)plan->count, sizeof *start), radius = 1;
     for (int i = 0; i < ROUNDS_MOST && point->is_done && !system_interrupted; i++) {
-        if (!plan_is_feasible(plan, point)) {
-            problem->what = MINIMISE_EXCESS;
-            run(problem);
-        }
+        problem->radius = 1;
+        enter(problem);
         if (!point->is_done || worst_excess(plan, point) > active_most)
             return;
-        restart(problem);
-        problem->what = plan->case_count > 1 && plan->file->measure != PLAN_PARAMETER
-                            ? MINIMISE_LARGEST_OBJECTIVE
-                            : MINIMISE_OBJECTIVE;
-        run(problem);
-        if (problem->has_kept &&
-            plan_objective(plan, problem->kept) / problem->objective_size <= problem->merit + round_gain)
+        problem->radius = radius;
+        memcpy(start, point->x, bytes);
+        const bool has_converged =
+            run(problem, has_several_objectives(plan) ? MINIMISE_LARGEST_OBJECTIVE : MINIMISE_OBJECTIVE);
+        const bool is_kept =
+            problem->has_kept &&
+            plan_objective(plan, problem->kept) / problem->objective_size <= problem->merit + round_gain;
+        if (!has_converged)
+            radius *= radius_falls;
+        else if (is_held(problem, start))
+            radius = fmin(radius * radius_grows, 1);
+        else if (is_kept)
             return;
-        restart(problem);
-        problem->margin = i ? margin_grows * problem->margin : margin_first;
+        if (!is_kept)
+            problem->margin = problem->margin > 0 ? margin_grows * problem->margin : margin_first;
     }
 }
 
@@ -325,7 +396,7 @@ void plan_improve(struct plan *plan, struct plan_point *point) {
     plan_point_start(plan, &kept);
     problem.near = format_allocate((size_t)plan->count, sizeof *problem.near);
     problem.merit = INFINITY;
-    problem.objective_size = 1;
+    problem.objective_size = problem.radius = 1;
     evaluate(&problem, point->x, false);
     run_rounds(&problem);
     if (problem.has_kept)

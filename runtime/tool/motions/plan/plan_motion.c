@@ -1,10 +1,9 @@
 /*
- * Motions of a plan: extremes of the limits, objectives and their gradients.
+ * Motions of a plan: extremes of the limits in each stretch between time events, and objectives.
  *
- * A free motion of each case locates the extremes within its steps, as `sim` does. Then copies that repeat
- * its steps provide derivatives at the times of these extremes. With the fraction s of the motion as time,
- * the derivative of an extreme is that of its value at constant s: within the motion the rate of the value
- * is zero there, and at both ends s is constant.
+ * A free motion of each case locates the extremes within its steps, as `sim` does. One pair of extremes of a
+ * whole motion would hide all others from the search: a law with many knots touches its limits in many
+ * stretches. plan_gradients.c adds the derivatives.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -13,48 +12,38 @@
 #include "runtime/tool/motions/plan/planning.h"
 #include "runtime/tool/support/system/system.h"
 
-enum {
-    PANELS = 200,      /* of Simpson's rule for integrals over the motion */
-    SCAN_OUTPUTS = 200 /* of each motion of the scan */
-};
+enum { SCAN_OUTPUTS = 200 /* of each motion of the scan */ };
 
-/* Times nearer to each other than this part of the motion share an output. */
-static const double same_part = 1e-9;
 /* Smaller excesses at the end, as a part of the limit's size, are rounding: equal bounds, which prescribe a
  * value there, leave a range without width. */
 static const double end_slack = 1e-9;
-/* Distance from a jump, as a part of the motion, at which the values on one side of it are taken. It is
- * larger than the changes of copies. */
-static const double aside_part = 1e-4;
-/* Change of a value for the derivative of the time of a jump, as a part of its range. */
-static const double break_part = 1e-6;
 
 /* ---- Points ---- */
 
 static size_t extreme_count(const struct plan *plan) {
-    return 2 * (size_t)plan->case_count * (size_t)plan->limit_count;
+    return 2 * (size_t)plan->part_count * (size_t)plan->limit_count;
 }
 
 void plan_point_start(const struct plan *plan, struct plan_point *point) {
     const size_t count = (size_t)plan->count, extremes = extreme_count(plan),
-                 cases = (size_t)plan->case_count;
+                 parts = (size_t)plan->part_count;
     *point = (struct plan_point){.x = format_allocate(count, sizeof *point->x)};
     point->extremes = format_allocate(extremes + 1, sizeof *point->extremes);
-    point->objectives = format_allocate(cases, sizeof *point->objectives);
+    point->objectives = format_allocate(parts, sizeof *point->objectives);
     point->extreme_by = format_allocate(extremes * count + 1, sizeof *point->extreme_by);
-    point->objective_by = format_allocate(cases * count, sizeof *point->objective_by);
+    point->objective_by = format_allocate(parts * count, sizeof *point->objective_by);
 }
 
 void plan_point_copy(const struct plan *plan, const struct plan_point *from, struct plan_point *to) {
     const size_t count = (size_t)plan->count, extremes = extreme_count(plan),
-                 cases = (size_t)plan->case_count;
+                 parts = (size_t)plan->part_count;
     to->is_done = from->is_done;
     to->has_gradients = from->has_gradients;
     memcpy(to->x, from->x, count * sizeof *to->x);
     memcpy(to->extremes, from->extremes, extremes * sizeof *to->extremes);
-    memcpy(to->objectives, from->objectives, cases * sizeof *to->objectives);
+    memcpy(to->objectives, from->objectives, parts * sizeof *to->objectives);
     memcpy(to->extreme_by, from->extreme_by, extremes * count * sizeof *to->extreme_by);
-    memcpy(to->objective_by, from->objective_by, cases * count * sizeof *to->objective_by);
+    memcpy(to->objective_by, from->objective_by, parts * count * sizeof *to->objective_by);
 }
 
 double plan_value_at(const struct plan *plan, int value, const double *x) {
@@ -62,26 +51,34 @@ double plan_value_at(const struct plan *plan, int value, const double *x) {
     return x[value] == 1 ? varied->to : varied->from + x[value] * (varied->to - varied->from);
 }
 
-/* The end of the motion of a case at x. */
-static double end_at(const struct plan *plan, const double *x, int one) {
-    if (plan->end_value >= 0)
-        return plan_value_at(plan, plan->end_value, x);
-    return plan->end_varied >= 0 ? plan->cases[one * plan->file->varied_count + plan->end_varied]
-                                 : plan->t_end;
-}
-
 /* ---- Batches ---- */
 
-/* Motions of all cases at several points; number: point x cases + case. */
-struct motions {
-    struct refdyn_batch batch;
-    struct refdyn_batch_column *columns;
-    double *values; /* (count + varied_count) x motions */
-    double *ends;   /* (motions) [s] */
-};
+/* Sets the parameters and inputs of the scene to those of a motion. */
+static void set_values(const struct plan *plan, const struct motions *motions, int number) {
+    struct refdyn_workspace *work = &plan->scene->work;
+    for (int k = 0; k < motions->batch.column_count; k++) {
+        const struct refdyn_batch_column *column = &motions->columns[k];
+        const double value = column->values[number];
+        if (column->what == REFDYN_VARIED_PARAMETER)
+            work->p[column->place] = value;
+        else if (column->what == REFDYN_VARIED_INPUT)
+            work->x[column->place] = value;
+    }
+    refdyn_prepare(work);
+}
 
-/* Describes the motions at x (points x count), in scratch memory. Outputs are the caller's. */
-static void describe(const struct plan *plan, const double *x, int points, struct motions *motions) {
+double plan_end(const struct plan *plan) {
+    const struct refdyn_model *model = plan->scene->model;
+    const struct refdyn_workspace *work = &plan->scene->work;
+    if (plan->end_parameter >= 0)
+        return work->p[plan->end_parameter];
+    if (plan->end_course < 0)
+        return plan->t_end;
+    model->course(work->p, work->x, plan->batch.t, plan->scene->q, plan->scene->qd, plan->courses);
+    return plan->courses[plan->end_course];
+}
+
+void plan_describe(const struct plan *plan, const double *x, int points, struct motions *motions) {
     const int varied_count = plan->file->varied_count, count = plan->count, width = count + varied_count,
               total = points * plan->case_count;
     motions->columns = memory_scratch(&format_memory, (size_t)width * sizeof *motions->columns);
@@ -94,7 +91,6 @@ static void describe(const struct plan *plan, const double *x, int points, struc
             motions->values[k * total + i] = plan_value_at(plan, k, at);
         for (int k = 0; k < varied_count; k++)
             motions->values[(count + k) * total + i] = plan->cases[one * varied_count + k];
-        motions->ends[i] = end_at(plan, at, one);
     }
     for (int k = 0; k < width; k++) {
         const struct refdyn_variable *variable =
@@ -106,9 +102,13 @@ static void describe(const struct plan *plan, const double *x, int points, struc
     motions->batch.column_count = width;
     motions->batch.columns = motions->columns;
     motions->batch.ends = motions->ends;
+    for (int i = 0; i < total; i++) {
+        set_values(plan, motions, i);
+        motions->ends[i] = plan_end(plan);
+    }
 }
 
-static void write_signals(void *context, const struct refdyn_batch_case *one, double *values) {
+void plan_write_signals(void *context, const struct refdyn_batch_case *one, double *values) {
     const struct plan *plan = context;
     struct record_table *table = &plan->tables[one->room];
     table->integrator = one->integrator;
@@ -117,7 +117,7 @@ static void write_signals(void *context, const struct refdyn_batch_case *one, do
         values[k] = table->values[plan->signals[k]];
 }
 
-static void note_failure(struct plan *plan, struct plan_point *point, int status, double t) {
+void plan_note_failure(struct plan *plan, struct plan_point *point, int status, double t) {
     point->is_done = false;
     plan->failed.status = status;
     plan->failed.t = t;
@@ -153,8 +153,7 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     return 0;
 }
 
-/* Sets the scene to the start of a case's motion. Returns a status of the runtime. */
-static int place(struct plan *plan, const struct motions *motions, int one) {
+int plan_place(struct plan *plan, const struct motions *motions, int one) {
     struct refdyn_batch batch = motions->batch;
     struct start start = {plan->scene, REFDYN_BAD_OPTION};
     const long number = one;
@@ -191,328 +190,163 @@ static int list_bounds(const struct plan *plan, struct record_bound *bounds, int
     return count;
 }
 
-static struct plan_extreme *extremes_of(const struct plan *plan, const struct plan_point *point, int one,
-                                        int limit) {
-    return point->extremes + 2 * (one * plan->limit_count + limit);
+int plan_part(const struct plan *plan, int one, int stretch, enum plan_place place) {
+    return PLAN_PARTS * (one * plan->stretches_most + stretch) + (int)place;
 }
 
-/* Takes the extremes of the motion, and the values at its end. */
-static void take_values(struct plan *plan, struct plan_point *point, int one, struct motion *motion,
-                        const struct record_limits *limits, const int *limit_of) {
+struct plan_extreme *plan_extremes(const struct plan *plan, const struct plan_point *point, int part,
+                                   int limit) {
+    return point->extremes + 2 * (part * plan->limit_count + limit);
+}
+
+/* Takes the values at both ends of a stretch and the extremes between them, which have three parts. */
+static void take_extremes(struct plan *plan, struct plan_point *point, int part, const double *ends,
+                          const struct record_limits *limits, const int *limit_of) {
+    const double same = plan_same_part * (ends[1] - ends[0]);
+    const struct plan_extreme none = {NAN, NAN};
+    for (int i = 0; i < limits->count; i++) {
+        const struct record_limit *found = &limits->list[i];
+        const struct plan_extreme begin = {found->begin, ends[0]}, end = {found->end, ends[1]},
+                                  both[] = {{found->smallest, found->t_smallest},
+                                            {found->largest, found->t_largest}};
+        struct plan_extreme of_parts[PLAN_PARTS][2] = {
+            [PLAN_BEGIN] = {begin, begin}, [PLAN_END] = {end, end}};
+        for (int k = 0; k < 2; k++)
+            of_parts[PLAN_WITHIN][k] =
+                both[k].t > ends[0] + same && both[k].t < ends[1] - same ? both[k] : none;
+        for (int k = 0; k < PLAN_PARTS; k++)
+            if (limit_of[i] < 0)
+                point->objectives[part + k] = of_parts[k][1];
+            else
+                memcpy(plan_extremes(plan, point, part + k, limit_of[i]), of_parts[k], sizeof of_parts[k]);
+        if (!isfinite(found->smallest) || !isfinite(found->largest))
+            plan_note_failure(plan, point, REFDYN_NOT_FINITE, limits->t);
+    }
+}
+
+/* Takes the values at the end of the motion; they belong to the first part of the case. */
+static void take_end(struct plan *plan, struct plan_point *point, int part, struct motion *motion) {
     struct record_table *table = &plan->tables[0];
     const double t = motion->integrator.t;
     table->integrator = &motion->integrator;
     record_table_fill(table);
-    for (int i = 0; i < limits->count; i++) {
-        const struct record_limit *found = &limits->list[i];
-        const struct plan_extreme both[] = {{found->smallest, found->t_smallest},
-                                            {found->largest, found->t_largest}};
-        if (limit_of[i] < 0)
-            point->objectives[one] = both[1];
-        else
-            memcpy(extremes_of(plan, point, one, limit_of[i]), both, sizeof both);
-        if (!isfinite(found->smallest) || !isfinite(found->largest))
-            note_failure(plan, point, REFDYN_NOT_FINITE, t);
-    }
     for (int i = 0; i < plan->limit_count; i++)
         if (plan->limits[i].is_at_end)
             for (int k = 0; k < 2; k++)
-                extremes_of(plan, point, one, i)[k] =
+                plan_extremes(plan, point, part, i)[k] =
                     (struct plan_extreme){table->values[plan->signals[plan->limits[i].signal]], t};
     if (plan->file->measure == PLAN_AT_END)
-        point->objectives[one] = (struct plan_extreme){table->values[plan->signals[plan->objective]], t};
+        point->objectives[part] = (struct plan_extreme){table->values[plan->signals[plan->objective]], t};
 }
 
-static void run_free(struct plan *plan, struct plan_point *point, int one, double until) {
+/* Runs the motion from stretch to stretch. */
+static void run_free(struct plan *plan, struct plan_point *point, int one,
+                     const struct plan_stretches *stretches) {
     const struct memory_mark mark = memory_mark(&format_memory);
     const size_t most = (size_t)plan->limit_count + 1;
     struct record_bound *bounds = memory_scratch(&format_memory, most * sizeof *bounds);
     int *limit_of = memory_scratch(&format_memory, most * sizeof *limit_of);
-    const int count = list_bounds(plan, bounds, limit_of);
+    const int count = list_bounds(plan, bounds, limit_of), first = plan_part(plan, one, 0, PLAN_BEGIN);
     struct motion motion;
     struct record_limits limits;
-    int status = simulate_start(&motion, plan->scene, &plan->integration, until, 0);
+    int status = simulate_start(&motion, plan->scene, &plan->integration, stretches->t[stretches->count], 0);
     record_limits_start(&limits, simulate_memory(&motion), &motion.integrator, plan->scene->compiled.spatial,
                         bounds, count);
+    limits.is_inner = true; /* a value after a time event belongs to the next stretch */
     if (count > 0)
         motion.record.limits = &limits;
-    if (status == REFDYN_OK)
-        status = simulate_to(&motion, motion.record.outputs - 1, NULL);
-    if (status == REFDYN_OK && record_is_stopped(&motion.record))
-        status = REFDYN_EVENT_ENDS;
-    if (status == REFDYN_OK)
-        take_values(plan, point, one, &motion, &limits, limit_of);
-    else
-        note_failure(plan, point, status, motion.integrator.t);
+    for (int i = 0; i < stretches->count && status == REFDYN_OK && point->is_done; i++) {
+        record_limits_clear(&limits);
+        status = simulate_advance(&motion, stretches->t[i + 1], NULL);
+        if (status == REFDYN_OK && record_is_stopped(&motion.record))
+            status = REFDYN_EVENT_ENDS;
+        if (status == REFDYN_OK && count > 0)
+            status = record_limits_pass(&limits); /* if a step goes on beyond the stretch */
+        if (status == REFDYN_OK)
+            take_extremes(plan, point, first + PLAN_PARTS * i, stretches->t + i, &limits, limit_of);
+    }
+    if (status == REFDYN_OK && point->is_done)
+        take_end(plan, point, first, &motion);
+    else if (status != REFDYN_OK)
+        plan_note_failure(plan, point, status, motion.integrator.t);
     plan->motions++;
     simulate_release(&motion);
     memory_back(&format_memory, mark);
 }
 
-/* ---- Outputs, and their derivatives ---- */
+/* ---- Stretches ---- */
 
-/* The outputs of the motion of a case. */
-struct outputs {
-    double *t; /* (count) [s] */
-    int count;
-    double *at; /* ((count + 2) x signals) */
-    double *by; /* (values x (count + 2) x signals); NULL without derivatives */
-};
-
-static int compare_times(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
+static int compare_breaks(const void *a, const void *b) {
+    const double x = ((const struct plan_break *)a)->t, y = ((const struct plan_break *)b)->t;
     return (x > y) - (x < y);
 }
 
-static void add_time(struct outputs *outputs, double t) {
-    outputs->t[outputs->count++] = t;
-}
-
-/* Lists the times at which values are needed, ascending and distinct; the last one is the end. */
-static void list_times(const struct plan *plan, const struct plan_point *point, int one, double end,
-                       bool with_extremes, struct outputs *outputs) {
-    const double start = plan->batch.t, same = same_part * (end - start);
-    int kept = 0;
-    outputs->t = format_allocate_large(2 * (size_t)plan->limit_count + PANELS + 2, sizeof *outputs->t);
-    outputs->count = 0;
-    for (int i = 0; i < 2 * plan->limit_count && with_extremes; i++)
-        add_time(outputs, extremes_of(plan, point, one, 0)[i].t);
-    if (with_extremes && plan->file->measure == PLAN_LARGEST)
-        add_time(outputs, point->objectives[one].t);
-    for (int i = 1; i < PANELS && plan->file->measure == PLAN_INTEGRAL; i++)
-        add_time(outputs, start + (end - start) * i / PANELS);
-    qsort(outputs->t, (size_t)outputs->count, sizeof *outputs->t, compare_times);
-    for (int i = 0; i < outputs->count; i++)
-        if (outputs->t[i] > (kept ? outputs->t[kept - 1] : start) + same && outputs->t[i] < end - same)
-            outputs->t[kept++] = outputs->t[i];
-    outputs->t[kept++] = end;
-    outputs->count = kept;
-}
-
-/* The output at a time; 0 is the start. */
-static int output_at(const struct plan *plan, const struct outputs *outputs, double t) {
-    int nearest = 0;
-    double least = fabs(t - plan->batch.t);
-    for (int i = 0; i < outputs->count; i++)
-        if (fabs(t - outputs->t[i]) < least) {
-            nearest = i + 1;
-            least = fabs(t - outputs->t[i]);
-        }
-    return nearest;
-}
-
-/* The derivative by x; NAN if there is none. */
-static double derivative(const struct plan *plan, const struct outputs *outputs, int value, int row,
-                         int signal) {
-    const size_t width = (size_t)plan->signal_count, rows = (size_t)outputs->count + 2;
-    const double by = outputs->by[((size_t)value * rows + (size_t)row) * width + (size_t)signal];
-    return by * (plan->values[value].to - plan->values[value].from);
-}
-
-static double derivative_or_zero(struct plan *plan, double by) {
-    plan->lost += isnan(by);
-    return isnan(by) ? 0 : by;
-}
-
-static void run_outputs(struct plan *plan, struct plan_point *point, const struct motions *motions, int one,
-                        bool with_derivatives, struct outputs *outputs) {
-    const size_t size = ((size_t)outputs->count + 2) * (size_t)plan->signal_count + 1;
-    struct refdyn_underivable *underivable =
-        memory_scratch(&format_memory, (size_t)plan->count * sizeof *underivable);
-    struct refdyn_batch batch = motions->batch;
-    batch.times = outputs->t;
-    batch.time_count = outputs->count;
-    outputs->at = format_allocate_large(size, sizeof *outputs->at);
-    outputs->by =
-        with_derivatives ? format_allocate_large(size * (size_t)plan->count, sizeof *outputs->by) : NULL;
-    struct refdyn_derivatives given = {.batch = &batch,
-                                       .number = one,
-                                       .count = with_derivatives ? plan->count : 0,
-                                       .variables = plan->variables,
-                                       .end_rates = plan->end_rates,
-                                       .width = plan->signal_count,
-                                       .values = write_signals,
-                                       .context = plan,
-                                       .at = outputs->at,
-                                       .derivatives = outputs->by,
-                                       .underivable = underivable};
-    const int status = refdyn_derivatives_run(&given);
-    plan->motions += 1 + given.copies;
-    if (status || given.outputs < outputs->count + 1)
-        note_failure(plan, point, status ? status : given.motion.status, given.motion.t);
-}
-
-static void outputs_release(struct outputs *outputs) {
-    free(outputs->t);
-    free(outputs->at);
-    free(outputs->by);
-}
-
-/* Simpson's rule over the outputs, and its derivatives by x unless there are none. */
-static void integrate(struct plan *plan, struct plan_point *point, int one, double end,
-                      const struct outputs *outputs) {
-    const double span = end - plan->batch.t;
-    double *by = point->objective_by + one * plan->count, sum = 0;
-    for (int k = 0; k < plan->count; k++)
-        by[k] = 0;
-    for (int i = 0; i <= PANELS; i++) {
-        const int row = output_at(plan, outputs, plan->batch.t + span * i / PANELS);
-        const double weight = (i == 0 || i == PANELS ? 1 : i % 2 ? 4 : 2) / (3.0 * PANELS);
-        sum += weight * outputs->at[row * plan->signal_count + plan->objective];
-        for (int k = 0; k < plan->count && outputs->by; k++)
-            by[k] +=
-                weight * span * derivative_or_zero(plan, derivative(plan, outputs, k, row, plan->objective));
-    }
-    point->objectives[one] = (struct plan_extreme){span * sum, end};
-    if (outputs->by && plan->end_value >= 0)
-        by[plan->end_value] += sum * (plan->values[plan->end_value].to - plan->values[plan->end_value].from);
-}
-
-/* ---- Extremes where a value jumps ---- */
-
-/* The derivative by x of the time event at t, such as the end of a programme; 0 if there is none. */
-static double break_rate(const struct plan *plan, const struct motions *motions, int one, int value, double t,
-                         double same) {
-    const struct plan_value *varied = &plan->values[value];
-    struct refdyn_workspace *work = &plan->scene->work;
-    const struct refdyn_model *model = plan->scene->model;
-    const double change = break_part * (varied->to - varied->from),
-                 now = motions->values[value * plan->case_count + one];
-    double *times = memory_scratch(&format_memory, ((size_t)model->break_count + 1) * sizeof *times);
-    double *moved = memory_scratch(&format_memory, ((size_t)model->break_count + 1) * sizeof *moved);
-    if (!model->breaks || varied->variable.what != REFDYN_VARIED_PARAMETER)
-        return 0;
-    model->breaks(work->p, work->x, t, plan->scene->q, plan->scene->qd, times);
-    work->p[varied->variable.place] = now + change;
-    refdyn_prepare(work);
-    model->breaks(work->p, work->x, t, plan->scene->q, plan->scene->qd, moved);
-    work->p[varied->variable.place] = now;
-    refdyn_prepare(work);
+/* The time events of the placed motion, which ends at `end`, in order. If there are too many, the last
+ * stretch has several. */
+static void find_stretches(const struct plan *plan, double end, struct plan_stretches *stretches) {
+    const struct scene *scene = plan->scene;
+    const struct refdyn_model *model = scene->model;
+    const size_t most = (size_t)model->break_count + 2;
+    const double start = plan->batch.t, same = plan_same_part * (end - start);
+    double *times = memory_scratch(&format_memory, most * sizeof *times);
+    struct plan_break *list = memory_scratch(&format_memory, most * sizeof *list);
+    stretches->t = memory_scratch(&format_memory, most * sizeof *stretches->t);
+    stretches->breaks = memory_scratch(&format_memory, most * sizeof *stretches->breaks);
+    if (model->breaks)
+        model->breaks(scene->work.p, scene->work.x, start, scene->q, scene->qd, times);
     for (int i = 0; i < model->break_count; i++)
-        if (fabs(times[i] - t) <= same)
-            return (moved[i] - times[i]) / change * (varied->to - varied->from);
-    return 0;
+        list[i] = (struct plan_break){times[i], i};
+    qsort(list, (size_t)model->break_count, sizeof *list, compare_breaks);
+    stretches->t[0] = start;
+    stretches->count = 1; /* the one that has begun */
+    for (int i = 0; i < model->break_count && stretches->count < plan->stretches_most; i++)
+        if (list[i].t > stretches->t[stretches->count - 1] + same && list[i].t < end - same) {
+            stretches->t[stretches->count] = list[i].t;
+            stretches->breaks[stretches->count++] = list[i].number;
+        }
+    stretches->t[stretches->count] = end;
+    stretches->breaks[stretches->count] = -1;
 }
 
-/* Derivatives of an extreme at a jump: those of the values on its side, plus the rate of these values times
- * the derivative of the jump's time. */
-static void differentiate_jump(struct plan *plan, struct plan_point *point, const struct motions *motions,
-                               int one, int signal, struct plan_extreme extreme, double *by) {
-    const double start = plan->batch.t, end = motions->ends[one], span = end - start,
-                 aside = aside_part * span, same = same_part * span;
-    double times[5];
-    struct outputs outputs = {.t = format_allocate_large(5, sizeof(double))};
-    for (int i = -2; i <= 2; i++)
-        times[i + 2] = extreme.t + i * aside;
-    for (int i = 0; i < 5; i++)
-        if (i != 2 && times[i] > start + same && times[i] < end - same)
-            add_time(&outputs, times[i]);
-    add_time(&outputs, end);
-    run_outputs(plan, point, motions, one, true, &outputs);
-    const int rows[] = {output_at(plan, &outputs, times[1]), output_at(plan, &outputs, times[3])};
-    const double *at = outputs.at + signal;
-    const int width = plan->signal_count;
-    const bool is_after = times[3] < end - same && fabs(at[rows[1] * width] - extreme.value) <
-                                                       fabs(at[rows[0] * width] - extreme.value);
-    const int near = rows[is_after], far = output_at(plan, &outputs, times[is_after ? 4 : 0]);
-    const double rate = (at[near * width] - at[far * width]) / (is_after ? -aside : aside);
-    for (int k = 0; k < plan->count && point->is_done; k++) {
-        const double scale = plan->values[k].to - plan->values[k].from,
-                     moves = extreme.t >= end - same ? plan->end_rates[k] * scale
-                                                     : break_rate(plan, motions, one, k, extreme.t, same),
-                     with_end = plan->end_rates[k] * scale * (extreme.t - start) / span;
-        by[k] = derivative(plan, &outputs, k, near, signal) + rate * (moves - with_end);
-    }
-    outputs_release(&outputs);
-}
-
-/* Derivatives of an extreme by x. */
-static void differentiate_extreme(struct plan *plan, struct plan_point *point, const struct motions *motions,
-                                  int one, const struct outputs *outputs, int signal,
-                                  struct plan_extreme extreme, double *by) {
-    const int row = output_at(plan, outputs, extreme.t);
-    bool jumps = false;
-    for (int k = 0; k < plan->count; k++) {
-        by[k] = derivative(plan, outputs, k, row, signal);
-        jumps = jumps || isnan(by[k]);
-    }
-    if (jumps)
-        differentiate_jump(plan, point, motions, one, signal, extreme, by);
-    for (int k = 0; k < plan->count; k++)
-        by[k] = derivative_or_zero(plan, by[k]);
-}
-
-static void differentiate_case(struct plan *plan, struct plan_point *point, const struct motions *motions,
-                               int one, const struct outputs *outputs) {
-    for (int i = 0; i < 2 * plan->limit_count; i++)
-        differentiate_extreme(plan, point, motions, one, outputs, plan->limits[i / 2].signal,
-                              extremes_of(plan, point, one, 0)[i],
-                              point->extreme_by + (2 * one * plan->limit_count + i) * plan->count);
-    if (plan->file->measure == PLAN_INTEGRAL)
-        integrate(plan, point, one, motions->ends[one], outputs);
-    else if (plan->file->measure != PLAN_PARAMETER)
-        differentiate_extreme(plan, point, motions, one, outputs, plan->objective, point->objectives[one],
-                              point->objective_by + one * plan->count);
+int plan_place_in_stretches(struct plan *plan, const struct motions *motions, int one,
+                            struct plan_stretches *stretches) {
+    const int status = plan_place(plan, motions, one);
+    if (status == REFDYN_OK)
+        find_stretches(plan, motions->ends[one], stretches);
+    return status;
 }
 
 /* ---- All cases ---- */
 
 static void evaluate_case(struct plan *plan, struct plan_point *point, const struct motions *motions,
                           int one) {
-    const int status = place(plan, motions, one);
-    struct outputs outputs = {.count = 0};
+    struct plan_stretches stretches;
+    const int status = plan_place_in_stretches(plan, motions, one, &stretches);
     if (status) {
-        note_failure(plan, point, status, plan->batch.t);
+        plan_note_failure(plan, point, status, plan->batch.t);
         return;
     }
-    run_free(plan, point, one, motions->ends[one]);
-    if (!point->is_done || plan->file->measure != PLAN_INTEGRAL)
-        return;
-    list_times(plan, point, one, motions->ends[one], false, &outputs);
-    run_outputs(plan, point, motions, one, false, &outputs);
-    if (point->is_done)
-        integrate(plan, point, one, motions->ends[one], &outputs);
-    outputs_release(&outputs);
+    run_free(plan, point, one, &stretches);
+    if (point->is_done && plan->file->measure == PLAN_INTEGRAL)
+        plan_integrate(plan, point, motions, one);
 }
 
 void plan_point_evaluate(struct plan *plan, struct plan_point *point) {
     const struct memory_mark mark = memory_mark(&format_memory);
+    const struct plan_extreme none = {NAN, NAN};
     struct motions motions;
-    describe(plan, point->x, 1, &motions);
+    plan_describe(plan, point->x, 1, &motions);
     point->is_done = true;
     point->has_gradients = false;
-    for (int one = 0; one < plan->case_count; one++)
-        point->objectives[one] = (struct plan_extreme){
-            plan->file->measure == PLAN_PARAMETER ? plan_value_at(plan, plan->objective, point->x) : NAN,
-            NAN};
+    for (size_t i = 0; i < extreme_count(plan); i++)
+        point->extremes[i] = none;
+    for (int part = 0; part < plan->part_count; part++)
+        point->objectives[part] = none;
+    for (int one = 0; one < plan->case_count && plan->file->measure == PLAN_PARAMETER; one++)
+        point->objectives[plan_part(plan, one, 0, PLAN_BEGIN)].value =
+            plan_value_at(plan, plan->objective, point->x);
     for (int one = 0; one < plan->case_count && point->is_done; one++)
         evaluate_case(plan, point, &motions, one);
-    memory_back(&format_memory, mark);
-}
-
-void plan_point_differentiate(struct plan *plan, struct plan_point *point) {
-    const struct memory_mark mark = memory_mark(&format_memory);
-    struct motions motions;
-    if (point->has_gradients || !point->is_done)
-        return;
-    describe(plan, point->x, 1, &motions);
-    for (int one = 0; one < plan->case_count; one++)
-        for (int k = 0; k < plan->count; k++)
-            point->objective_by[one * plan->count + k] =
-                plan->file->measure == PLAN_PARAMETER && k == plan->objective
-                    ? plan->values[k].to - plan->values[k].from
-                    : 0;
-    for (int one = 0; one < plan->case_count && plan->signal_count > 0 && point->is_done; one++) {
-        struct outputs outputs;
-        if (place(plan, &motions, one) != REFDYN_OK) /* break_rate reads the scene */
-            break;
-        list_times(plan, point, one, motions.ends[one], true, &outputs);
-        run_outputs(plan, point, &motions, one, true, &outputs);
-        if (point->is_done)
-            differentiate_case(plan, point, &motions, one, &outputs);
-        outputs_release(&outputs);
-    }
-    point->has_gradients = point->is_done;
     memory_back(&format_memory, mark);
 }
 
@@ -521,6 +355,8 @@ void plan_point_differentiate(struct plan *plan, struct plan_point *point) {
 double plan_excess(const struct plan *plan, const struct plan_point *point, int i) {
     const struct plan_limit *limit = &plan->limits[i / 2 % plan->limit_count];
     const double value = point->extremes[i].value;
+    if (isnan(value)) /* this part has no such value */
+        return -INFINITY;
     return (i % 2 ? value - limit->to : limit->from - value) / limit->size;
 }
 
@@ -534,8 +370,8 @@ int plan_worst(const struct plan *plan, const struct plan_point *point) {
 
 double plan_objective(const struct plan *plan, const struct plan_point *point) {
     double largest = -INFINITY;
-    for (int one = 0; one < plan->case_count; one++)
-        largest = fmax(largest, point->objectives[one].value);
+    for (int part = 0; part < plan->part_count; part++)
+        largest = fmax(largest, point->objectives[part].value); /* of a number and NAN, the number */
     return largest;
 }
 
@@ -568,7 +404,7 @@ static int see_output(void *context, const struct refdyn_batch_case *one, int nu
            *objective = &scan->objectives[one->number];
     const enum plan_measure measure = plan->file->measure;
     const bool is_last = number == SCAN_OUTPUTS;
-    write_signals(scan->plan, one, values);
+    plan_write_signals(scan->plan, one, values);
     for (int i = 0; i < plan->limit_count; i++) {
         const struct plan_limit *limit = &plan->limits[i];
         const double value = values[limit->signal],
@@ -616,7 +452,7 @@ void plan_scan(struct plan *plan, const double *x, int points, double *objective
     const size_t rooms = (size_t)(plan->batch.threads * plan->rooms_of_thread);
     struct motions motions;
     double times[SCAN_OUTPUTS];
-    describe(plan, x, points, &motions);
+    plan_describe(plan, x, points, &motions);
     struct scan scan = {.plan = plan, .motions = &motions};
     scan.objectives = memory_scratch(&format_memory, (size_t)total * sizeof(double));
     scan.excesses = memory_scratch(&format_memory, (size_t)total * sizeof(double));

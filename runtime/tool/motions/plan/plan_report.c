@@ -8,17 +8,25 @@
 /* The search counts a limit as active if it is nearer to its bound than this part of its size. */
 static const double active_most = 1e-6;
 
+/* Most values in a message. */
+static const int values_shown = 6;
+
 const char *plan_values_text(const struct plan *plan, const double *x) {
     const char *text = "";
-    for (int k = 0; k < plan->count; k++)
+    const int shown = plan->count > values_shown ? values_shown : plan->count;
+    for (int k = 0; k < shown; k++)
         text = format_text("%s%s%s = %.6g", text, k ? ", " : "", plan->values[k].name,
                            plan_value_at(plan, k, x));
-    return text;
+    return shown < plan->count ? format_text("%s and %d more", text, plan->count - shown) : text;
 }
 
-/* A limit over all cases. */
+static int case_of(const struct plan *plan, int part) {
+    return part / PLAN_PARTS / plan->stretches_most;
+}
+
+/* A limit over all parts. */
 struct summary_of_limit {
-    double smallest, largest; /* of all cases */
+    double smallest, largest; /* of all parts */
     double excess, t;         /* largest excess in its size, and its time [s] */
     double multiplier;
     int one; /* the case with that excess */
@@ -27,9 +35,9 @@ struct summary_of_limit {
 static struct summary_of_limit summarise(const struct plan *plan, const struct plan_point *point, int limit,
                                          const double *multipliers) {
     struct summary_of_limit summary = {INFINITY, -INFINITY, -INFINITY, NAN, 0, 0};
-    for (int one = 0; one < plan->case_count; one++)
+    for (int part = 0; part < plan->part_count; part++)
         for (int side = 0; side < 2; side++) {
-            const int i = 2 * (one * plan->limit_count + limit) + side;
+            const int i = 2 * (part * plan->limit_count + limit) + side;
             const double excess = plan_excess(plan, point, i);
             summary.smallest = fmin(summary.smallest, point->extremes[i].value);
             summary.largest = fmax(summary.largest, point->extremes[i].value);
@@ -37,7 +45,7 @@ static struct summary_of_limit summarise(const struct plan *plan, const struct p
             if (excess > summary.excess) {
                 summary.excess = excess;
                 summary.t = point->extremes[i].t;
-                summary.one = one;
+                summary.one = case_of(plan, part);
             }
         }
     return summary;
@@ -95,14 +103,24 @@ static void put_worst_case(struct document *document, const struct plan *plan,
     const int worst = plan_worst(plan, point);
     const bool is_by_objective = worst < 0 || (plan->file->measure != PLAN_PARAMETER &&
                                                plan_excess(plan, point, worst) < -active_most);
-    int one = is_by_objective ? 0 : worst / 2 / plan->limit_count;
-    for (int i = 0; i < plan->case_count && is_by_objective; i++)
-        one = point->objectives[i].value > point->objectives[one].value ? i : one;
+    int part = is_by_objective ? 0 : worst / 2 / plan->limit_count;
+    for (int i = 0; i < plan->part_count && is_by_objective; i++)
+        part = point->objectives[i].value > point->objectives[part].value ? i : part;
     format_put_open(document, "worst_case", '{');
     for (int k = 0; k < plan->file->varied_count; k++)
         format_put_number(document, plan->file->varied[k].name,
-                          plan->cases[one * plan->file->varied_count + k]);
+                          plan->cases[case_of(plan, part) * plan->file->varied_count + k]);
     format_put_close(document, '}');
+}
+
+/* The end of the motion of the first case. */
+static double end_of(const struct plan *plan, const struct plan_point *point) {
+    const struct memory_mark mark = memory_mark(&format_memory);
+    struct motions motions;
+    plan_describe(plan, point->x, 1, &motions);
+    const double end = motions.ends[0];
+    memory_back(&format_memory, mark);
+    return end;
 }
 
 static enum status write(struct plan *plan, const struct plan_result *result, const double *multipliers) {
@@ -116,6 +134,7 @@ static enum status write(struct plan *plan, const struct plan_result *result, co
         format_put_number(&document, plan->values[k].name, plan_value_at(plan, k, point->x));
     format_put_close(&document, '}');
     format_put_number(&document, "objective", plan_objective(plan, point));
+    format_put_number(&document, "t_end", end_of(plan, point));
     format_put_truth(&document, "feasible", plan_is_feasible(plan, point));
     put_violation(&document, plan, point, multipliers);
     put_limits(&document, plan, point, multipliers);
@@ -157,7 +176,7 @@ static void print(const struct plan *plan, const struct plan_point *point, const
 
 enum status plan_report(struct plan *plan, struct plan_result *result) {
     double *multipliers =
-        format_allocate(2 * (size_t)(plan->case_count * plan->limit_count) + 1, sizeof(double));
+        format_allocate(2 * (size_t)(plan->part_count * plan->limit_count) + 1, sizeof(double));
     if (!result->has_best) {
         if (system_interrupted)
             fprintf(stderr, "refdyn: %s: interrupted before the first result\n", plan->scene->model->name);

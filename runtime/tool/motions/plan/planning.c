@@ -11,6 +11,8 @@
  * slopes.
  */
 static const double tol_default = 1e-9;
+/* Most stretches between time events whose extremes the search knows; the last one has the others. */
+static const int stretches_most = 100;
 /* Most cases of for_all; every evaluation computes a motion of each. */
 static const int cases_most = 1000;
 
@@ -65,7 +67,6 @@ static void find_values(struct plan *plan) {
     plan->values = file->values;
     plan->count = file->value_count;
     plan->variables = format_allocate((size_t)plan->count, sizeof *plan->variables);
-    plan->end_rates = format_allocate((size_t)plan->count, sizeof *plan->end_rates);
     for (int k = 0; k < plan->count; k++) {
         find_variable(plan, plan->values[k].place, "vary.", plan->values[k].name, &plan->values[k].variable);
         plan->variables[k] = plan->values[k].variable;
@@ -79,32 +80,40 @@ static void find_values(struct plan *plan) {
     }
 }
 
-/* The end of the motion: a varied value, a value of for_all, a parameter, or a number. */
+/* Reports a course that changes during the motion. */
+static void check_end_course(struct plan *plan) {
+    const struct model *read = &plan->scene->generation.model;
+    const struct graph *g = &plan->scene->generation.graph;
+    for (int i = 0; i < read->course_count; i++)
+        if (strcmp(read->courses[i].name, plan->file->end_name) == 0 &&
+            g->nodes[read->courses[i].value].depends & ~(ON_PARAMETER | ON_INPUT))
+            message_error(&plan->file->plain.messages, plan->file->end_place,
+                          "t_end: the course %s changes during the motion; must depend on parameters alone",
+                          plan->file->end_name);
+}
+
+/* The end of the motion: a parameter, a course, or a number. */
 static void find_end(struct plan *plan) {
     const struct plan_file *file = plan->file;
     const struct refdyn_model *model = plan->scene->model;
-    plan->end_value = plan->end_varied = -1;
+    plan->end_parameter = plan->end_course = -1;
     plan->t_end = file->t_end;
+    plan->courses = format_allocate((size_t)model->course_count + 1, sizeof *plan->courses);
     if (!file->end_name)
         return;
-    plan->end_value = value_named(plan, file->end_name);
-    for (int k = 0; k < file->varied_count; k++)
-        if (strcmp(file->varied[k].name, file->end_name) == 0)
-            plan->end_varied = k;
-    if (plan->end_value >= 0) {
-        plan->end_rates[plan->end_value] = 1;
-        if (!(plan->values[plan->end_value].from > plan->batch.t))
-            message_error(
-                &plan->file->plain.messages, plan->values[plan->end_value].place,
-                "vary.%s: the end of the motion begins at %.6g; must be after its start at t = %.6g",
-                file->end_name, plan->values[plan->end_value].from, plan->batch.t);
-        return;
-    }
-    const int place = refdyn_find_name(model->parameters, model->parameter_count, file->end_name);
-    if (place >= 0)
-        plan->t_end = plan->scene->work.p[place];
-    else if (plan->end_varied < 0)
+    plan->end_parameter = refdyn_find_name(model->parameters, model->parameter_count, file->end_name);
+    for (int i = 0; i < model->course_count && plan->end_parameter < 0; i++)
+        if (strcmp(model->courses[i], file->end_name) == 0)
+            plan->end_course = i;
+    const int varied = value_named(plan, file->end_name);
+    if (plan->end_course >= 0)
+        check_end_course(plan);
+    else if (plan->end_parameter < 0)
         refuse_name(plan, file->end_place, "t_end: ", file->end_name);
+    else if (varied >= 0 && !(plan->values[varied].from > plan->batch.t))
+        message_error(&plan->file->plain.messages, plan->values[varied].place,
+                      "vary.%s: the end of the motion begins at %.6g; must be after its start at t = %.6g",
+                      file->end_name, plan->values[varied].from, plan->batch.t);
 }
 
 /* ---- Columns ---- */
@@ -180,7 +189,10 @@ static void find_columns(struct plan *plan) {
         return;
     }
     plan->objective = value_named(plan, file->objective);
-    if (plan->objective < 0)
+    if (plan->objective < 0 && plan->end_course >= 0 && strcmp(file->objective, file->end_name) == 0) {
+        file->measure = PLAN_AT_END;
+        plan->objective = find_signal(plan, file->objective_place, "minimise", file->objective);
+    } else if (plan->objective < 0)
         message_error(&file->plain.messages, file->objective_place,
                       "minimise: %s does not vary; name a value of vary, or a column as in rd.at_end(\"%s\")",
                       file->objective, file->objective);
@@ -201,6 +213,10 @@ static void make_cases(struct plan *plan) {
         return;
     }
     plan->case_count = (int)count;
+    plan->stretches_most = plan->scene->model->break_count + 1 < stretches_most
+                               ? plan->scene->model->break_count + 1
+                               : stretches_most;
+    plan->part_count = plan_part(plan, plan->case_count, 0, PLAN_BEGIN);
     plan->cases = format_allocate_matrix(plan->case_count, width + 1);
     for (int i = 0; i < plan->case_count; i++)
         for (int k = 0, rest = i; k < width; k++) {

@@ -3,13 +3,14 @@
  *
  *     minimise f(x) such that from <= y(t; x) <= to for all limits y, all times and all cases of for_all.
  *
- * A limit over time is two inequalities: its smallest and its largest value, each located within the steps of
- * the motion. Their gradients are derivatives of the motion at the times of these extremes (envelope
- * theorem), by copies that repeat its steps. Times keep their fractions of the motion, whose end may vary.
- * Method: a scan of many starts, then local searches from the best of them by sequential quadratic
- * programming (SLSQP of NLopt: Kraft, DFVLR-FB 88-28, 1988).
+ * A limit over time is several inequalities in each stretch between time events of the motion: its values at
+ * both ends, and the smallest and the largest value between them, located within the steps. Their gradients
+ * are derivatives of the motion at the times of these extremes (envelope theorem), by copies that repeat its
+ * steps. Times keep their fractions of the motion, whose end may vary. Method: a scan of many starts, then
+ * local searches from the best of them by sequential quadratic programming (SLSQP of NLopt: Kraft, DFVLR-FB
+ * 88-28, 1988).
  *
- * Parts in reading order: the file; motions; local search; search; report; the command.
+ * Parts in reading order: the file; motions; gradients; local search; search; report; the command.
  */
 #ifndef REFDYN_TOOL_PLAN_H
 #define REFDYN_TOOL_PLAN_H
@@ -88,15 +89,15 @@ struct plan {
     struct refdyn_options integration;
     struct refdyn_batch batch;         /* the motion, without its times and columns */
     struct refdyn_variable *variables; /* (count) of the values */
-    double *end_rates;                 /* (count) derivative of the end by each value */
     struct plan_value *values;
     int count;
     struct plan_limit *limits;
     int limit_count;
-    int end_value;  /* the value that is the end of the motion; -1: none */
-    int end_varied; /* the value of for_all that is the end; -1: none */
-    double t_end;   /* the end if neither varies [s] */
-    int objective;  /* a value, or a signal */
+    int end_parameter; /* the parameter that is the end of the motion; -1: none */
+    int end_course;    /* the course that is the end, at the start; -1: none */
+    double t_end;      /* the end if there is neither [s] */
+    double *courses;   /* (course_count) scratch */
+    int objective;     /* a value, or a signal */
     double objective_size;
 
     struct record_table table;   /* columns of a motion */
@@ -107,7 +108,9 @@ struct plan {
     int signal_count;
 
     int case_count;
-    double *cases; /* (case_count x varied_count) */
+    double *cases;      /* (case_count x varied_count) */
+    int stretches_most; /* between time events of a motion */
+    int part_count;     /* case_count x stretches_most x PLAN_PARTS */
 
     long motions; /* computed in all, copies included */
     long lost;    /* derivatives that do not exist */
@@ -118,30 +121,76 @@ struct plan {
     struct progress progress;
 };
 
-/* A value at its time. */
+/* A value at its time; NAN if there is none. */
 struct plan_extreme {
     double value, t;
 };
 
-/* Results of the motions at x. Entries by case: those of case 0, then those of case 1 ... */
+/* Parts of a stretch: a law with many knots may touch a limit along whole stretches, and the largest value
+ * alone would change between both ends, where its gradient jumps. */
+enum plan_place { PLAN_BEGIN, PLAN_WITHIN, PLAN_END, PLAN_PARTS };
+
+/* Results of the motions at x. Entries by part: those of case 0, then those of case 1 ... Values of a whole
+ * motion belong to its first part. */
 struct plan_point {
     double *x;    /* (count) each from 0 to 1 */
     bool is_done; /* all motions reach their ends */
     bool has_gradients;
-    struct plan_extreme *extremes;   /* (cases x limits x 2) smallest and largest */
-    struct plan_extreme *objectives; /* (cases) with the time of an objective rd.largest */
-    double *extreme_by;              /* (cases x limits x 2 x count) by x */
-    double *objective_by;            /* (cases x count) by x */
+    struct plan_extreme *extremes;   /* (parts x limits x 2) smallest and largest */
+    struct plan_extreme *objectives; /* (parts) with the time of an objective rd.largest */
+    double *extreme_by;              /* (parts x limits x 2 x count) by x */
+    double *objective_by;            /* (parts x count) by x */
 };
+
+/* Times nearer to each other than this part of the motion are the same. */
+static const double plan_same_part = 1e-9;
+
+/* Motions of all cases at several points; number: point x cases + case. */
+struct motions {
+    struct refdyn_batch batch;
+    struct refdyn_batch_column *columns;
+    double *values; /* (count + varied_count) x motions */
+    double *ends;   /* (motions) [s] */
+};
+
+struct plan_break {
+    double t;
+    int number; /* of the model's time event */
+};
+
+/* Stretches of one motion. */
+struct plan_stretches {
+    int count;
+    double *t;   /* (count + 1) from the start of the motion to its end [s] */
+    int *breaks; /* (count + 1) number of the time event; from entry 1 on; -1: the end */
+};
+
+/* Describes the motions at x (points x count), in scratch memory. Outputs are the caller's. The scene has the
+ * values of the last one then. */
+void plan_describe(const struct plan *plan, const double *x, int points, struct motions *motions);
+/* The end of a motion with the values of the scene [s]. */
+double plan_end(const struct plan *plan);
+/* Sets the scene to the start of a case's motion. Returns a status of the runtime. */
+int plan_place(struct plan *plan, const struct motions *motions, int one);
+/* The same, and lists the stretches in scratch memory. */
+int plan_place_in_stretches(struct plan *plan, const struct motions *motions, int one,
+                            struct plan_stretches *stretches);
+/* Notes that a motion did not reach its end. */
+void plan_note_failure(struct plan *plan, struct plan_point *point, int status, double t);
+/* Writes the signals of a shown state; the context is the plan. */
+void plan_write_signals(void *context, const struct refdyn_batch_case *one, double *values);
+/* The number of a part. */
+int plan_part(const struct plan *plan, int one, int stretch, enum plan_place place);
+/* The smallest and the largest value of a limit in a part. */
+struct plan_extreme *plan_extremes(const struct plan *plan, const struct plan_point *point, int part,
+                                   int limit);
 
 void plan_point_start(const struct plan *plan, struct plan_point *point);
 void plan_point_copy(const struct plan *plan, const struct plan_point *from, struct plan_point *to);
 double plan_value_at(const struct plan *plan, int value, const double *x);
 /* Computes a free motion of each case at point->x. */
 void plan_point_evaluate(struct plan *plan, struct plan_point *point);
-/* Adds the gradients. */
-void plan_point_differentiate(struct plan *plan, struct plan_point *point);
-/* Inequality i, 0 to 2 x limits x cases - 1: its amount beyond the bound, divided by the limit's size;
+/* Inequality i, 0 to 2 x limits x parts - 1: its amount beyond the bound, divided by the limit's size;
  * -INFINITY without a bound. */
 double plan_excess(const struct plan *plan, const struct plan_point *point, int i);
 /* The inequality with the largest excess, -1 if there are no limits. */
@@ -156,6 +205,13 @@ bool plan_is_feasible(const struct plan *plan, const struct plan_point *point);
 /* Objectives and largest excesses of many x (points x count) from outputs alone; INFINITY for a motion that
  * fails. */
 void plan_scan(struct plan *plan, const double *x, int points, double *objectives, double *excesses);
+
+/* ---- Gradients (plan_gradients.c) ---- */
+
+/* Computes an objective rd.integral of the placed motion of a case. */
+void plan_integrate(struct plan *plan, struct plan_point *point, const struct motions *motions, int one);
+/* Adds the gradients. */
+void plan_point_differentiate(struct plan *plan, struct plan_point *point);
 
 /* ---- Local search (plan_local.c) ---- */
 
@@ -184,7 +240,7 @@ void plan_search(struct plan *plan, struct plan_result *result);
 
 /* Prints the result and writes PLAN.json. */
 enum status plan_report(struct plan *plan, struct plan_result *result);
-/* "T = 1.25, r = 0.3" */
+/* "T = 1.25, r = 0.3"; of many values the first ones. */
 const char *plan_values_text(const struct plan *plan, const double *x);
 
 extern const struct command plan_command;

@@ -388,14 +388,28 @@ static int watch(void *context, const struct record_motion *record) {
                                                                                      : REFDYN_OK;
 }
 
-int simulate_to(struct motion *motion, long i, struct progress *progress) {
-    const struct record_watch own = {watch, motion};
+/* Before and after a portion of the motion. */
+static void begin_portion(struct motion *motion, struct progress *progress) {
     motion->progress = progress;
     motion->began = system_cpu_seconds();
-    const int status = record_to(&motion->record, i, &own);
+}
+
+static int end_portion(struct motion *motion, int status) {
     motion->cpu_s += system_cpu_seconds() - motion->began;
     motion->wall_s = system_wall_seconds() - motion->started;
     return status == REFDYN_OK && system_interrupted ? RECORD_INTERRUPTED : status;
+}
+
+int simulate_advance(struct motion *motion, double t, struct progress *progress) {
+    const struct record_watch own = {watch, motion};
+    begin_portion(motion, progress);
+    return end_portion(motion, record_advance(&motion->record, t, &own));
+}
+
+int simulate_to(struct motion *motion, long i, struct progress *progress) {
+    const struct record_watch own = {watch, motion};
+    begin_portion(motion, progress);
+    return end_portion(motion, record_to(&motion->record, i, &own));
 }
 
 void simulate_release(struct motion *motion) {

@@ -134,6 +134,8 @@ struct record_memory simulate_memory(struct motion *motion);
 int simulate_by_gsl(struct motion *motion, const char *method);
 /* The completed fraction of the motion, 0 to 1. */
 double simulate_fraction(const struct motion *motion);
+/* Continues to t, and stops and returns as simulate_to. */
+int simulate_advance(struct motion *motion, double t, struct progress *progress);
 /* Continues to output i, or until a stop holds or an event ends the motion; progress may be NULL. Returns a
  * status of the runtime, RECORD_INTERRUPTED or RECORD_TOO_SLOW. */
 int simulate_to(struct motion *motion, long i, struct progress *progress);
