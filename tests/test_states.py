@@ -332,10 +332,12 @@ def package(tmp_path_factory):
 
 def test_python(package, driven):
     arm = package.Model(driven)
-    assert arm.coordinates == ("arm_theta", "tip_theta", "a", "b") and arm.states == ("a", "b") and list(arm.qd0) == [0, 0, 0.1, 0.2]
+    assert arm.coordinates == ("arm_theta", "tip_theta", "a", "b") and arm.state_names == ("a", "b") and list(arm.qd0) == [0, 0, 0.1, 0.2]
     run, _, _ = motion(driven, "--until", 0.5, "--every", 0.25, "--tol", 1e-9)
     found = arm.simulate(0.5, tol=1e-9, every=0.25)
     assert all(numpy.array_equal(found[name].values, run[name]) for name in NAMES) and found["b"].attrs["units"] == "A"
+    q, qd = arm.states(found)
+    assert numpy.array_equal(qd[:, 2:], found[["a", "b"]].to_array().values.T) and numpy.array_equal(q[:, 0], found.arm_theta)
     turning = arm.motion(tol=1e-9)
     turning.advance(0.5)
     assert abs(turning.states["a"] - run["a"][-1]) < 1e-8 and turning.state.shape == (2, 4)
