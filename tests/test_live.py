@@ -102,7 +102,7 @@ def test_numbers_after_changes(manipulator, tmp_path):
     assert "--set m_E=3.25 --set xc=0.54" in command.replace("--set E=170000000000 ", "") and "m_base" not in command
     set_value(manipulator, "base_z", 0.002)
     assert "--from start.json" in manipulator.ask("return byId('command').value")
-    (tmp_path / "start.json").write_text(manipulator.ask("return stateText(state.motion.start)"))
+    (tmp_path / "start.json").write_text(manipulator.ask("return stateText(state.motion.start, live)"))
     assert farthest(manipulator, tmp_path) < 1e-9
     text = manipulator.ask("return csvText(state.motion)").splitlines()
     names, rows = rows_of(manipulator)
@@ -154,6 +154,21 @@ def test_a_model_without_modes(tmp_path, name, text):
     with browser.Session(tmp_path / "page.html") as page:
         page.wait(MODES)
         assert text in page.ask("return byId('no-modes').textContent") and page.ask("return byId('modes').hidden")
+
+
+def test_continuous_states(tmp_path):
+    """Their starts have sliders, and start.json says them."""
+    live(MODELS.parent / "tests/models/control/states.lua", "--until", "0.3", "--tol", "1e-8", "-o", tmp_path / "states.html")
+    with browser.Session(tmp_path / "states.html") as page:
+        page.wait(SHOWN)
+        assert farthest(page, tmp_path) < 1e-9
+        assert page.ask("return values.q.map((one) => one.name)")[-len(page.ask("return live.states")):] == page.ask("return live.states")
+        name, before = page.ask("return live.states")[-1], rows_of(page)[1]
+        set_value(page, name, 0.37)
+        (tmp_path / "start.json").write_text(page.ask("return stateText(state.motion.start, live)"))
+        assert farthest(page, tmp_path) < 1e-9
+        names, rows = rows_of(page)
+        assert rows[0, names.index(name)] == 0.37 != before[0, names.index(name)]
 
 
 def test_the_drawing_follows_the_parameters(pages, tmp_path):

@@ -332,10 +332,12 @@ def package(tmp_path_factory):
 
 def test_python(package, driven):
     arm = package.Model(driven)
-    assert arm.coordinates == ("arm_theta", "tip_theta", "a", "b") and arm.states == ("a", "b") and list(arm.qd0) == [0, 0, 0.1, 0.2]
+    assert arm.coordinates == ("arm_theta", "tip_theta", "a", "b") and arm.state_names == ("a", "b") and list(arm.qd0) == [0, 0, 0.1, 0.2]
     run, _, _ = motion(driven, "--until", 0.5, "--every", 0.25, "--tol", 1e-9)
     found = arm.simulate(0.5, tol=1e-9, every=0.25)
     assert all(numpy.array_equal(found[name].values, run[name]) for name in NAMES) and found["b"].attrs["units"] == "A"
+    q, qd = arm.states(found)
+    assert numpy.array_equal(qd[:, 2:], found[["a", "b"]].to_array().values.T) and numpy.array_equal(q[:, 0], found.arm_theta)
     turning = arm.motion(tol=1e-9)
     turning.advance(0.5)
     assert abs(turning.states["a"] - run["a"][-1]) < 1e-8 and turning.state.shape == (2, 4)
@@ -390,3 +392,34 @@ def test_model_exchange(driven, tmp_path):
     values = (ctypes.c_double * 2)()
     assert library.fmi2GetReal(component, references, ctypes.c_size_t(2), values) == 0
     assert values[0] == -0.3 and abs(values[1] - rates(driven, state)[5]) < 1e-12
+
+
+def test_drives_refuse_states(tmp_path):
+    model = tmp_path / "lag.lua"
+    model.write_text('''local rd = require "refdyn"
+return rd.model {
+  name = "lag", links = { { "arm", joint = "theta", mass = 2, center = { 1, 0, 0 } } },
+  states = function(s) return { rd.state { "lag", rate = s.qd.arm_theta - s.states.lag } } end,
+  constraints = function(s) return { rd.position { s.q.arm_theta - 0.3 * rd.smoothstep(s.t, 0, 1, 5) } } end,
+  drives = { "arm_theta" },
+}
+''')
+    failed = refdyn("sim", model, "--realise", "--until", 1, "-o", tmp_path / "run.csv", status=1)
+    assert failed.stderr == f"{model}:4: lag: a continuous state, which --realise does not allow\n" and not (tmp_path / "run.csv").exists()
+
+
+def test_fits_and_plans(tmp_path):
+    """The start of a state is found like that of a coordinate."""
+    model, plan = tmp_path / "motor.lua", tmp_path / "plan.lua"
+    model.write_text(MOTOR.read_text().replace('unit = "A"', 'unit = "A", start = 1.5'))
+    refdyn("sim", model, "--until", 0.1, "--every", 0.002, "--tol", 1e-10, "-o", tmp_path / "run.csv")
+    refdyn("fit", MOTOR, tmp_path / "run.csv", "--set", "R=0.9", "--vary", "R,i", "--noise", "rotor_psi_d=1e-3", "--tol", 1e-10, "-o", tmp_path / "fit.json")
+    found = json.loads((tmp_path / "fit.json").read_text())["values"]
+    assert abs(found["i"] - 1.5) < 1e-5 and abs(found["R"] - 0.8) < 1e-5
+    plan.write_text('''local rd = require "refdyn"
+return rd.plan { vary = { i = rd.within(-20, 20) }, t_end = 0.05, minimise = "i", within = { rd.at_end("rotor_psi_d", { from = 14 }) }, starts = 5 }
+''')
+    refdyn("plan", MOTOR, plan, "-o", tmp_path / "plan.json")
+    start = json.loads((tmp_path / "plan.json").read_text())["parameters"]["i"]
+    run, _, _ = motion(MOTOR, "--parameters", tmp_path / "plan.json", "--until", 0.05, "--tol", 1e-10)
+    assert -19 < start < 19 and abs(run["rotor_psi_d"][-1] - 14) < 1e-6

@@ -76,7 +76,7 @@ def of_equilibrium(model: Model, result: Mapping[str, Any], held: Collection[str
     variables: dict[str, xarray.Variable] = {}
     for name, value in zip(model._joints, result["q"]):
         put(variables, name, "coordinate", variable((), float(value), model.units[name]))
-    for name, value in (result["states"] if "states" in result else dict(zip(model.states, result["qd"][len(model._joints):]))).items():
+    for name, value in (result["states"] if "states" in result else dict(zip(model.state_names, result["qd"][len(model._joints):]))).items():
         put(variables, name, "state", variable((), float(value), model.units[name]))
     put_points(variables, result["points"])
     for name, value in zip((name for name in model.coordinates if name in held), result["hold_force"]):
@@ -107,9 +107,9 @@ def of_modes(model: Model, result: Mapping[str, Any], attrs: Mapping[str, Any]) 
     data["q"] = variable(("coordinate",), np.array(result["q"], dtype=float))
     coords: dict[str, Any] = {"mode": np.arange(1, free + 1), "coordinate": list(model._joints), "point": points, "axis": list(AXES),
                               "unit": ("coordinate", [model.units[name] for name in model._joints])}
-    if model.states:
-        data["shape_of_states"] = variable(("mode", "state"), np.array([complex_of(mode["shape_of_states"]) for mode in modes]).reshape(free, len(model.states)))
-        coords["state"] = list(model.states)
+    if model.state_names:
+        data["shape_of_states"] = variable(("mode", "state"), np.array([complex_of(mode["shape_of_states"]) for mode in modes]).reshape(free, len(model.state_names)))
+        coords["state"] = list(model.state_names)
     keys = ("at", "t", "held", "phi", "residual", "unstable")
     return dataset(data, coords, attrs={**attrs, **plain({key: result[key] for key in keys})})
 

@@ -56,7 +56,7 @@ def modes(model: Model, at: str, q: npt.ArrayLike | None, t: Any, inputs: Mappin
           release: str | Sequence[str] | None, way: str | None) -> dict[str, Any] | None:
     """Computes small motions; None if the program has to do it, or to say what is wrong with the arguments."""
     names, held = tuple(model.coordinates), names_of(hold)
-    if model.states or most is not None and not (type(most) is int and most > 0) or at not in ("statics", "initial") or not set(held or ()) <= set(names):
+    if model.state_names or most is not None and not (type(most) is int and most > 0) or at not in ("statics", "initial") or not set(held or ()) <= set(names):
         return None
     state = model.q0 if q is None else finite_row("q", q, "one state: a row of numbers")
     time = None if t is None else finite_row("t", t, "one state: a row of numbers")

@@ -37,7 +37,7 @@ class Model:
     __module__ = "refdyn"
 
     coordinates: tuple[str, ...]                 # in the order of q: those of joints, then the continuous states
-    states: tuple[str, ...]                      # continuous states: the value of a state is in qd, its rate in qdd, and its q is not read
+    state_names: tuple[str, ...]                 # continuous states: the value of a state is in qd, its rate in qdd; q has no meaning there
     parameters: Mapping[str, float]              # values of the parameters that some quantity reads
     inputs: Mapping[str, float]
     options: Mapping[str, int | float | bool | str]
@@ -133,24 +133,24 @@ class Model:
         self._units = {kind: named(description[kind], "unit") for kind in ("coordinates", "parameters", "inputs")}
         self._by_events = {entry["name"] for entry in description["inputs"] if entry["by_events"]}
         self._fixed = {entry["name"]: entry["value"] for entry in description["parameters"] if not entry["anchored"]}
-        lists = {key: tuple(description[key]) for key in ("rows", "points", "courses", "held", "states")}
+        lists = {key: tuple(description[key]) for key in ("rows", "points", "courses", "held")}
         vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value", "parameter"),
                           inputs=named(description["inputs"], "value", "input"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
                           q0=constant(description["q"]), qd0=constant(description["qd"]), joints=types.MappingProxyType(ByName("joint", joints)), imported=imported,
-                          limits=urdf.Limits(tuple(self._units["coordinates"]), self._units["coordinates"], description["limits"]), **lists)
+                          limits=urdf.Limits(tuple(self._units["coordinates"]), self._units["coordinates"], description["limits"]), state_names=tuple(description["states"]), **lists)
         self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
         self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
         self._order = named(description["parameters"], "anchored")
         self._libraries[None, False] = Compiled(description, self._kinds, self._order)
 
     def __repr__(self) -> str:
-        states = f"{len(self.states)} states, " if self.states else ""
+        states = f"{len(self.state_names)} states, " if self.state_names else ""
         return f"<refdyn.Model {self._name}: {len(self._joints)} coordinates, {states}{len(self.rows)} rows, {len(self.parameters)} parameters>"
 
     @property
     def _joints(self) -> tuple[str, ...]:
         """The coordinates without states."""
-        return self.coordinates[:len(self.coordinates) - len(self.states)]
+        return self.coordinates[:len(self.coordinates) - len(self.state_names)]
 
     def _repr_html_(self) -> str:
         return inline.of_model(self)
@@ -552,9 +552,11 @@ class Model:
     def states(self, data: xarray.Dataset) -> tuple[np.ndarray, np.ndarray]:
         """Returns q and qd of a dataset as arrays (..., n) for quantities: `arm.energy(*arm.states(run), run.t)`. Rates that
         the dataset lacks, for instance at an equilibrium, are 0."""
-        q = np.stack([data[name].values for name in self.coordinates], axis=-1)
-        rates = [data[name + "_d"].values if name + "_d" in data else np.zeros(q.shape[:-1]) for name in self.coordinates]
-        return q, np.stack(rates, axis=-1)
+        joints = [data[name].values for name in self._joints]
+        rest = np.zeros_like(joints[0])
+        rates = [data[name + "_d"].values if name + "_d" in data else rest for name in self._joints]
+        rates += [data[name].values for name in self.state_names]
+        return np.stack(joints + [rest] * len(self.state_names), axis=-1), np.stack(rates, axis=-1)
 
     def _values(self, kind: str, given: Given) -> dict[str, float]:
         """Returns one number for each name. An array has the values of all inputs or parameters in their order."""
@@ -576,10 +578,10 @@ class Model:
         """Provides a STATE.json with the given values; None without values."""
         given: dict[str, Any] = {key: finite_row(key, value, "one state: a row of numbers").tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
         joints, n = len(self._joints), len(self.coordinates)
-        if self.states and len(np.atleast_1d(given.get("qd", ()))) == n:
-            given["states"] = dict(zip(self.states, given["qd"][joints:]))
+        if self.state_names and len(np.atleast_1d(given.get("qd", ()))) == n:
+            given["states"] = dict(zip(self.state_names, given["qd"][joints:]))
         for key in ("q", "qd"):
-            if key in given and self.states and len(np.atleast_1d(given[key])) == n:
+            if key in given and self.state_names and len(np.atleast_1d(given[key])) == n:
                 given[key] = given[key][:joints]
         if inputs:
             given["inputs"] = dict(inputs)

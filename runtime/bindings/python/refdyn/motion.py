@@ -211,8 +211,8 @@ class Motion:
     @property
     def states(self) -> dict[str, float]:
         """The continuous states by name."""
-        n = len(self._model.states)
-        return dict(zip(self._model.states, self.state[1, self._n - n:].tolist()))
+        n = len(self._model.state_names)
+        return dict(zip(self._model.state_names, self.state[1, self._n - n:].tolist()))
 
     @property
     def qdd(self) -> np.ndarray:

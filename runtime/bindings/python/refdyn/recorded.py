@@ -102,7 +102,7 @@ def bounds_of(compiled: Compiled) -> tuple[tuple[str, str, float, float], ...]:
 def variables_of(model: Model, compiled: Compiled, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
     """The kind and the place of each name; None if one is wrong, which the program then reports."""
     coordinates = {name: i for i, name in enumerate(model._joints)}
-    rates = {f"{name}_d": i for name, i in coordinates.items()} | {name: len(coordinates) + i for i, name in enumerate(model.states)}
+    rates = {f"{name}_d": i for name, i in coordinates.items()} | {name: len(coordinates) + i for i, name in enumerate(model.state_names)}
     kinds = [compiled.places, compiled.inputs, coordinates, rates]
     found = [[(what, kind[name]) for what, kind in enumerate(kinds) if name in kind] for name in names]
     if len(set(names)) < len(names) or any(len(meanings) != 1 for meanings in found):

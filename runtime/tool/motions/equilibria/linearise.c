@@ -88,15 +88,15 @@ const struct command linearise_command = {
     .tables = {linearise_rules, equilibria_rules, scene_rules},
     .output = "FILE",
     .purpose = "linear state-space model about a state",
-    .help =
-        "Prints JSON: states (independent coordinates, then independent rates), inputs, outputs (points with "
-        "rates and\n"
-        "accelerations, courses), A, B, C, D, rate, q, qd, t, eigenvalues [re, im]. For small changes s of "
-        "the "
-        "states, x of the\n"
-        "inputs and y of the outputs: s' = A s + B x + rate, y = C s + D x. rate is 0 at an equilibrium. "
-        "Held "
-        "coordinates keep\n"
-        "their value, constraint rows act without stabilisation.\n\n"
-        "  refdyn linearise models/crane.lua\n"
-        "  refdyn linearise models/manipulator.lua --set drive=input --move-held -o linear.json\n"};
+    .help = "Prints JSON: states (independent coordinates, independent rates, continuous states), inputs, "
+            "outputs\n"
+            "(points with rates and accelerations, courses), A, B, C, D, rate, q, qd, t, eigenvalues [re, "
+            "im]. For small changes s of "
+            "the "
+            "states, x of the\n"
+            "inputs and y of the outputs: s' = A s + B x + rate, y = C s + D x. rate is 0 at an equilibrium. "
+            "Held "
+            "coordinates keep\n"
+            "their value, constraint rows act without stabilisation.\n\n"
+            "  refdyn linearise models/crane.lua\n"
+            "  refdyn linearise models/manipulator.lua --set drive=input --move-held -o linear.json\n"};

@@ -111,10 +111,14 @@ static enum status check_counts(const struct work *work) {
     return STATUS_DONE;
 }
 
-/* Motions with jumps of rates or forces have no smooth drive forces. */
+/* Motions with jumps of rates or forces have no smooth drive forces. Continuous states have no rest. */
 static enum status check_smoothness(const struct work *work) {
     const struct model *model = model_of(work);
     const struct refdyn_model *emitted = work->scene->model;
+    if (model->state_count > 0)
+        return complain(work, model->states[0].place,
+                        format_text("%s: a continuous state, which --realise does not allow",
+                                    model->states[0].name));
     for (int i = 0; i < model->event_count; i++)
         if (model->events[i].is_impact || model->events[i].contact >= 0)
             return complain(

@@ -7,7 +7,8 @@
  *              "parameters": [{"name": , "unit": , "value": , "from": , "to": , "fileValue": ,
  *                              "anchor": , "given": }, ...],
  *              "inputs": [{"name": , "unit": , "value": , "from": , "to": , "fileValue": }, ...],
- *              "starts": [{"name": , "unit": , "value": null, "from": , "to": }, ...]}
+ *              "starts": [{"name": , "unit": , "value": null, "from": , "to": }, ...],
+ *              "states": [name, ...]}
  *
  * - settings: options of the model, for the command line
  * - step: 0 for adaptive steps at first
@@ -15,7 +16,8 @@
  * - parameters: in the order of p; value null if contacts set it
  * - from, to: null without a range; fileValue: the value without --set
  * - anchor: place among the parameters whose default follows the start, -1 for others
- * - starts: the coordinates, then their rates
+ * - starts: the coordinates, then their rates, then the continuous states
+ * - states: names of the continuous states
  */
 #include "runtime/tool/results/live/live.h"
 #include "runtime/tool/support/format/format.h"
@@ -33,7 +35,7 @@ bool live_has_slider(const struct live *live, const char *name) {
     const struct refdyn_model *model = live->scene.model;
     for (int i = 0; i < model->n; i++)
         if (strcmp(model->coordinates[i].name, name) == 0 ||
-            strcmp(rate_name(model->coordinates[i].name), name) == 0)
+            (i < refdyn_joint_count(model) && strcmp(rate_name(model->coordinates[i].name), name) == 0))
             return true;
     return refdyn_find_name(model->parameters, model->parameter_count, name) >= 0 ||
            refdyn_find_name(model->inputs, model->input_count, name) >= 0;
@@ -109,20 +111,27 @@ static void put_parameters(FILE *out, const struct live *live, const struct live
 
 static void put_starts(FILE *out, const struct live *live, const struct live_range *ranges) {
     const struct refdyn_model *model = live->scene.model;
+    const int n = model->n, joints = refdyn_joint_count(model);
     fputs("\"starts\":[", out);
-    for (int i = 0; i < 2 * model->n; i++) {
-        const struct frame *frame = &live->drawn.generation.tree.frames[i % model->n];
-        const struct refdyn_name *coordinate = &model->coordinates[i % model->n];
-        const struct limits *limits = frame->joint.limits;
-        const bool is_rate = i >= model->n;
+    for (int i = 0; i < joints + n; i++) {
+        const int j = i < joints ? i : i - joints;
+        const struct refdyn_name *coordinate = &model->coordinates[j];
+        const struct limits *limits = live->drawn.generation.tree.frames[j].joint.limits;
         fputs(i ? ",\n" : "\n", out);
-        if (is_rate)
+        if (j >= joints)
+            put_slider(out, coordinate->name, coordinate->unit, NAN, NAN, NAN, ranges);
+        else if (i >= joints)
             put_slider(out, rate_name(coordinate->name), format_text("%s/s", coordinate->unit), NAN,
                        limits ? -limits->rate : NAN, limits ? limits->rate : NAN, ranges);
         else
             put_slider(out, coordinate->name, coordinate->unit, NAN, limits ? limits->from : NAN,
                        limits ? limits->to : NAN, ranges);
         fputc('}', out);
+    }
+    fputs("],\n\"states\":[", out);
+    for (int j = joints; j < n; j++) {
+        fputs(j > joints ? "," : "", out);
+        format_json_text(out, model->coordinates[j].name);
     }
     fputs("]", out);
 }

@@ -234,7 +234,7 @@ function ask() {
     state.askedAt = performance.now();
     document.documentElement.dataset.state = "computing";
     const drawn = data.runs[0];
-    state.worker.postMessage({...requestOf(values, options), id: state.asked, drawing: countNumbers(drawn),
+    state.worker.postMessage({...requestOf(values, options, live), id: state.asked, drawing: countNumbers(drawn),
                               applied: drawn.applied.reduce((count, force) => count + force.count, 0)});
 }
 
@@ -285,7 +285,7 @@ function makeExport() {
     Object.assign(command, {id: "command", readOnly: true, rows: 4});
     label.htmlFor = "command";
     buttons.append(textButton("Save CSV", () => state.motion && saveText(`${data.runs[0].model}.csv`, csvText(state.motion))),
-                   textButton("Save start.json", () => state.motion && saveText("start.json", stateText(state.motion.start))));
+                   textButton("Save start.json", () => state.motion && saveText("start.json", stateText(state.motion.start, live))));
     group.append(newElement("summary", "", "Export"), buttons, label, command);
     return group;
 }

@@ -98,13 +98,15 @@ function valueRow(one, changed) {
 
 /* ---- All values ---- */
 
+/* The module has an array of n coordinates, in which those of states stay unused, and an array of n rates. */
 function listValues(live) {
+    const joints = (live.starts.length - live.states.length) / 2, place = (i) => i < joints ? i : i + live.states.length;
     const plain = (kind, list) => list.map((about, i) => makeValue(kind, i, about, (value) => rangeAbout(value, about.from, about.to)));
     return {
         p: plain("p", live.parameters).map((one, i) => ({...one, anchor: live.parameters[i].anchor, isHidden: live.parameters[i].value === null,
                                                          isFree: live.parameters[i].anchor >= 0 && !live.parameters[i].given})),
         x: plain("x", live.inputs),
-        q: live.starts.map((about, i) => makeValue("q", i, about, (value) => rangeOfStart(value, about.unit, about.from, about.to))),
+        q: live.starts.map((about, i) => makeValue("q", place(i), about, (value) => rangeOfStart(value, about.unit, about.from, about.to))),
     };
 }
 
@@ -195,14 +197,14 @@ function makePanel(panel, values, options, changed) {
 }
 
 /* What the worker computes with. */
-function requestOf(values, options) {
+function requestOf(values, options, live) {
     const given = [];
     for (const one of values.p)
         if (one.anchor >= 0)
             given[one.anchor] = one.isFree ? 0 : 1;
     return {p: values.p.map((one) => one.value === null ? 0 : one.value), x: values.x.map((one) => one.value), given,
             fromStatics: options.from === "statics",
-            starts: values.q.filter((one) => !one.isFree).map((one) => [one.index, one.value]), n: values.q.length / 2,
+            starts: values.q.filter((one) => !one.isFree).map((one) => [one.index, one.value]), n: (live.starts.length + live.states.length) / 2,
             until: options.until, every: options.until / OUTPUTS, step: options.step, tol: options.tol};
 }
 
@@ -325,9 +327,10 @@ function commandLine(values, options, live) {
     return [...words, "-o", "run.csv"].map(shellWord).join(" ");
 }
 
-function stateText(start) {
-    const n = start.length / 2;
-    return `${JSON.stringify({t: 0, q: Array.from(start.slice(0, n)), qd: Array.from(start.slice(n))})}\n`;
+function stateText(start, live) {
+    const n = start.length / 2, joints = n - live.states.length;
+    const states = Object.fromEntries(live.states.map((name, i) => [name, start[n + joints + i]]));
+    return `${JSON.stringify({t: 0, q: Array.from(start.slice(0, joints)), qd: Array.from(start.slice(n, n + joints)), ...(live.states.length > 0 && {states})})}\n`;
 }
 
 function csvText(motion) {
