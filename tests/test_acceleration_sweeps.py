@@ -15,7 +15,7 @@ DIGITS = {4: (3e-11, 1e-12), 16: (3e-10, 3e-12)}
 TREES = TESTS / "models" / "trees.lua"
 KINDS = {"two": 8, "three": 3, "nested": 2, "comb": 5, "short": 1}  # elements, or ribs
 FORMS = [(MODELS / "fivebar.lua", ()), (MODELS / "gantry.lua", ()), (MODELS / "branched.lua", ()), (REFERENCE, ("--set", "n_rfe=2", "--set", "eta=1e-3"))]
-FORMS += [(TREES, ("--set", f"kind={kind}", "--set", f"rfe={rfe}")) for kind, rfe in {**KINDS, "joined": 3}.items()]
+FORMS += [(TREES, ("--set", f"kind={kind}", "--set", f"rfe={rfe}")) for kind, rfe in {**KINDS, "joined": 3, "between": 1}.items()]
 SAME = 1e-8  # of the largest entry; the matrix loses digits
 ROUNDED = 4e-15  # of a column: a few roundings
 

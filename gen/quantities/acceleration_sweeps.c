@@ -30,8 +30,19 @@ static bool strains_are_stages(struct derivation *d) {
     return true;
 }
 
-bool acceleration_sweeps_fit(struct derivation *d) {
-    return !derivation_has_massless_joint(d) && strains_are_stages(d);
+/* Returns whether no force or torque acts on a body between turns that are eliminated together. */
+static bool loads_are_on_stages(struct derivation *d, const struct applied_forces *applied) {
+    const struct elimination *elimination = accelerations_elimination(d);
+    const struct tree *tree = d->kinematics.tree;
+    for (int p = 0; p < d->model->marker_count; p++)
+        if (tree->points[p].frame >= 0 && !articulated_body_takes_load(elimination, tree->points[p].frame) &&
+            !(vector_is_zero(applied->points[p]) && vector_is_zero(applied->torques[p])))
+            return false;
+    return true;
+}
+
+bool acceleration_sweeps_fit(struct derivation *d, const struct applied_forces *applied) {
+    return !derivation_has_massless_joint(d) && strains_are_stages(d) && loads_are_on_stages(d, applied);
 }
 
 /* ---- Arrays ---- */

@@ -267,8 +267,9 @@ bool tangent_is_planar(const struct builder *b);
 
 /* ---- Derivatives of accelerations in sweeps over the tree: theory, sect. 7.7 ---- */
 
-/* Returns whether all joints carry mass, and turns that share strains are eliminated together. */
-bool acceleration_sweeps_fit(struct derivation *d);
+/* Returns whether all joints carry mass, turns that share strains are eliminated together, and no applied
+ * force acts on a body between turns that are eliminated together. */
+bool acceleration_sweeps_fit(struct derivation *d, const struct applied_forces *applied);
 /* Adds -M^-1 times the derivatives of the equations of motion by q and qd, for the builder's applied forces,
  * to these arrays of its function; NOTHING: left out. */
 void acceleration_sweeps_add(struct builder *b, int by_q, int by_qd);

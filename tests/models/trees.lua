@@ -1,5 +1,5 @@
 -- Trees whose bodies carry several branches: two long ones, three of different lengths on one body, branches of branches in two trees, a spine
--- with `rfe` ribs, and a short tree. test_acceleration_sweeps.py compares the two forms of the derivatives of accelerations.
+-- with `rfe` ribs, a short tree, and a force between turns at one point. test_acceleration_sweeps.py compares the two forms of the derivatives of accelerations.
 local rd   = require "refdyn"
 local kind = rd.option("kind", "two")
 local rfe  = rd.option("rfe", 4, { from = 1, to = 64 })
@@ -58,6 +58,9 @@ local cases = {
   nested = { links = nested, forces = function() return { rd.force { "tail.tip", { 1, -2, 3 } } } end },
   comb   = { links = comb(rfe) },
   short  = { links = { hub, body("left", "hub", { at = { 0.1, 0, 0.2 }, joint = "theta" }), body("right", "hub", { at = { -0.1, 0, 0 }, joint = "phi" }) } },
+  -- The force acts on a body without mass between turns that are eliminated together.
+  between = { links = { hub, { "yoke", on = "hub", at = { 0.1, 0, 0.2 }, joint = { "theta", "phi" } }, body("wrist", "yoke", { joint = "psi" }) },
+              forces = function() return { rd.force { { on = "yoke", at = { 0.1, -0.2, 0.3 } }, { 15, -25, 35 } }, rd.torque { "yoke", { 2, 3, -1 } } } end },
 }
 local scene = cases[kind] or error("option kind: no such case")
 return rd.model { name = "trees", gravity = { 0.1 * p.g, 0, -p.g }, links = scene.links, forces = scene.forces, constraints = scene.constraints }
