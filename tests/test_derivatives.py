@@ -34,7 +34,8 @@ CASES += [(TESTS / "models" / "runs.lua", (*LOOPS, "--set", f"kind={kind}", "--s
 SWEEPS = ("--accelerations", "recursive")  # for short chains the matrix is the default
 CASES += [(REFERENCE, (*SWEEPS, *LOOPS, "--fold")), (MODELS / "gantry.lua", SWEEPS),
           (TESTS / "models" / "loaded_beams.lua", (*SWEEPS, *LOOPS, "--set", "n_rfe=2")),
-          (TESTS / "models" / "runs.lua", (*SWEEPS, *LOOPS, "--set", "kind=driven", "--set", "rfe=3"))]
+          (TESTS / "models" / "runs.lua", (*SWEEPS, *LOOPS, "--set", "kind=driven", "--set", "rfe=3")), (MODELS / "branched.lua", SWEEPS)]
+CASES += [(TESTS / "models" / "trees.lua", (*SWEEPS, "--set", f"kind={kind}", "--set", "rfe=2")) for kind in ("joined", "nested")]
 CASES += [(path, SWEEPS) for path in all_models() if LONG and path != REFERENCE]
 # The beam of cantilever.lua has hardly any mass: its accelerations of 1e10 cancel, and folded constants with them.
 CASES += [(path, ()) for path in few_models_of_tests() if path.stem != "cantilever"] + [(seed, ()) for seed in RANDOM]

@@ -17,8 +17,9 @@ RUNS, FUNCTIONS, SWITCHED = (TESTS / "models" / f"{name}.lua" for name in ("runs
 RODS = (RUNS, ["--set", "kind=rods", "--set", "rfe=3", "--loops", "always", *CALLED])
 FLEXIBLE = (REFERENCE, ["--set", "n_rfe=4", "--emit", "M,h,Q,energy,qdd_free,constrained,tangent,inverse"])
 ALL = [(path, []) for path in all_models() + models_of_tests()]
+TREE = (TESTS / "models" / "trees.lua", ["--set", "kind=joined", "--set", "rfe=1", "--accelerations", "recursive", *CALLED[:1], CALLED[1] + ",d_qdd"])
 SOME = {"fourbar", "functions", "switched"}
-SCENES = (ALL if LONG else [scene for scene in ALL if scene[0].stem in SOME]) + [RODS, FLEXIBLE]
+SCENES = (ALL if LONG else [scene for scene in ALL if scene[0].stem in SOME]) + [RODS, FLEXIBLE, TREE]
 SCENES += [(TESTS / "models" / "control" / "states.lua", [])] * LONG
 FEW = [(FUNCTIONS, []), (SWITCHED, []), (REFERENCE, ["--set", "n_rfe=1", *DERIVATIVES])]
 # Differently fused sums, or sines of libm, differ by rounding; solutions with them differ more.

@@ -8,8 +8,9 @@ from program import LONG, MODELS, TESTS, all_models, models_of_tests
 from single import ARM, CORES
 from stack import compare, emit
 
-# Loops; frames that come closest to the bound; functions that call others.
-SCENES = [(TESTS / "models" / "hanging_chain.lua", []), (TESTS / "models" / "programme.lua", []), (MODELS / "slidercrank.lua", [])]
+# Loops; frames that come closest to the bound; functions that call others; sweeps over a tree.
+SCENES = [(TESTS / "models" / "hanging_chain.lua", []), (TESTS / "models" / "programme.lua", []), (MODELS / "slidercrank.lua", []),
+          (TESTS / "models" / "trees.lua", ["--set", "rfe=9"])]
 BRANCHED = (MODELS / "branched.lua", [])  # its d_force has the most values alive at once
 COMPILERS = [("double", [compiler, level]) for compiler in ("gcc", "clang") for level in ("-O2", "-Os")]
 COMPILERS += [("float", [*ARM, *CORES[core], level]) for core in CORES for level in ("-O2", "-Os")]

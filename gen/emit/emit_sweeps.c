@@ -1,10 +1,14 @@
 /*
- * The C text of the sweeps of a plan (plan.h), which compute derivatives of accelerations on chains.
+ * The C text of the sweeps of a plan (plan.h), which compute derivatives of accelerations.
  *
  * The states of all columns are local arrays, one for each component, and the columns are the inner loops.
  * Compilers turn inner loops into vector instructions only if the number of their iterations is a constant.
  * Columns are therefore passed in blocks of BLOCK. A block may contain columns that have not begun or that
- * belong to another chain; their values are not used. Lanes are vectors already.
+ * belong to another tree; their values are not used. Lanes are vectors already.
+ *
+ * Responses to unit wrenches on bodies with several branches are carried like the responses of columns, in
+ * places before those of the first column: six for each level, level 0 nearest to the column. Columns of
+ * earlier trees may be there, which are complete.
  */
 #include "gen/emit/emit.h"
 
@@ -34,7 +38,7 @@ struct state {
     struct sweep_state has;
 };
 
-enum { MOST_STATES = 3 };
+enum { MOST_STATES = 3, KEPT_PARTS = 2 }; /* before a branch, accelerations are kept */
 
 static int list_states(const struct printer *p, struct state states[MOST_STATES]) {
     states[0] = (struct state){"response", sweeps_state(p->s, -1)};
@@ -65,8 +69,23 @@ static int list_parts(const struct printer *p, const struct state *state, int co
     return 4;
 }
 
+/* The number of places before the first column. */
+static int unit_places(const struct printer *p) {
+    return UNIT_WRENCHES * p->s->levels;
+}
+
 static int padded(const struct printer *p) {
-    return p->x->is_lanes ? p->s->n : (p->s->n + BLOCK - 1) / BLOCK * BLOCK;
+    const int places = p->s->n + unit_places(p);
+    return p->x->is_lanes ? places : (places + BLOCK - 1) / BLOCK * BLOCK;
+}
+
+/* The place of the column at a position. */
+static const char *place(const struct printer *p, const char *position) {
+    return unit_places(p) ? memory_format(p->x->plan->memory, "%s + %d", position, unit_places(p)) : position;
+}
+
+static const char *first_place(const struct printer *p, bool is_response) {
+    return is_response && unit_places(p) ? "first" : place(p, "root");
 }
 
 static bool has_kind(const struct sweeps *s, enum stage_kind kind) {
@@ -74,6 +93,12 @@ static bool has_kind(const struct sweeps *s, enum stage_kind kind) {
         if (s->kind[i] == (int)kind)
             return true;
     return false;
+}
+
+/* Returns whether the accelerations of the stage's joints are kept for state k: those of the responses are
+ * needed for the branches that follow. */
+static bool has_rows(const struct printer *p, int k) {
+    return k || unit_places(p);
 }
 
 /* Declares the arrays of all states and of the results of one stage. */
@@ -84,12 +109,18 @@ static void put_arrays(const struct printer *p, const struct state *states, int 
         const int part_count = list_parts(p, &states[k], k - 1, parts);
         for (int part = 0; part < part_count; part++)
             for (int a = 0; a < 3; a++)
-                if (parts[part].has[a])
+                if (parts[part].has[a]) {
                     text_add(p->text, "        %s %s_%s_%c[%d];\n", p->x->number, states[k].prefix,
                              parts[part].name, axes[a], size);
-        for (int r = 0; r < (has_kind(p->s, STAGE_BALL) ? 3 : 1) && k; r++) {
-            text_add(p->text, "        %s %s_row_%d[%d];\n", p->x->number, states[k].prefix, r, size);
-            text_add(p->text, "        %s %s_column_%d[%d];\n", p->x->number, states[k].prefix, r, size);
+                    if (part < KEPT_PARTS && unit_places(p))
+                        text_add(p->text, "        %s kept_%s_%s_%c[%d];\n", p->x->number, states[k].prefix,
+                                 parts[part].name, axes[a], p->s->levels * size);
+                }
+        for (int r = 0; r < (has_kind(p->s, STAGE_BALL) ? 3 : 1); r++) {
+            if (has_rows(p, k))
+                text_add(p->text, "        %s %s_row_%d[%d];\n", p->x->number, states[k].prefix, r, size);
+            if (k)
+                text_add(p->text, "        %s %s_column_%d[%d];\n", p->x->number, states[k].prefix, r, size);
         }
     }
 }
@@ -113,13 +144,17 @@ static void put_zeros(const struct printer *p, const struct state *states, int c
 
 /* ---- One stage ---- */
 
-static void open_columns(const struct printer *p) {
+static void open_columns(const struct printer *p, bool is_response) {
+    const char *first = first_place(p, is_response), *end = place(p, "i");
     if (p->x->is_lanes) {
-        text_add(p->text, "                for (int j = root; j < i; j++) {\n");
+        text_add(p->text, "                for (int j = %s; j < %s; j++) {\n", first, end);
         return;
     }
-    text_add(p->text, "                for (int block = root / %d * %d; block < i; block += %d)\n", BLOCK,
-             BLOCK, BLOCK);
+    text_add(p->text,
+             strchr(first, ' ')
+                 ? "                for (int block = (%s) / %d * %d; block < %s; block += %d)\n"
+                 : "                for (int block = %s / %d * %d; block < %s; block += %d)\n",
+             first, BLOCK, BLOCK, end, BLOCK);
     text_add(p->text, "                    for (int j = block; j < block + %d; j++) {\n", BLOCK);
 }
 
@@ -228,7 +263,7 @@ static void put_moves(const struct printer *p, const struct state *states, int c
     if (!moves(p, states, count))
         return;
     for (int k = 0; k < count; k++) {
-        open_columns(&inner);
+        open_columns(&inner, !k);
         put_move(&inner, &states[k]);
         close_columns(&inner);
     }
@@ -266,7 +301,7 @@ static int put_held(const struct printer *p, const struct state *state, int r) {
                      "[j]");
 }
 
-static void put_single(const struct printer *p, const struct state *state, bool is_turn, bool is_response) {
+static void put_single(const struct printer *p, const struct state *state, bool is_turn, bool has_row) {
     const bool *has = is_turn ? state->has.angular : state->has.linear;
     text_add(p->text, "%sconst %s held = ", margin(p), p->x->number);
     int count = put_held(p, state, 0);
@@ -277,21 +312,21 @@ static void put_single(const struct printer *p, const struct state *state, bool 
         if (has[a] && p->s->turn.at[a] != NOTHING)
             text_add(p->text, "%s%s_%s_%c[j] -= turn_0%c * held;\n", margin(p), state->prefix,
                      is_turn ? "angular" : "linear", axes[a], axes[a]);
-    if (!is_response)
+    if (has_row)
         text_add(p->text, "%s%s_row_0[j] = held;\n", margin(p), state->prefix);
 }
 
-static void put_ball(const struct printer *p, const struct state *state, bool is_response) {
+static void put_ball(const struct printer *p, const struct state *state, bool has_row) {
     static const bool all[3] = {true, true, true};
     const char *number = p->x->number;
     for (int r = 0; r < 3; r++) {
         text_add(p->text, "%sconst %s after_%c = ", margin(p), number, axes[r]);
         end_sum(p, put_held(p, state, r));
     }
-    for (int r = 0; r < 3 && !is_response; r++)
+    for (int r = 0; r < 3 && has_row; r++)
         text_add(p->text, "%sconst %s gain_%c = after_%c + %s_angular_%c[j];\n", margin(p), number, axes[r],
                  axes[r], state->prefix, axes[r]);
-    for (int r = 0; r < 3 && !is_response; r++) {
+    for (int r = 0; r < 3 && has_row; r++) {
         text_add(p->text, "%s%s_row_%d[j] = ", margin(p), state->prefix, r);
         end_sum(p, put_terms(p, 0, "turn", r, &p->s->turn, "gain", all, ""));
     }
@@ -303,18 +338,39 @@ static void put_stage_loops(const struct printer *p, const struct state *states,
                             enum stage_kind kind) {
     const struct sweeps *s = p->s;
     for (int c = 0; c < s->column_count; c++) {
-        open_columns(p);
+        open_columns(p, true);
         put_columns(p, &states[0], &states[c + 1], &s->columns[c], kind == STAGE_BALL ? 3 : 1);
         close_columns(p);
     }
     for (int k = 0; k < count; k++) {
-        open_columns(p);
+        open_columns(p, !k);
         if (kind == STAGE_BALL)
-            put_ball(p, &states[k], !k);
+            put_ball(p, &states[k], has_rows(p, k));
         else
-            put_single(p, &states[k], kind == STAGE_TURN, !k);
+            put_single(p, &states[k], kind == STAGE_TURN, has_rows(p, k));
         close_columns(p);
     }
+}
+
+/* What the responses to unit wrenches yield at the stage: for its joints, A and z of the bodies on which the
+ * wrenches act. Unit wrench and component have the same number. */
+static void put_records(const struct printer *p, const struct state *states, int count, int joints) {
+    if (!unit_places(p))
+        return;
+    text_add(p->text,
+             "                for (int unit = root + %d, kept = i + %d; unit >= first; unit -= %d, kept += "
+             "%d) {\n",
+             unit_places(p) - UNIT_WRENCHES, unit_places(p), UNIT_WRENCHES, padded(p));
+    for (int k = 0; k < count; k++) {
+        struct state_part parts[4];
+        list_parts(p, &states[k], k - 1, parts);
+        for (int c = 0; c < UNIT_WRENCHES; c++)
+            for (int r = 0; r < joints && parts[c / 3].has[c % 3]; r++)
+                text_add(p->text, "                    kept_%s_%s_%c[kept + %d] = -%s_%s_%d[unit + %d];\n",
+                         states[k].prefix, parts[c / 3].name, axes[c % 3], r, states[k].prefix,
+                         k ? "column" : "row", r, c);
+    }
+    text_add(p->text, "                }\n");
 }
 
 static void put_stage(const struct printer *p, const struct state *states, int count, enum stage_kind kind) {
@@ -339,6 +395,7 @@ static void put_stage(const struct printer *p, const struct state *states, int c
         }
     }
     text_add(p->text, "%s", loops.data);
+    put_records(p, states, count, kind == STAGE_BALL ? 3 : 1);
 }
 
 /* ---- The loop ---- */
@@ -377,7 +434,7 @@ static void put_rows(const struct printer *p, const struct state *state, const c
         text_add(p->text,
                  ordered ? "%s    %s[(i + %d) * %d + j] = " : "%s    %s[(order[i] + %d) * %d + order[j]] = ",
                  indent, entries, r, p->s->n);
-        text_add(p->text, "-%s_row_%d[j];\n", state->prefix, r);
+        text_add(p->text, "-%s_row_%d[%s];\n", state->prefix, r, place(p, "j"));
     }
 }
 
@@ -390,7 +447,7 @@ static void put_transposed(const struct printer *p, const struct state *state, c
         text_add(p->text,
                  ordered ? "%s    %s[j * %d + i + %d] = " : "%s    %s[order[j] * %d + order[i] + %d] = ",
                  indent, entries, p->s->n, r);
-        text_add(p->text, "-%s_column_%d[j];\n", state->prefix, r);
+        text_add(p->text, "-%s_column_%d[%s];\n", state->prefix, r, place(p, "j"));
     }
     text_add(p->text, "%s}\n", indent);
 }
@@ -422,8 +479,8 @@ static void put_starts(const struct printer *p, const struct state *states, int 
         for (int part = 0; part < part_count; part++)
             for (int a = 0; a < 3; a++)
                 if (parts[part].has[a])
-                    text_add(p->text, "                %s_%s_%c[i] = %s%s;\n", states[k].prefix,
-                             parts[part].name, axes[a],
+                    text_add(p->text, "                %s_%s_%c[%s] = %s%s;\n", states[k].prefix,
+                             parts[part].name, axes[a], place(p, "i"),
                              parts[part].start->at[a] == NOTHING ? emit_zero(p->x)
                                                                  : name(p, parts[part].start->at[a]),
                              parts[part].start->at[a] == NOTHING ? "" : "[i]");
@@ -431,7 +488,7 @@ static void put_starts(const struct printer *p, const struct state *states, int 
     text_add(p->text, "            }\n");
 }
 
-static bool is_single_chain(const struct sweeps *s) {
+static bool is_single_tree(const struct sweeps *s) {
     for (int i = 0; i < s->n; i++)
         if (s->root[i])
             return false;
@@ -442,18 +499,117 @@ bool emit_is_swept(const struct function *function, int array) {
     for (int l = 0; l < function->loop_count; l++) {
         const struct sweeps *s = &function->loops[l].of.sweeps;
         for (int c = 0; function->loops[l].kind == LOOP_SWEEPS && c < s->column_count; c++)
-            if (s->columns[c].array == array && is_single_chain(s) && is_ordered(s))
+            if (s->columns[c].array == array && is_single_tree(s))
                 return true;
     }
     return false;
 }
+
+/* ---- Branches ---- */
+
+/* A loop over the states that are kept, which keeps or restores them. */
+static void put_kept(const struct printer *p, const struct state *states, int count, bool restores) {
+    for (int k = 0; k < count; k++) {
+        struct state_part parts[4];
+        list_parts(p, &states[k], k - 1, parts);
+        text_add(p->text, "                    for (int j = %s; j < %s; j++) {\n",
+                 k ? place(p, "root") : "from", place(p, "i"));
+        for (int c = 0; c < 3 * KEPT_PARTS; c++) {
+            const char *title = memory_format(p->x->plan->memory, "%s_%s_%c", states[k].prefix,
+                                              parts[c / 3].name, axes[c % 3]);
+            if (parts[c / 3].has[c % 3])
+                text_add(p->text,
+                         restores ? "                        %s[j] = kept_%s[kept + j];\n"
+                                  : "                        kept_%s[kept + j] = %s[j];\n",
+                         title, title);
+        }
+        text_add(p->text, "                    }\n");
+    }
+}
+
+/* In other branches, no column of an earlier branch changes velocities or directions. */
+static void put_ends_of_changes(const struct printer *p, const struct state *states, int count) {
+    struct text ends = {.memory = p->text->memory};
+    for (int k = 1; k < count; k++) {
+        struct state_part parts[4];
+        const int part_count = list_parts(p, &states[k], k - 1, parts);
+        for (int part = KEPT_PARTS; part < part_count; part++)
+            for (int a = 0; a < 3; a++)
+                if (parts[part].has[a])
+                    text_add(&ends, "                        %s_%s_%c[%s] = %s;\n", states[k].prefix,
+                             parts[part].name, axes[a], place(p, "j"), emit_zero(p->x));
+    }
+    if (ends.data)
+        text_add(p->text,
+                 "                    for (int j = opened[branch]; j < i; j++) {\n%s                    }\n",
+                 ends.data);
+}
+
+static void put_units(const struct printer *p, const struct state *response) {
+    struct state_part parts[4];
+    const struct vector_arrays *const units[KEPT_PARTS] = {&p->s->unit_angular, &p->s->unit_linear};
+    list_parts(p, response, -1, parts);
+    text_add(p->text, "                if (units[branch] >= 0) {\n");
+    text_add(p->text, "                    first -= %d;\n", UNIT_WRENCHES);
+    text_add(p->text, "                    for (int unit = 0; unit < %d; unit++) {\n", UNIT_WRENCHES);
+    for (int c = 0; c < 3 * KEPT_PARTS; c++) {
+        const int array = units[c / 3]->at[c % 3];
+        if (!parts[c / 3].has[c % 3])
+            continue;
+        text_add(p->text, "                        %s_%s_%c[first + unit] = ", response->prefix,
+                 parts[c / 3].name, axes[c % 3]);
+        text_add(p->text, array == NOTHING ? "%s;\n" : "%s[units[branch] + unit];\n",
+                 array == NOTHING ? emit_zero(p->x) : name(p, array));
+    }
+    text_add(p->text, "                    }\n                }\n");
+}
+
+static void put_branches(const struct printer *p, const struct state *states, int count) {
+    const int places = unit_places(p);
+    if (!places)
+        return;
+    text_add(p->text, "            if (i == starts[branch]) { /* a branch of a body that has several */\n");
+    text_add(
+        p->text,
+        "                const int from = root + %d - %d * levels[branch], kept = %d * levels[branch];\n",
+        places, UNIT_WRENCHES, padded(p));
+    text_add(p->text, "                if (i == opened[branch]) {\n");
+    put_kept(p, states, count, false);
+    text_add(p->text, "                } else {\n");
+    put_kept(p, states, count, true);
+    put_ends_of_changes(p, states, count);
+    text_add(p->text, "                }\n                first = from;\n");
+    put_units(p, &states[0]);
+    text_add(p->text, "                branch++;\n            }\n");
+}
+
+static void put_branch_tables(const struct printer *p) {
+    const struct sweeps *s = p->s;
+    const int count = s->branch_count;
+    int *values = memory_get(p->x->plan->memory, ((size_t)count + 1) * sizeof *values);
+    for (int b = 0; b < count; b++)
+        values[b] = s->branches[b].position;
+    values[count] = s->n;
+    emit_local_table(p->text, "int", "starts", values, count + 1);
+    for (int b = 0; b < count; b++)
+        values[b] = s->branches[b].first;
+    emit_local_table(p->text, "int", "opened", values, count);
+    for (int b = 0; b < count; b++)
+        values[b] = s->branches[b].level;
+    emit_local_table(p->text, "unsigned char", "levels", values, count);
+    for (int b = 0; b < count; b++)
+        values[b] = s->branches[b].is_last ? -1 : UNIT_WRENCHES * s->branches[b].body;
+    emit_local_table(p->text, "int", "units", values, count);
+}
+
+/* ---- The loop ---- */
 
 static void put_tables(const struct printer *p, const struct state *states, int count) {
     const struct sweeps *s = p->s;
     int *values = memory_get(p->x->plan->memory, ((size_t)s->n + 1) * sizeof *values);
     if (!is_ordered(s))
         emit_local_table(p->text, "int", "order", s->order, s->n);
-    if (!is_single_chain(s))
+    if (!is_single_tree(s))
         emit_local_table(p->text, "int", "roots", s->root, s->n);
     if (has_kind(s, STAGE_BALL) || has_kind(s, STAGE_TURN) == has_kind(s, STAGE_SLIDE))
         emit_local_table(p->text, "unsigned char", "kind", s->kind, s->n);
@@ -461,6 +617,8 @@ static void put_tables(const struct printer *p, const struct state *states, int 
         values[i] = s->moves_on[i];
     if (moves(p, states, count))
         emit_local_table(p->text, "unsigned char", "moves_on", values, s->n);
+    if (unit_places(p))
+        put_branch_tables(p);
 }
 
 void emit_sweeps(struct emission *x, struct text *text, const struct function *function, const char *local,
@@ -471,10 +629,15 @@ void emit_sweeps(struct emission *x, struct text *text, const struct function *f
     put_tables(&p, states, count);
     put_arrays(&p, states, count);
     put_zeros(&p, states, count);
+    if (unit_places(&p))
+        text_add(text, "        int branch = 0, first = %d;\n", unit_places(&p));
     text_add(text, "        for (int i = 0; i < %d;) {\n", sweeps->n);
     text_add(text, "            const int root = %s, joints = %s;\n",
-             is_single_chain(sweeps) ? "0" : "roots[i]",
+             is_single_tree(sweeps) ? "0" : "roots[i]",
              has_kind(sweeps, STAGE_BALL) ? "kind[i] == 2 ? 3 : 1" : "1");
+    if (unit_places(&p) && !is_single_tree(sweeps))
+        text_add(text, "            if (i == root)\n                first = %s;\n", place(&p, "root"));
+    put_branches(&p, states, count);
     put_moves(&p, states, count);
     put_stages(&p, states, count);
     put_stores(&p, states, count);

@@ -10,6 +10,7 @@
 /* ---- Loops over arrays (plan.h), in the order of the emitted loops ---- */
 
 struct values {
+    struct memory *memory;
     const struct function *function;
     double *all;
 };
@@ -209,22 +210,81 @@ static void begin_column(const struct values *v, const struct sweeps *s, int j, 
     }
 }
 
-/* Computes column by column; the emitted loops carry all columns from stage to stage instead. */
-static void run_sweeps(const struct values *v, const struct sweeps *s) {
-    for (int i = 0; i < s->n; i++) {
-        struct swept_column states;
-        int next = i;
-        while (next < s->n && (next == i || s->kind[next] == STAGE_PART))
-            next++;
-        begin_column(v, s, i, &states);
-        for (; next < s->n && s->root[next] == s->root[i]; next += sweeps_joints_at(s, next))
-            sweep_pair(v, s, next, i, &states);
+/* The first position of the stage that position i belongs to. */
+static int stage_at(const struct sweeps *s, int i) {
+    while (s->kind[i] == STAGE_PART)
+        i--;
+    return i;
+}
+
+/* The acceleration of the body after position i by one unit wrench. */
+static struct swept unit_response(const struct values *v, const struct sweeps *s, int i, int unit) {
+    const struct sweep_branch *branch = s->branches;
+    struct swept response = {.angular = {0}};
+    while (branch->first != i + 1)
+        branch++;
+    read_vector(v, &s->unit_angular, UNIT_WRENCHES * branch->body + unit, response.angular);
+    read_vector(v, &s->unit_linear, UNIT_WRENCHES * branch->body + unit, response.linear);
+    return response;
+}
+
+/* Carries a response from the body after position `from` to what carries the stage at position i. */
+static void carry_between(const struct values *v, const struct sweeps *s, int from, int i,
+                          struct swept *response) {
+    const int parent = s->parent[i];
+    double x[3];
+    if (parent != from) {
+        const int stage = stage_at(s, parent);
+        carry_between(v, s, from, stage, response);
+        pass_stage(v, s, stage, response, x);
+    }
+    move_state(v, s, i, response);
+}
+
+/* The states of column j at the body after position `at`, which carries joint j and other branches. By
+ * reciprocity they follow from the body's responses to unit wrenches. */
+static struct swept_column seen_from(const struct values *v, const struct sweeps *s, int at, int j) {
+    struct swept_column seen = {.response = {.angular = {0}}};
+    const int stage = stage_at(s, j);
+    for (int unit = 0; unit < UNIT_WRENCHES; unit++) {
+        struct swept response = unit_response(v, s, at, unit);
+        double x[3];
+        carry_between(v, s, at, stage, &response);
+        for (int c = 0; c < s->column_count; c++) {
+            const double up = add_dot(v, 0, &s->columns[c].push_moment, j, response.angular);
+            (unit < 3 ? seen.by[c].angular : seen.by[c].linear)[unit % 3] =
+                -add_dot(v, up, &s->columns[c].push_force, j, response.linear);
+        }
+        pass_stage(v, s, stage, &response, x);
+        (unit < 3 ? seen.response.angular : seen.response.linear)[unit % 3] = -x[j - stage];
+    }
+    return seen;
+}
+
+/* `after`: the states of the column after each stage beyond joint j, by the stage's last position. */
+static void sweep_column(const struct values *v, const struct sweeps *s, int j, struct swept_column *after) {
+    int next = j + 1;
+    while (next < s->n && s->kind[next] == STAGE_PART)
+        next++;
+    begin_column(v, s, j, &after[next - 1]);
+    for (; next < s->n && s->root[next] == s->root[j]; next += sweeps_joints_at(s, next)) {
+        const int parent = s->parent[next], last = next + sweeps_joints_at(s, next) - 1;
+        after[last] = parent < j ? seen_from(v, s, parent, j) : after[parent];
+        sweep_pair(v, s, next, j, &after[last]);
     }
 }
 
+/* Computes column by column; the emitted loops carry all columns from stage to stage instead. */
+static void run_sweeps(const struct values *v, const struct sweeps *s) {
+    struct swept_column *after = memory_get(v->memory, ((size_t)s->n + 1) * sizeof *after);
+    for (int j = 0; j < s->n; j++)
+        sweep_column(v, s, j, after);
+}
+
 /* Runs one loop over the values of all arrays. */
-static void run_loop(const struct function *function, const struct loop *loop, double *values) {
-    const struct values v = {function, values};
+static void run_loop(struct memory *memory, const struct function *function, const struct loop *loop,
+                     double *values) {
+    const struct values v = {memory, function, values};
     switch (loop->kind) {
     case LOOP_PAIRS:
         run_pairs(&v, &loop->of.pairs);
@@ -426,7 +486,7 @@ static void interpret(struct plan *plan, const struct function *function, const 
     else
         interpret_nodes(plan, function, arguments, arrays);
     for (int i = 0; i < function->loop_count; i++)
-        run_loop(function, &function->loops[i], arrays);
+        run_loop(plan->memory, function, &function->loops[i], arrays);
     memcpy(out, arrays, (size_t)function->out_count * sizeof *out);
 }
 

@@ -1,6 +1,6 @@
 /*
  * The arrays of a function: its results, those that its loops read, and the entries that straight-line code
- * writes into them. The operations of its loops.
+ * writes into them. The operations of its loops; sweeps.c has those of SWEEPS.
  *
  * This file counts the operations of loops, emit_loops.c prints them, interpreter.c runs them. All visit the
  * entries in the same order, so that every rounding is the same.
@@ -12,12 +12,6 @@
  * parent: moment += shift x force. Moving from joint to joint, instead of through the ground's origin, keeps
  * the digits of short elements. Vectors are stored by position, an order in which all coordinates beyond a
  * joint follow it.
- *
- * SWEEPS computes derivatives of accelerations on chains that begin on the ground. It visits the stages
- * (joints, or three turns at one point) outward. For each coordinate j nearer to the ground it carries the
- * change of acceleration A that the column of j makes, and the acceleration z that a unit force on j makes.
- * A yields the entries of the stage's rows, z those of its columns, as a product with the wrench that the
- * stage passes on. Then the columns of the stage's own joints begin.
  */
 #include "gen/plan/plan.h"
 
@@ -184,192 +178,6 @@ static void count_solving(const struct function *f, const struct solving *solvin
     count->muls += n * n * columns;
 }
 
-static bool has_kind(const struct sweeps *s, enum stage_kind kind) {
-    for (int i = 0; i < s->n; i++)
-        if (s->kind[i] == (int)kind)
-            return true;
-    return false;
-}
-
-static bool is_there(const struct vector_arrays *arrays, int axis) {
-    return arrays->at[axis] != NOTHING;
-}
-
-static const struct vector_arrays *start_of(const struct sweeps *s, int column, bool is_angular) {
-    if (column < 0)
-        return is_angular ? &s->start_angular : &s->start_linear;
-    return is_angular ? &s->columns[column].start_angular : &s->columns[column].start_linear;
-}
-
-/* Returns whether component `axis` of a cross product a x b reads both b and component `of` of a. */
-static bool crosses(const struct vector_arrays *b, int axis, int of) {
-    return axis != of && is_there(b, 3 - axis - of);
-}
-
-/* Components that may become nonzero. */
-static struct sweep_state set_components(const struct sweeps *s, int column) {
-    struct sweep_state state = {.angular = {false}};
-    for (int a = 0; a < 3; a++) {
-        state.spin[a] = column >= 0 && is_there(&s->columns[column].spin, a);
-        state.turned[a] = column >= 0 && is_there(&s->columns[column].turned, a);
-        state.angular[a] = has_kind(s, STAGE_BALL) || is_there(start_of(s, column, true), a) ||
-                           (has_kind(s, STAGE_TURN) && is_there(&s->turn, a));
-    }
-    for (int a = 0; a < 3; a++) {
-        state.linear[a] =
-            is_there(start_of(s, column, false), a) || (has_kind(s, STAGE_SLIDE) && is_there(&s->turn, a));
-        for (int of = 0; of < 3; of++)
-            state.linear[a] = state.linear[a] || (state.angular[of] && crosses(&s->shift, a, of)) ||
-                              (state.spin[of] && crosses(&s->swing, a, of));
-    }
-    return state;
-}
-
-static bool pushes(const struct sweeps *s, bool is_moment, int axis) {
-    for (int c = 0; c < s->column_count; c++)
-        if (is_there(is_moment ? &s->columns[c].push_moment : &s->columns[c].push_force, axis))
-            return true;
-    return false;
-}
-
-/* Components that are read. */
-static struct sweep_state read_components(const struct sweeps *s, int column) {
-    struct sweep_state state = {.angular = {false}};
-    for (int a = 0; a < 3; a++) {
-        state.linear[a] = is_there(&s->hold_force, a) || (column < 0 && pushes(s, false, a));
-        state.angular[a] =
-            has_kind(s, STAGE_BALL) || is_there(&s->hold_moment, a) || (column < 0 && pushes(s, true, a));
-        state.spin[a] = is_there(&s->hold_spin, a);
-        state.turned[a] = is_there(&s->hold_turned, a);
-    }
-    for (int a = 0; a < 3; a++)
-        for (int of = 0; of < 3; of++) {
-            state.angular[of] = state.angular[of] || (state.linear[a] && crosses(&s->shift, a, of));
-            state.spin[of] = state.spin[of] || (state.linear[a] && crosses(&s->swing, a, of));
-        }
-    return state;
-}
-
-struct sweep_state sweeps_state(const struct sweeps *s, int column) {
-    struct sweep_state state = set_components(s, column);
-    const struct sweep_state read = read_components(s, column);
-    for (int a = 0; a < 3; a++) {
-        state.angular[a] = state.angular[a] && read.angular[a];
-        state.linear[a] = state.linear[a] && read.linear[a];
-        state.spin[a] = state.spin[a] && read.spin[a];
-        state.turned[a] = state.turned[a] && read.turned[a];
-    }
-    return state;
-}
-
-/* Drops the components that multiply only zeros. Returns whether it has dropped any. */
-static bool keep(struct vector_arrays *arrays, const bool is_read[3]) {
-    bool dropped = false;
-    for (int a = 0; a < 3; a++) {
-        dropped = dropped || (is_there(arrays, a) && !is_read[a]);
-        arrays->at[a] = is_read[a] ? arrays->at[a] : NOTHING;
-    }
-    return dropped;
-}
-
-static bool drop_once(struct sweeps *s) {
-    const struct sweep_state response = sweeps_state(s, -1);
-    struct sweep_state any = response; /* of all states */
-    bool shift[3] = {false}, swing[3] = {false}, turn[3], dropped = false;
-    for (int k = -1; k < s->column_count; k++) {
-        const struct sweep_state state = sweeps_state(s, k);
-        for (int a = 0; a < 3; a++) {
-            any.angular[a] = any.angular[a] || state.angular[a];
-            any.linear[a] = any.linear[a] || state.linear[a];
-            any.spin[a] = any.spin[a] || state.spin[a];
-            any.turned[a] = any.turned[a] || state.turned[a];
-            for (int of = 0; of < 3; of++)
-                if (of != a && state.linear[a]) {
-                    shift[3 - a - of] = shift[3 - a - of] || state.angular[of];
-                    swing[3 - a - of] = swing[3 - a - of] || state.spin[of];
-                }
-        }
-        dropped |= keep((struct vector_arrays *)start_of(s, k, true), state.angular);
-        dropped |= keep((struct vector_arrays *)start_of(s, k, false), state.linear);
-        if (k < 0)
-            continue;
-        dropped |= keep(&s->columns[k].spin, state.spin);
-        dropped |= keep(&s->columns[k].turned, state.turned);
-        dropped |= keep(&s->columns[k].push_moment, response.angular);
-        dropped |= keep(&s->columns[k].push_force, response.linear);
-    }
-    for (int a = 0; a < 3; a++)
-        turn[a] = has_kind(s, STAGE_BALL) || (has_kind(s, STAGE_TURN) && any.angular[a]) ||
-                  (has_kind(s, STAGE_SLIDE) && any.linear[a]);
-    dropped |= keep(&s->turn, turn);
-    dropped |= keep(&s->hold_moment, any.angular);
-    dropped |= keep(&s->hold_force, any.linear);
-    dropped |= keep(&s->hold_spin, any.spin);
-    dropped |= keep(&s->hold_turned, any.turned);
-    dropped |= keep(&s->shift, shift);
-    dropped |= keep(&s->swing, swing);
-    return dropped;
-}
-
-void sweeps_drop_unread(struct sweeps *s) {
-    bool moves = false;
-    for (int i = 0; i < s->n; i++)
-        moves = moves || s->moves_on[i];
-    for (int a = 0; a < 3 && !moves; a++)
-        s->shift.at[a] = s->swing.at[a] = NOTHING;
-    while (drop_once(s))
-        continue;
-}
-
-static int met(const bool state[3], const struct vector_arrays *arrays) {
-    int count = 0;
-    for (int a = 0; a < 3; a++)
-        count += state[a] && is_there(arrays, a);
-    return count;
-}
-
-static int crossed(const bool to[3], const bool state[3], const struct vector_arrays *arrays) {
-    int count = 0;
-    for (int a = 0; a < 3; a++)
-        for (int of = 0; of < 3; of++)
-            count += to[a] && state[of] && crosses(arrays, a, of);
-    return count;
-}
-
-/* Products of one state at the stage of position i; in a sum each product comes with an addition. */
-static int products_of_state(const struct sweeps *s, const struct sweep_state *state, int i) {
-    const int force = met(state->linear, &s->hold_force),
-              changes = met(state->spin, &s->hold_spin) + met(state->turned, &s->hold_turned);
-    const int moved = s->moves_on[i] ? crossed(state->linear, state->angular, &s->shift) +
-                                           crossed(state->linear, state->spin, &s->swing)
-                                     : 0;
-    if (s->kind[i] == STAGE_BALL)
-        return moved + 3 * (force + changes);
-    return moved + force + changes + met(state->angular, &s->hold_moment) +
-           met(s->kind[i] == STAGE_TURN ? state->angular : state->linear, &s->turn);
-}
-
-static void count_sweeps(const struct sweeps *s, struct operation_count *count) {
-    const struct sweep_state response = sweeps_state(s, -1);
-    for (int i = 0; i < s->n; i += sweeps_joints_at(s, i)) {
-        const long before = i - s->root[i], joints = sweeps_joints_at(s, i);
-        long products = products_of_state(s, &response, i), more = 0;
-        for (int c = 0; c < s->column_count; c++) {
-            const struct sweep_column *column = &s->columns[c];
-            const struct sweep_state state = sweeps_state(s, c);
-            products += products_of_state(s, &state, i);
-            products += joints * (met(response.angular, &column->push_moment) +
-                                  met(response.linear, &column->push_force));
-            if (s->kind[i] == STAGE_BALL) { /* x = turn . change of A */
-                products += joints * met(state.angular, &s->turn);
-                more += joints;
-            }
-        }
-        count->adds += before * (products + more);
-        count->muls += before * products;
-    }
-}
-
 void loops_count_operations(const struct function *function, const struct loop *loop,
                             struct operation_count *count) {
     switch (loop->kind) {
@@ -386,19 +194,14 @@ void loops_count_operations(const struct function *function, const struct loop *
         count_solving(function, &loop->of.solving, count);
         return;
     case LOOP_SWEEPS:
-        count_sweeps(&loop->of.sweeps, count);
+        sweeps_count_operations(&loop->of.sweeps, count);
     }
-}
-
-static void list_vectors(struct array_list *list, struct vector_arrays *vectors) {
-    for (int a = 0; a < 3; a++)
-        list->arrays[list->count++] = &vectors->at[a];
 }
 
 static void list_terms(struct array_list *list, struct pair_terms *terms) {
     for (int t = 0; t < terms->count; t++) {
-        list_vectors(list, &terms->terms[t].near);
-        list_vectors(list, &terms->terms[t].far);
+        array_list_add_vectors(list, &terms->terms[t].near);
+        array_list_add_vectors(list, &terms->terms[t].far);
     }
 }
 
@@ -412,26 +215,9 @@ static void list_pairs(struct array_list *list, struct pairs *pairs) {
         list_terms(list, &product->slide.columns);
     }
     for (int m = 0; m < pairs->move_count; m++) {
-        list_vectors(list, &pairs->moves[m].moment);
-        list_vectors(list, &pairs->moves[m].force);
-        list_vectors(list, &pairs->moves[m].shift);
-    }
-}
-
-static void list_sweeps(struct array_list *list, struct sweeps *s) {
-    struct vector_arrays *const shared[] = {&s->turn,        &s->shift,         &s->swing,
-                                            &s->hold_moment, &s->hold_force,    &s->hold_spin,
-                                            &s->hold_turned, &s->start_angular, &s->start_linear};
-    for (size_t i = 0; i < sizeof shared / sizeof *shared; i++)
-        list_vectors(list, shared[i]);
-    for (int c = 0; c < s->column_count; c++) {
-        struct sweep_column *column = &s->columns[c];
-        struct vector_arrays *const own[] = {&column->spin,          &column->turned,
-                                             &column->push_moment,   &column->push_force,
-                                             &column->start_angular, &column->start_linear};
-        list->arrays[list->count++] = &column->array;
-        for (size_t i = 0; i < sizeof own / sizeof *own; i++)
-            list_vectors(list, own[i]);
+        array_list_add_vectors(list, &pairs->moves[m].moment);
+        array_list_add_vectors(list, &pairs->moves[m].force);
+        array_list_add_vectors(list, &pairs->moves[m].shift);
     }
 }
 
@@ -450,7 +236,7 @@ struct array_list loops_list_arrays(struct loop *loop) {
     case LOOP_SOLVING:
         return (struct array_list){{&solving->matrix, &solving->array}, 2};
     case LOOP_SWEEPS:
-        list_sweeps(&list, &loop->of.sweeps);
+        sweeps_list_arrays(&list, &loop->of.sweeps);
         return list;
     }
     return list;

@@ -83,7 +83,7 @@ struct solving {
 };
 
 /* Derivatives of accelerations, column by column: acceleration_columns in tangent.h has the vectors, by
- * position, and arrays_and_loops.c the loop. */
+ * position, and sweeps.c the loop. */
 struct sweep_column {
     int array; /* n x n */
     struct vector_arrays spin, turned, push_moment, push_force, start_angular, start_linear;
@@ -96,13 +96,29 @@ enum stage_kind {
     STAGE_PART
 }; /* PART: not the first joint of its ball */
 
+/* A branch of a body that carries several ones. */
+struct sweep_branch {
+    int position, first; /* where it begins, and where the body's first branch begins */
+    int body;            /* the number of the body, in the order of their positions */
+    int level;           /* number of bodies whose unit wrenches are carried to the body */
+    bool is_last;        /* of the body's branches */
+};
+
+enum { UNIT_WRENCHES = 6 }; /* a moment along x, y, z and a force along x, y, z */
+
 struct sweeps {
     struct vector_arrays turn, shift, swing, hold_moment, hold_force, hold_spin, hold_turned;
     struct vector_arrays start_angular, start_linear;
+    struct vector_arrays unit_angular, unit_linear; /* six for each body with several branches: its
+                                                       acceleration by each unit wrench */
     struct sweep_column columns[2];
     int column_count;
+    const struct sweep_branch *branches; /* ascending by position */
+    int branch_count, body_count;        /* of branches and of bodies with several of them */
+    int levels;                          /* most bodies whose unit wrenches are carried at once */
+    const int *parent;    /* n: the position of the joint that carries it; NOTHING: the ground */
     const int *order;     /* n: coordinate by position */
-    const int *root;      /* n: the first position of the chain, which begins on the ground */
+    const int *root;      /* n: the first position of the tree, which begins on the ground */
     const int *kind;      /* n: enum stage_kind */
     const bool *moves_on; /* n: the parent has another origin */
     int n;
@@ -116,6 +132,7 @@ struct sweep_state {
 struct sweep_state sweeps_state(const struct sweeps *sweeps, int column);
 /* Drops the components of vectors that multiply only zeros. */
 void sweeps_drop_unread(struct sweeps *sweeps);
+void sweeps_count_operations(const struct sweeps *sweeps, struct operation_count *count);
 /* The number of joints of the stage at position i. */
 static inline int sweeps_joints_at(const struct sweeps *sweeps, int i) {
     return sweeps->kind[i] == STAGE_BALL ? 3 : 1;
@@ -144,6 +161,11 @@ struct array_list {
     int *arrays[MOST_ARRAYS];
     int count;
 };
+static inline void array_list_add_vectors(struct array_list *list, struct vector_arrays *vectors) {
+    for (int a = 0; a < 3; a++)
+        list->arrays[list->count++] = &vectors->at[a];
+}
+void sweeps_list_arrays(struct array_list *list, struct sweeps *sweeps);
 struct array_list loops_list_arrays(struct loop *loop);
 
 /* ---- Functions and the plan ---- */

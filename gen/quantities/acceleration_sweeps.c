@@ -1,5 +1,5 @@
 /*
- * Derivatives of accelerations by q and qd as sweeps over chains of joints (theory, sect. 7.7).
+ * Derivatives of accelerations by q and qd as sweeps over the tree of joints (theory, sect. 7.7).
  *
  * Input: the motion at the accelerations of the equations of motion, and the applied forces. Output: the
  * arrays and the loop (plan.h) of a function. A column costs O(n); neither the mass matrix nor derivatives
@@ -19,14 +19,6 @@ static int *first_frames(struct derivation *d, const struct elimination *elimina
     return firsts;
 }
 
-static bool has_branches(const struct tree *tree) {
-    for (int i = 0; i < tree->count; i++)
-        for (int j = i + 1; j < tree->count; j++)
-            if (tree->frames[i].parent >= 0 && tree->frames[i].parent == tree->frames[j].parent)
-                return true;
-    return false;
-}
-
 /* Returns whether turns that share strains are eliminated together. */
 static bool strains_are_stages(struct derivation *d) {
     const struct elimination *elimination = accelerations_elimination(d);
@@ -38,8 +30,19 @@ static bool strains_are_stages(struct derivation *d) {
     return true;
 }
 
-bool acceleration_sweeps_fit(struct derivation *d) {
-    return !has_branches(d->kinematics.tree) && !derivation_has_massless_joint(d) && strains_are_stages(d);
+/* Returns whether no force or torque acts on a body between turns that are eliminated together. */
+static bool loads_are_on_stages(struct derivation *d, const struct applied_forces *applied) {
+    const struct elimination *elimination = accelerations_elimination(d);
+    const struct tree *tree = d->kinematics.tree;
+    for (int p = 0; p < d->model->marker_count; p++)
+        if (tree->points[p].frame >= 0 && !articulated_body_takes_load(elimination, tree->points[p].frame) &&
+            !(vector_is_zero(applied->points[p]) && vector_is_zero(applied->torques[p])))
+            return false;
+    return true;
+}
+
+bool acceleration_sweeps_fit(struct derivation *d, const struct applied_forces *applied) {
+    return !derivation_has_massless_joint(d) && strains_are_stages(d) && loads_are_on_stages(d, applied);
 }
 
 /* ---- Arrays ---- */
@@ -102,6 +105,85 @@ static struct vector_arrays add_swings(const struct writer *w) {
     return pair_loops_add_arrays(&w->b->arrays, "swing", swings);
 }
 
+/* ---- Branches ---- */
+
+/* The position of the joint that carries the one at position i. */
+static int parent_of(const struct pair_arrays *arrays, int i) {
+    const int parent = arrays->plan->tree->frames[arrays->order[i]].parent;
+    return parent < 0 ? NOTHING : arrays->position[parent];
+}
+
+static void find_branches(const struct pair_arrays *arrays, struct sweeps *s) {
+    const size_t n = (size_t)s->n + 1;
+    const int *end = arrays->end;
+    int *parents = memory_get(arrays->memory, n * sizeof *parents);
+    int *level =
+        memory_get(arrays->memory, n * sizeof *level); /* by position: of a branch that begins there */
+    struct sweep_branch *branches = memory_get(arrays->memory, n * sizeof *branches);
+    int *body = memory_get(arrays->memory, n * sizeof *body);
+    for (int i = 0; i < s->n; i++) {
+        const int parent = parents[i] = parent_of(arrays, i);
+        level[i] = parent < 0 ? 0 : level[parent];
+        if (parent < 0 || end[parent + 1] == end[parent])
+            continue;
+        const bool is_last = end[i] == end[parent];
+        if (i == parent + 1)
+            body[parent] = s->body_count++;
+        branches[s->branch_count++] =
+            (struct sweep_branch){i, parent + 1, body[parent], level[parent], is_last};
+        level[i] += !is_last;
+        s->levels = level[i] > s->levels ? level[i] : s->levels;
+    }
+    s->parent = parents;
+    s->branches = branches;
+}
+
+/* The position of the joint with whose body a frame moves. */
+static int position_of(const struct pair_arrays *arrays, const struct frame *frame) {
+    const struct tree *tree = arrays->k->tree;
+    if (frame->kind == FRAME_JOINT)
+        return arrays->position[frame->coordinate];
+    const struct element_run *run = &tree->runs[frame->run];
+    return arrays->position[run->first + run->count * run->period - 1];
+}
+
+/* The number of the body at a position. */
+static int body_at(const struct sweeps *s, int position) {
+    int b = 0;
+    while (s->branches[b].first != position + 1)
+        b++;
+    return s->branches[b].body;
+}
+
+/* One component of the responses of all bodies with several branches to unit wrenches. */
+static int add_unit_axis(const struct writer *w, const struct sweeps *s, bool is_angular, int axis) {
+    struct builder *b = w->b;
+    const struct tree *tree = b->d->kinematics.tree;
+    const char *name =
+        memory_format(b->d->memory, "unit_%s_%c", is_angular ? "angular" : "linear", "xyz"[axis]);
+    const int array = pair_loops_add_local(b->d->memory, b->f, name, UNIT_WRENCHES * s->body_count, 0);
+    bool is_zero = true;
+    for (int i = 0; i < tree->count; i++) {
+        if (!acceleration_columns_branch(tree, i))
+            continue;
+        const int body = body_at(s, position_of(&b->arrays, &tree->frames[i]));
+        for (int unit = 0; unit < UNIT_WRENCHES; unit++) {
+            const struct wrench *response = &w->columns[i].units[unit];
+            const expression value = (is_angular ? response->moment : response->force).at[axis];
+            plan_set_entry(b->d->memory, b->f, array, UNIT_WRENCHES * body + unit, value);
+            is_zero = is_zero && !value;
+        }
+    }
+    return is_zero ? NOTHING : array;
+}
+
+static struct vector_arrays add_units(const struct writer *w, const struct sweeps *s, bool is_angular) {
+    struct vector_arrays units = no_arrays;
+    for (int axis = 0; axis < 3 && s->body_count; axis++)
+        units.at[axis] = add_unit_axis(w, s, is_angular, axis);
+    return units;
+}
+
 /* ---- The loop ---- */
 
 static void mark_stages(const struct writer *w, int *kind) {
@@ -133,6 +215,7 @@ static void add_loop(const struct writer *w, const int arrays[2]) {
     mark_stages(w, kind);
     s.root = root;
     s.kind = kind;
+    find_branches(&b->arrays, &s);
     s.turn = add_arrays(w, "turn", offsetof(struct acceleration_columns, turn));
     s.shift = pair_loops_add_arrays(&b->arrays, "shift", b->shifts);
     s.swing = add_swings(w);
@@ -142,6 +225,8 @@ static void add_loop(const struct writer *w, const int arrays[2]) {
     s.hold_turned = add_arrays(w, "hold_turned", offsetof(struct acceleration_columns, hold_turned));
     s.start_angular = add_arrays(w, "start_angular", offsetof(struct acceleration_columns, start_angular));
     s.start_linear = add_arrays(w, "start_linear", offsetof(struct acceleration_columns, start_linear));
+    s.unit_angular = add_units(w, &s, true);
+    s.unit_linear = add_units(w, &s, false);
     for (int order = 0; order < 2; order++)
         if (arrays[order] != NOTHING)
             s.columns[s.column_count++] = add_column(w, arrays[order], order);
@@ -163,7 +248,7 @@ void acceleration_sweeps_add(struct builder *b, int by_q, int by_qd) {
                                    force_derivatives_of_stages(b, w.firsts, 1, -1)};
     w.columns = acceleration_columns_derive(b->given, w.elimination, b->applied_forces, own);
     b->shifts = kinematics_ground_shifts(&d->kinematics);
-    b->arrays = pair_loops_open(d->plan, &d->kinematics, b->f, b->shifts);
+    b->arrays = pair_loops_open_sweeps(d->plan, &d->kinematics, b->f, b->shifts);
     add_loop(&w, arrays);
     force_derivatives_add_coupled_accelerations(b, &(struct targets){by_q, by_qd, NOTHING, false, -1});
 }

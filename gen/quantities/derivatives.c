@@ -474,7 +474,8 @@ static void build_acceleration_derivatives(struct derivation *d, struct function
     struct function by_sweeps = *f, by_matrix = *f;
     long sweeps = 0, matrix = 0;
     derivatives_open_blocks(d, &terms, widths);
-    const bool fits = d->model->accelerations != ACCELERATIONS_DENSE && acceleration_sweeps_fit(d);
+    const bool fits =
+        d->model->accelerations != ACCELERATIONS_DENSE && acceleration_sweeps_fit(d, b.applied_forces);
     if (fits) {
         b.f = &by_sweeps;
         add_by_sweeps(&b, &terms, widths, has_rows);

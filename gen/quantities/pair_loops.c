@@ -9,8 +9,21 @@
 
 #include <string.h>
 
-/* Numbers the positions in depth-first order, children in the order of their numbers. */
-static void order_coordinates(struct pair_arrays *p) {
+/* By frame: its child beyond which most coordinates are, the last one of several. */
+static const int *longest_branches(const struct pair_arrays *p, const int *beyond) {
+    const struct tree *tree = p->plan->tree;
+    int *longest = memory_get(p->memory, ((size_t)tree->count + 1) * sizeof *longest);
+    for (int i = 0; i < tree->count; i++) {
+        const int parent = tree->frames[i].parent;
+        if (parent >= 0 && (!longest[parent] || beyond[i] >= beyond[longest[parent]]))
+            longest[parent] = i;
+    }
+    return longest;
+}
+
+/* Numbers the positions in depth-first order, children in the order of their numbers. `longest_last`: the
+ * longest branch of each frame follows the others. */
+static void order_coordinates(struct pair_arrays *p, bool longest_last) {
     const struct tree *tree = p->plan->tree;
     const int n = tree->count;
     int *beyond = memory_get(
@@ -19,10 +32,16 @@ static void order_coordinates(struct pair_arrays *p) {
         memory_get(p->memory, ((size_t)n + 1) * sizeof *next); /* position at which its next child begins */
     for (int i = n - 1; i >= 0; i--)
         beyond[tree->frames[i].parent < 0 ? n : tree->frames[i].parent] += beyond[i] += 1;
+    const int *longest = longest_last ? longest_branches(p, beyond) : NULL;
     for (int i = 0; i < n; i++) {
-        int *from = &next[tree->frames[i].parent < 0 ? n : tree->frames[i].parent];
-        p->position[i] = *from;
-        *from += beyond[i];
+        const int parent = tree->frames[i].parent;
+        int *from = &next[parent < 0 ? n : parent];
+        if (longest && parent >= 0 && longest[parent] == i) {
+            p->position[i] = p->end[p->position[parent]] - beyond[i];
+        } else {
+            p->position[i] = *from;
+            *from += beyond[i];
+        }
         next[i] = p->position[i] + 1;
         p->order[p->position[i]] = i;
         p->end[p->position[i]] = p->position[i] + beyond[i];
@@ -43,8 +62,9 @@ static void mark_joints(struct pair_arrays *p, const struct vector *shifts) {
     }
 }
 
-struct pair_arrays pair_loops_open(struct plan *plan, const struct kinematics *k, struct function *function,
-                                   const struct vector *shifts) {
+static struct pair_arrays open_arrays(struct plan *plan, const struct kinematics *k,
+                                      struct function *function, const struct vector *shifts,
+                                      bool longest_last) {
     const size_t n = (size_t)plan->tree->count + 1;
     struct pair_arrays p = {.memory = k->memory, .plan = plan, .function = function, .k = k};
     p.order = memory_get(k->memory, n * sizeof *p.order);
@@ -52,9 +72,19 @@ struct pair_arrays pair_loops_open(struct plan *plan, const struct kinematics *k
     p.end = memory_get(k->memory, n * sizeof *p.end);
     p.is_revolute = memory_get(k->memory, n * sizeof *p.is_revolute);
     p.moves_on = memory_get(k->memory, n * sizeof *p.moves_on);
-    order_coordinates(&p);
+    order_coordinates(&p, longest_last);
     mark_joints(&p, shifts);
     return p;
+}
+
+struct pair_arrays pair_loops_open(struct plan *plan, const struct kinematics *k, struct function *function,
+                                   const struct vector *shifts) {
+    return open_arrays(plan, k, function, shifts, false);
+}
+
+struct pair_arrays pair_loops_open_sweeps(struct plan *plan, const struct kinematics *k,
+                                          struct function *function, const struct vector *shifts) {
+    return open_arrays(plan, k, function, shifts, true);
 }
 
 struct pair_arrays pair_loops_open_results(struct plan *plan, const struct kinematics *k,

@@ -179,6 +179,9 @@ struct pair_arrays {
 /* shifts: by frame, from the origin of the previous joint, ground axes; NULL: no moment is moved. */
 struct pair_arrays pair_loops_open(struct plan *plan, const struct kinematics *k, struct function *function,
                                    const struct vector *shifts);
+/* The same in an order in which the longest branch of each body follows its other branches. */
+struct pair_arrays pair_loops_open_sweeps(struct plan *plan, const struct kinematics *k,
+                                          struct function *function, const struct vector *shifts);
 /* For arrays that are parts of the result. */
 struct pair_arrays pair_loops_open_results(struct plan *plan, const struct kinematics *k,
                                            struct function *function);
@@ -262,10 +265,11 @@ void tangent_add_joint_vectors(struct builder *b);
 /* Returns whether all joints turn about one axis of the ground or slide perpendicular to it. */
 bool tangent_is_planar(const struct builder *b);
 
-/* ---- Derivatives of accelerations in sweeps over chains: theory, sect. 7.7 ---- */
+/* ---- Derivatives of accelerations in sweeps over the tree: theory, sect. 7.7 ---- */
 
-/* Returns whether all joints are in chains that begin on the ground, and carry mass. */
-bool acceleration_sweeps_fit(struct derivation *d);
+/* Returns whether all joints carry mass, turns that share strains are eliminated together, and no applied
+ * force acts on a body between turns that are eliminated together. */
+bool acceleration_sweeps_fit(struct derivation *d, const struct applied_forces *applied);
 /* Adds -M^-1 times the derivatives of the equations of motion by q and qd, for the builder's applied forces,
  * to these arrays of its function; NOTHING: left out. */
 void acceleration_sweeps_add(struct builder *b, int by_q, int by_qd);

@@ -623,6 +623,36 @@ static void begin_columns(struct columns *c) {
     }
 }
 
+/* ---- Bodies with several branches ---- */
+
+bool acceleration_columns_branch(const struct tree *tree, int frame) {
+    int branches = 0;
+    for (int i = frame + 1; i < tree->count && branches < 2; i++)
+        branches += tree->frames[i].parent == frame;
+    return branches > 1;
+}
+
+/* The response of such a frame, column by column, in the ground's axes. */
+static void set_units(const struct columns *c, int i) {
+    const struct kinematics *k = c->k;
+    const struct articulated *response = &c->response[i];
+    const struct matrix J = matrix_to_ground(k, i, full(response->J)),
+                        H = matrix_to_ground(k, i, response->H),
+                        M = matrix_to_ground(k, i, full(response->M));
+    for (int a = 0; a < 3; a++) {
+        c->list[i].units[a] = (struct wrench){column_of(&M, a), column_of(&H, a)};
+        c->list[i].units[3 + a] = (struct wrench){row_of(&H, a), column_of(&J, a)};
+    }
+}
+
+static void begin_branches(const struct columns *c) {
+    for (int i = 0; i < c->k->tree->count; i++)
+        if (acceleration_columns_branch(c->k->tree, i)) {
+            kinematics_remark(c->k, i, "the response to unit wrenches before the body branches (7.7)");
+            set_units(c, i);
+        }
+}
+
 struct acceleration_columns *acceleration_columns_derive(const struct given_motion *given,
                                                          const struct elimination *elimination,
                                                          const struct applied_forces *applied_forces,
@@ -638,5 +668,6 @@ struct acceleration_columns *acceleration_columns_derive(const struct given_moti
     sum_spins(&c);
     sum_loads(&c, applied_forces);
     begin_columns(&c);
+    begin_branches(&c);
     return c.list;
 }

@@ -115,8 +115,13 @@ struct acceleration_columns {
     struct vector hold_moment, hold_force;     /* U / D, or 0 and row r of J^-1 H */
     struct vector hold_spin, hold_turned;      /* the same for the changes of velocity and of direction */
     struct vector start_angular, start_linear; /* the acceleration after the stage by a unit force at i */
+    /* Only of a frame that carries several branches: its (angular, linear) acceleration by a unit moment
+     * along x, y, z and a unit force along x, y, z. */
+    struct wrench units[6];
 };
 
+/* Returns whether a frame carries several branches. */
+bool acceleration_columns_branch(const struct tree *tree, int frame);
 /* The stages of an elimination and the changes `own` of the required force of each joint by the coordinates
  * of its stage, by q and qd and by frame. Returns the columns by frame. */
 struct acceleration_columns *acceleration_columns_derive(const struct given_motion *given,
