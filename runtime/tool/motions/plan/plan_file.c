@@ -262,6 +262,15 @@ static void read_limits(const struct reading *reading, const struct value *value
         read_limit(reading, &value->items[i], fields_path_item(&reading->check, path, i), &file->limits[i]);
 }
 
+static void read_search(const struct reading *reading, const struct value *value, const char *path,
+                        void *target) {
+    static const char *const names[] = {"slsqp", "cobyla"};
+    const int found = value->kind == VALUE_TEXT ? text_index(value->text, names, 2) : -1;
+    if (found < 0)
+        refuse(reading, value, path, "\"slsqp\" or \"cobyla\"");
+    *(bool *)target = found == 1;
+}
+
 /* ---- The plan ---- */
 
 #define AT(field) offsetof(struct plan_file, field)
@@ -280,6 +289,7 @@ static const struct field_reader {
     {"minimise", read_objective, 0},
     {"within", read_limits, 0},
     {"for_all", read_for_all, 0},
+    {"search", read_search, AT(is_by_cobyla)},
     {"starts", read_whole, AT(starts)},
     {"seed", read_whole, AT(seed)},
 };

@@ -80,9 +80,9 @@ double plan_end(const struct plan *plan) {
 
 void plan_describe(const struct plan *plan, const double *x, int points, struct motions *motions) {
     const int varied_count = plan->file->varied_count, count = plan->count, width = count + varied_count,
-              total = points * plan->case_count;
-    motions->columns = memory_scratch(&format_memory, (size_t)width * sizeof *motions->columns);
-    motions->values = memory_scratch(&format_memory, (size_t)width * (size_t)total * sizeof(double));
+              total = points * plan->case_count, samples = plan->scene->inputs != NULL;
+    motions->columns = memory_scratch(&format_memory, ((size_t)width + 1) * sizeof *motions->columns);
+    motions->values = memory_scratch(&format_memory, ((size_t)width + 1) * (size_t)total * sizeof(double));
     motions->ends = memory_scratch(&format_memory, (size_t)total * sizeof(double));
     for (int i = 0; i < total; i++) {
         const double *at = x + i / plan->case_count * count;
@@ -98,8 +98,13 @@ void plan_describe(const struct plan *plan, const double *x, int points, struct 
         motions->columns[k] =
             (struct refdyn_batch_column){variable->what, variable->place, motions->values + k * total};
     }
+    motions->columns[width] = /* all motions have samples 0 */
+        (struct refdyn_batch_column){REFDYN_VARIED_SAMPLES, 0, motions->values + width * total};
     motions->batch = plan->batch;
-    motions->batch.column_count = width;
+    motions->batch.column_count = width + samples;
+    if (samples)
+        motions->batch.samples = &plan->scene->inputs->samples;
+    motions->batch.sample_count = samples;
     motions->batch.columns = motions->columns;
     motions->batch.ends = motions->ends;
     for (int i = 0; i < total; i++) {
@@ -276,36 +281,50 @@ static void run_free(struct plan *plan, struct plan_point *point, int one,
 
 /* ---- Stretches ---- */
 
+int plan_break_count(const struct plan *plan) {
+    return plan->scene->model->break_count + (plan->scene->inputs ? plan->scene->inputs->samples.count : 0);
+}
+
 static int compare_breaks(const void *a, const void *b) {
     const double x = ((const struct plan_break *)a)->t, y = ((const struct plan_break *)b)->t;
     return (x > y) - (x < y);
 }
 
-/* The time events of the placed motion, which ends at `end`, in order. If there are too many, the last
- * stretch has several. */
-static void find_stretches(const struct plan *plan, double end, struct plan_stretches *stretches) {
+/* Lists the time events of the placed motion, and the samples of its inputs, in order. Returns their number.
+ */
+static int list_breaks(const struct plan *plan, struct plan_break *list) {
     const struct scene *scene = plan->scene;
     const struct refdyn_model *model = scene->model;
-    const size_t most = (size_t)model->break_count + 2;
+    const struct refdyn_samples *samples = scene->inputs ? &scene->inputs->samples : NULL;
+    const int count = plan_break_count(plan), known = model->break_count;
+    double *times = memory_scratch(&format_memory, ((size_t)known + 1) * sizeof *times);
+    if (model->breaks)
+        model->breaks(scene->work.p, scene->work.x, plan->batch.t, scene->q, scene->qd, times);
+    for (int i = 0; i < known; i++)
+        list[i] = (struct plan_break){times[i], i};
+    for (int i = known; i < count; i++)
+        list[i] = (struct plan_break){samples->rows[(i - known) * (samples->width + 1)], -1};
+    qsort(list, (size_t)count, sizeof *list, compare_breaks);
+    return count;
+}
+
+/* The stretches of the placed motion, which ends at `end`. If there are too many, the last one has several.
+ */
+static void find_stretches(const struct plan *plan, double end, struct plan_stretches *stretches) {
     const double start = plan->batch.t, same = plan_same_part * (end - start);
-    double *times = memory_scratch(&format_memory, most * sizeof *times);
+    const size_t most = (size_t)plan_break_count(plan) + 2;
     struct plan_break *list = memory_scratch(&format_memory, most * sizeof *list);
+    const int count = list_breaks(plan, list);
     stretches->t = memory_scratch(&format_memory, most * sizeof *stretches->t);
     stretches->breaks = memory_scratch(&format_memory, most * sizeof *stretches->breaks);
-    if (model->breaks)
-        model->breaks(scene->work.p, scene->work.x, start, scene->q, scene->qd, times);
-    for (int i = 0; i < model->break_count; i++)
-        list[i] = (struct plan_break){times[i], i};
-    qsort(list, (size_t)model->break_count, sizeof *list, compare_breaks);
     stretches->t[0] = start;
     stretches->count = 1; /* the one that has begun */
-    for (int i = 0; i < model->break_count && stretches->count < plan->stretches_most; i++)
+    for (int i = 0; i < count && stretches->count < plan->stretches_most; i++)
         if (list[i].t > stretches->t[stretches->count - 1] + same && list[i].t < end - same) {
             stretches->t[stretches->count] = list[i].t;
             stretches->breaks[stretches->count++] = list[i].number;
         }
     stretches->t[stretches->count] = end;
-    stretches->breaks[stretches->count] = -1;
 }
 
 int plan_place_in_stretches(struct plan *plan, const struct motions *motions, int one,

@@ -76,6 +76,7 @@ struct plan_file {
     struct plan_varied *varied;
     int varied_count;
     double starts, seed, tol;
+    bool is_by_cobyla; /* local searches need no derivatives */
     const char *from, *method, *hold;
 };
 
@@ -117,13 +118,16 @@ struct plan {
     int stretches_most; /* between time events of a motion */
     int part_count;     /* case_count x stretches_most x PLAN_PARTS */
 
-    long motions; /* computed in all, copies included */
-    long lost;    /* derivatives that do not exist */
+    long motions;          /* computed in all, copies included */
+    long lost;             /* derivatives that do not exist */
+    bool has_changed_over; /* from SLSQP to COBYLA, in some search */
     struct {
         int status; /* of the runtime */
         double t;   /* time reached [s] */
     } failed;       /* of the last motion that failed */
     struct progress progress;
+    struct target *reference; /* NULL: none */
+    double *resumed;          /* (count) x of an earlier result; NULL: none */
 };
 
 /* A value at its time; NAN if there is none. */
@@ -160,16 +164,18 @@ struct motions {
 
 struct plan_break {
     double t;
-    int number; /* of the model's time event */
+    int number; /* of the model's time event; -1: a sample of inputs */
 };
 
 /* Stretches of one motion. */
 struct plan_stretches {
     int count;
     double *t;   /* (count + 1) from the start of the motion to its end [s] */
-    int *breaks; /* (count + 1) number of the time event; from entry 1 on; -1: the end */
+    int *breaks; /* (count) number of the time event at its beginning, from entry 1 on; -1: a fixed time */
 };
 
+/* Number of time events and of samples of inputs: a motion has at most one stretch more. */
+int plan_break_count(const struct plan *plan);
 /* Describes the motions at x (points x count), in scratch memory. Outputs are the caller's. The scene has the
  * values of the last one then. */
 void plan_describe(const struct plan *plan, const double *x, int points, struct motions *motions);
@@ -240,6 +246,17 @@ struct plan_result {
 };
 
 void plan_search(struct plan *plan, struct plan_result *result);
+
+/* ---- The motion of a plan, and an earlier plan (plan_results.c) ---- */
+
+/* Opens the file of --reference, if there is one. */
+enum status plan_reference_open(struct plan *plan);
+/* Writes the motion of the plan to it. */
+enum status plan_write_reference(struct plan *plan, const struct plan_point *point);
+/* Writes the columns of the limits over the motion as `motion`. */
+void plan_put_motion(struct plan *plan, const struct plan_point *point, struct document *document);
+/* Reads the values of the earlier result at -o, from which the search then begins. */
+enum status plan_resume(struct plan *plan);
 
 /* ---- Report (plan_report.c) ---- */
 
