@@ -171,22 +171,29 @@ def test_infeasible(tmp_path):
 # ---- The manipulator ----
 
 def test_manipulator_against_a_scan(tmp_path):
-    """Two values, with a local minimum at r = 0; the least time of a grid of 40 x 40 lies just above."""
+    """Two values, with a local minimum at r = 0; the least time of a grid of 100 x 100 lies just above."""
     fields = 'vary = { T = rd.within(0.8, 3), r = rd.within(0, 0.8) }, t_end = 3.5, from = "statics", minimise = "T"'
     result, said = plan(tmp_path, ARM, fields)
     sweep = """local rd = require "refdyn"
-return rd.sweep { vary = { T = rd.grid(0.8, 3, 40), r = rd.grid(0, 0.8, 40) }, t_end = 3.5, from = "statics", keep = { limits = true } }"""
+return rd.sweep { vary = { T = rd.grid(0.8, 3, 100), r = rd.grid(0, 0.8, 100) }, t_end = 3.5, from = "statics", keep = { limits = true } }"""
     refdyn("batch", tmp_path / "model.lua", write(tmp_path, "sweep.lua", sweep), "-o", tmp_path / "scan.csv")
-    rows = [{name: float(value or "nan") for name, value in row.items()} for row in csv.DictReader((tmp_path / "scan.csv").open())]
-    within = [row["T"] for row in rows if all(-most <= row[f"limit_force_{name}_min"] and row[f"limit_force_{name}_max"] <= most
+    table = [{name: float(value or "nan") for name, value in row.items()} for row in csv.DictReader((tmp_path / "scan.csv").open())]
+    within = [row["T"] for row in table if all(-most <= row[f"limit_force_{name}_min"] and row[f"limit_force_{name}_max"] <= most
                                               for name, most in (("column_psi", 25), ("arm_psi", 65)))]
-    assert len(rows) == 1600 and len(within) > 50
-    assert 0 <= min(within) - result["objective"] < 2.2 / 39
+    assert len(table) == 10000 and len(within) > 300
+    assert 0 <= min(within) - result["objective"] < 2.2 / 99
     assert all(limit["active"] and limit["multiplier"] > 0 for limit in result["limits"]) and "derivatives do not exist" not in said
     assert 0 < result["parameters"]["r"] < 0.8
     with_end, _ = plan(tmp_path, ARM, fields.replace("t_end = 3.5", 't_end = "T"'))
     assert sum(abs(reached - with_end["objective"]) < 1e-6 for reached in with_end["starts"]) >= 3
     assert abs(with_end["objective"] - result["objective"]) < 1e-5 and result["evaluations"] < 1600
+
+
+@pytest.mark.parametrize("start", [(0.9, 0.75), (2.9, 0.78), (0.85, 0.02)])
+def test_manipulator_from_bad_starts(start, tmp_path):
+    fields = 'vary = {{ T = rd.within(0.8, 3, {}), r = rd.within(0, 0.8, {}) }}, t_end = "T", from = "statics", minimise = "T", starts = 1'.format(*start)
+    result, _ = plan(tmp_path, ARM, fields)
+    assert abs(result["objective"] - 1.685992) < 1e-6 and result["evaluations"] <= 400
 
 
 def test_the_same_plan_again(tmp_path):
