@@ -10,7 +10,7 @@
  * local searches from the best of them by sequential quadratic programming (SLSQP of NLopt: Kraft, DFVLR-FB
  * 88-28, 1988).
  *
- * Parts in reading order: the file; motions; gradients; local search; search; report; the command.
+ * Parts in reading order: the file; motions; gradients; values; local search; search; report; the command.
  */
 #ifndef REFDYN_TOOL_PLAN_H
 #define REFDYN_TOOL_PLAN_H
@@ -137,7 +137,7 @@ struct plan_extreme {
 
 /* Parts of a stretch: a law with many knots may touch a limit along whole stretches, and the largest value
  * alone would change between both ends, where its gradient jumps. */
-enum plan_place { PLAN_BEGIN, PLAN_WITHIN, PLAN_END, PLAN_PARTS };
+enum plan_spot { PLAN_BEGIN, PLAN_WITHIN, PLAN_END, PLAN_PARTS };
 
 /* Results of the motions at x. Entries by part: those of case 0, then those of case 1 ... Values of a whole
  * motion belong to its first part. */
@@ -190,8 +190,10 @@ int plan_place_in_stretches(struct plan *plan, const struct motions *motions, in
 void plan_note_failure(struct plan *plan, struct plan_point *point, int status, double t);
 /* Writes the signals of a shown state; the context is the plan. */
 void plan_write_signals(void *context, const struct refdyn_batch_case *one, double *values);
+/* Number of extremes, which is that of inequalities. */
+size_t plan_extreme_count(const struct plan *plan);
 /* The number of a part. */
-int plan_part(const struct plan *plan, int one, int stretch, enum plan_place place);
+int plan_part(const struct plan *plan, int one, int stretch, enum plan_spot spot);
 /* The smallest and the largest value of a limit in a part. */
 struct plan_extreme *plan_extremes(const struct plan *plan, const struct plan_point *point, int part,
                                    int limit);
@@ -199,6 +201,16 @@ struct plan_extreme *plan_extremes(const struct plan *plan, const struct plan_po
 void plan_point_start(const struct plan *plan, struct plan_point *point);
 void plan_point_copy(const struct plan *plan, const struct plan_point *from, struct plan_point *to);
 double plan_value_at(const struct plan *plan, int value, const double *x);
+
+/* ---- Gradients (plan_gradients.c) ---- */
+
+/* Computes an objective rd.integral of the placed motion of a case. */
+void plan_integrate(struct plan *plan, struct plan_point *point, const struct motions *motions, int one);
+/* Adds the gradients. */
+void plan_point_differentiate(struct plan *plan, struct plan_point *point);
+
+/* ---- Values (plan_values.c) ---- */
+
 /* Computes a free motion of each case at point->x. */
 void plan_point_evaluate(struct plan *plan, struct plan_point *point);
 /* Inequality i, 0 to 2 x limits x parts - 1: its amount beyond the bound, divided by the limit's size;
@@ -216,13 +228,6 @@ bool plan_is_feasible(const struct plan *plan, const struct plan_point *point);
 /* Objectives and largest excesses of many x (points x count) from outputs alone; INFINITY for a motion that
  * fails. */
 void plan_scan(struct plan *plan, const double *x, int points, double *objectives, double *excesses);
-
-/* ---- Gradients (plan_gradients.c) ---- */
-
-/* Computes an objective rd.integral of the placed motion of a case. */
-void plan_integrate(struct plan *plan, struct plan_point *point, const struct motions *motions, int one);
-/* Adds the gradients. */
-void plan_point_differentiate(struct plan *plan, struct plan_point *point);
 
 /* ---- Local search (plan_local.c) ---- */
 
