@@ -7,6 +7,7 @@ import numpy
 import pytest
 
 from program import LONG, MODELS, REFERENCE, TESTS, refdyn, settings
+from random_scenes import damped_scene
 from test_step import Stepper
 
 BALL = """local rd = require "refdyn"
@@ -177,6 +178,32 @@ def test_compared_with_differences_of_tight_runs(number, tmp_path):
 
 
 # ---- Lanes and threads ----
+
+@pytest.mark.parametrize("seed", range(10 if LONG else 3))
+def test_ten_random_damped_scenes(seed, tmp_path):
+    """At tol 1e-10, derivatives agree with central differences of fourth order of free motions, to 1e-5 of the largest derivative."""
+    text, values = damped_scene(seed)
+    model, change = written(tmp_path, "random", text), 1e-3
+    arguments = ["--until", 0.6, "--tol", 1e-10, "--every", 0.02]
+    derived, said = derive(model, *arguments, names=list(values), folder=tmp_path)
+    assert "no derivative" not in said and len(values) >= 6
+
+    def free(name, factor):
+        refdyn("sim", model, *arguments, "--set", f"{name}={values[name] * (1 + factor * change)!r}", "-o", tmp_path / "free.csv")
+        with open(tmp_path / "free.csv") as file:
+            rows = list(csv.DictReader(file))
+        return {column: numpy.array([float(row[column]) for row in rows]) for column in rows[0]}
+
+    for name in values:
+        runs = {factor: free(name, factor) for factor in (-2, -1, 1, 2)}
+        for column in runs[1]:
+            if not column.endswith(("_d", "_dd")) and column != "energy" and f"{column}_d" not in runs[1]:
+                continue
+            slope = (8 * (runs[1][column] - runs[-1][column]) - runs[2][column] + runs[-2][column]) / (12 * change * values[name])
+            found = derived[f"d_{column}_by_{name}"]
+            size = max(numpy.max(numpy.abs(derived[f"d_{column}_by_{other}"])) * values[other] for other in values) / values[name]
+            assert numpy.max(numpy.abs(found - slope)) < 1e-5 * size, (name, column)
+
 
 def test_widths_agree_to_the_bit(tmp_path):
     names = ["E", "eta", "m_E", "a", "arm_psi", "arm_psi_d", "column_psi_d"]

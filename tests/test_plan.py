@@ -21,6 +21,7 @@ return rd.model {{
   name = "slide", gravity = {{ 0, 0, 0 }},
   links = {{ {{ "cart", joint = "x", mass = p.m, limits = {{ x = {{ rate = {rate}, force = {force} }} }} }} }},
   constraints = function(s) return {{ rd.drive {{ "cart_x", p.d * rd.smoothstep(s.t, 0, p.T, degree), alpha = 0, beta = 0 }} }} end,
+  courses = function(s) return {{ moving = s.q.cart_x, twice = 2 * p.T }} end,
 }}"""
 # Largest acceleration of each law for d = T = 1.
 PEAK = {3: 6, 5: 10 / math.sqrt(3)}
@@ -109,6 +110,13 @@ def test_fixed_end(tmp_path):
     assert abs(result["objective"] / math.sqrt(PEAK[5] / 10) - 1) < 1e-7
 
 
+def test_end_by_a_course(tmp_path):
+    """The motion rests for as long as it has moved; minimise also takes the name of the end."""
+    result, _ = plan(tmp_path, slide(), FREE.replace('"T"', '"twice"'))
+    assert abs(result["objective"] / (2 * math.sqrt(PEAK[5] / 10)) - 1) < 1e-7 and result["t_end"] == pytest.approx(result["objective"], rel=1e-12)
+    assert abs(limit(result, "force_cart_x")["multiplier"] / (result["objective"] / 40) - 1) < 1e-4
+
+
 def test_sim_confirms_the_plan(tmp_path):
     result, _ = plan(tmp_path, slide(), FREE)
     done = refdyn("sim", tmp_path / "model.lua", "--parameters", tmp_path / "plan.json", "--until", repr(result["parameters"]["T"]), "-o", tmp_path / "run.csv")
@@ -163,22 +171,29 @@ def test_infeasible(tmp_path):
 # ---- The manipulator ----
 
 def test_manipulator_against_a_scan(tmp_path):
-    """Two values, with a local minimum at r = 0; the least time of a grid of 40 x 40 lies just above."""
+    """Two values, with a local minimum at r = 0; the least time of a grid of 100 x 100 lies just above."""
     fields = 'vary = { T = rd.within(0.8, 3), r = rd.within(0, 0.8) }, t_end = 3.5, from = "statics", minimise = "T"'
     result, said = plan(tmp_path, ARM, fields)
     sweep = """local rd = require "refdyn"
-return rd.sweep { vary = { T = rd.grid(0.8, 3, 40), r = rd.grid(0, 0.8, 40) }, t_end = 3.5, from = "statics", keep = { limits = true } }"""
+return rd.sweep { vary = { T = rd.grid(0.8, 3, 100), r = rd.grid(0, 0.8, 100) }, t_end = 3.5, from = "statics", keep = { limits = true } }"""
     refdyn("batch", tmp_path / "model.lua", write(tmp_path, "sweep.lua", sweep), "-o", tmp_path / "scan.csv")
-    rows = [{name: float(value or "nan") for name, value in row.items()} for row in csv.DictReader((tmp_path / "scan.csv").open())]
-    within = [row["T"] for row in rows if all(-most <= row[f"limit_force_{name}_min"] and row[f"limit_force_{name}_max"] <= most
+    table = [{name: float(value or "nan") for name, value in row.items()} for row in csv.DictReader((tmp_path / "scan.csv").open())]
+    within = [row["T"] for row in table if all(-most <= row[f"limit_force_{name}_min"] and row[f"limit_force_{name}_max"] <= most
                                               for name, most in (("column_psi", 25), ("arm_psi", 65)))]
-    assert len(rows) == 1600 and len(within) > 50
-    assert 0 <= min(within) - result["objective"] < 2.2 / 39
+    assert len(table) == 10000 and len(within) > 300
+    assert 0 <= min(within) - result["objective"] < 2.2 / 99
     assert all(limit["active"] and limit["multiplier"] > 0 for limit in result["limits"]) and "derivatives do not exist" not in said
     assert 0 < result["parameters"]["r"] < 0.8
     with_end, _ = plan(tmp_path, ARM, fields.replace("t_end = 3.5", 't_end = "T"'))
     assert sum(abs(reached - with_end["objective"]) < 1e-6 for reached in with_end["starts"]) >= 3
     assert abs(with_end["objective"] - result["objective"]) < 1e-5 and result["evaluations"] < 1600
+
+
+@pytest.mark.parametrize("start", [(0.9, 0.75), (2.9, 0.78), (0.85, 0.02)])
+def test_manipulator_from_bad_starts(start, tmp_path):
+    fields = 'vary = {{ T = rd.within(0.8, 3, {}), r = rd.within(0, 0.8, {}) }}, t_end = "T", from = "statics", minimise = "T", starts = 1'.format(*start)
+    result, _ = plan(tmp_path, ARM, fields)
+    assert abs(result["objective"] - 1.685992) < 1e-6 and result["evaluations"] <= 400
 
 
 def test_the_same_plan_again(tmp_path):
@@ -204,6 +219,126 @@ return rd.plan { vary = { T = rd.within(0.8, 3), r = rd.within(0, 0.8) }, t_end 
     assert result["feasible"] and len(result["starts"]) < 5 and "interrupted; this is the best so far" in said, said
 
 
+# ---- Results ----
+
+def rows(path):
+    return [{name: float(value) for name, value in row.items()} for row in csv.DictReader(path.open())]
+
+
+def test_reference_is_the_motion_of_sim(tmp_path):
+    """With cases, the reference has the values of the model."""
+    fields = 'vary = { T = rd.within(0.8, 3), r = rd.within(0, 0.8) }, t_end = "T", from = "statics", minimise = "T", starts = 30, for_all = { m_E = { 1.8, 2.1 } }'
+    result, _ = plan(tmp_path, ARM, fields, "--reference", tmp_path / "reference.csv", "--every", 0.01)
+    refdyn("sim", tmp_path / "model.lua", "--parameters", tmp_path / "plan.json", "--from", "statics", "--tol", 1e-9, "--every", 0.01, "--until", repr(result["t_end"]),
+           "-o", tmp_path / "run.csv")
+    found, run = rows(tmp_path / "reference.csv"), rows(tmp_path / "run.csv")
+    names = ["base_z", "column_psi", "arm_psi", "effector_z"]
+    assert list(found[0]) == ["t", *names, *(f"{name}_d" for name in names), *(f"{name}_dd" for name in names), *(f"force_{name}" for name in names)]
+    assert len(found) == len(run) > 100 and found[-1]["t"] == result["t_end"] == result["parameters"]["T"]
+    for name in found[0]:
+        scale = max(abs(row[name]) for row in run) or 1
+        assert max(abs(a[name] - b[name]) for a, b in zip(found, run)) < 1e-9 * scale, name
+    assert "--every: applies to --reference; add it" in refdyn("plan", tmp_path / "model.lua", tmp_path / "plan.lua", "-o", tmp_path / "x.json", "--every", 1, status=2).stderr
+
+
+def test_resume(tmp_path):
+    """The earlier result is kept if nothing better is found; results of other plans are refused."""
+    fields = 'vary = { T = rd.within(0.8, 3), r = rd.within(0, 0.8) }, t_end = "T", from = "statics", minimise = "T", starts = 1'
+    first, _ = plan(tmp_path, ARM, fields)
+    arguments = ["plan", tmp_path / "model.lua", tmp_path / "plan.lua", "-o", tmp_path / "plan.json", "--resume"]
+    (tmp_path / "plan.lua").write_text((tmp_path / "plan.lua").read_text().replace("0, 0.8)", "0, 0.8, 0.79)").replace("0.8, 3)", "0.8, 3, 2.9)"))
+    said = refdyn(*arguments).stderr
+    again = json.loads((tmp_path / "plan.json").read_text())
+    assert again["objective"] <= first["objective"] + 1e-9 and f"\nresume       {again['objective']:.6g}"[:-1] in said
+    (tmp_path / "plan.lua").write_text((tmp_path / "plan.lua").read_text().replace("0.8, 3, 2.9)", "2, 3)"))
+    said = refdyn(*arguments, status=1).stderr
+    assert said == f"{tmp_path / 'plan.json'}:1: parameters: T = {again['parameters']['T']:.15g} is outside its range from 2 to 3; omit --resume\n"
+    (tmp_path / "plan.json").write_text('{ "parameters": { "T": 2.5 } }')
+    assert f"{tmp_path / 'plan.json'}:1: parameters: no r, which the plan varies; omit --resume\n" == refdyn(*arguments, status=1).stderr
+    (tmp_path / "plan.json").unlink()
+    assert refdyn(*arguments).stderr.startswith(f"resume       no {tmp_path / 'plan.json'} yet\n")
+
+
+BALLS = """local rd = require "refdyn"
+return rd.model {
+  name = "balls", gravity = { 0, 0, -9.81 },
+  links = { { "a", joint = "z", mass = 1, start = { z = 2 } }, { "b", joint = "z", mass = 1, start = { z = 2 } } },
+  constraints = function(s) return { rd.contact { s.q.a_z, restitution = 0.8, name = "a" }, rd.contact { s.q.b_z, restitution = 0.5, name = "b" } } end,
+  courses = function(s) return { lack = (s.q.a_z - s.q.b_z - 0.1)^2 } end,
+}"""
+
+
+@pytest.mark.parametrize("more", ["", ', search = "cobyla"'])
+def test_kink_at_the_least_value(more, tmp_path):
+    """At the end of 1 s the ball just touches the floor: it falls from g/2 - v."""
+    result, _ = plan(tmp_path, BALLS, f'vary = {{ a_z = rd.within(2.6, 7), a_z_d = rd.within(-2, 2, 0.3) }}, t_end = 1, minimise = rd.at_end("a_z"), within = {{}}, starts = 3{more}')
+    assert 0 <= result["objective"] < 1e-7 and abs(result["parameters"]["a_z"] + result["parameters"]["a_z_d"] - 9.81 / 2) < 1e-6
+    assert result["search"] == ("cobyla" if more else "slsqp")
+
+
+def test_cobyla_continues_where_derivatives_do_not_exist(tmp_path):
+    """Both balls hit the floor at the same time, but not with the slightest change."""
+    result, said = plan(tmp_path, BALLS, 'vary = { a_z = rd.within(1.8, 2.2, 2) }, t_end = 1, minimise = rd.at_end("lack"), within = {}, starts = 1')
+    best = min(refdyn_lack(tmp_path, 1.8 + 0.02 * i) for i in range(21))
+    assert result["search"] == "cobyla" and "1 derivatives do not exist" in said and "COBYLA, which needs none, continued" in said
+    assert result["objective"] < best + 1e-9
+
+
+def refdyn_lack(folder, height):
+    (folder / "state.json").write_text(json.dumps({"q": [height, 2]}))
+    refdyn("sim", folder / "model.lua", "--from", folder / "state.json", "--until", 1, "--tol", 1e-9, "-o", folder / "run.csv")
+    return rows(folder / "run.csv")[-1]["lack"]
+
+
+PUSHED = """local rd = require "refdyn"
+local p, u = rd.parameters { { "m", 2, "kg" }, { "F", 1, "N" } }, rd.input("u", 0, "1")
+return rd.model {
+  name = "pushed", gravity = { 0, 0, 0 }, links = { { "cart", joint = "x", mass = p.m } },
+  forces = function(s) return { cart_x = p.F * u } end,
+  limits = function(s) return { { "power", p.F * u * s.qd.cart_x, to = 3 } } end,
+}"""
+
+
+def test_sampled_inputs(tmp_path):
+    """u is 1, -0.5, 1 for 1 s each: v = F/m (1, 0.5, 1.5) after each, and x = 2.25 F/m."""
+    samples = write(tmp_path, "samples.csv", "t,u\n0,1\n1,-0.5\n2,1\n")
+    result, _ = plan(tmp_path, PUSHED, 'vary = { F = rd.within(0.1, 5), m = rd.within(1, 3) }, t_end = 3, minimise = rd.at_end("cart_x_d"), '
+                     'within = { "power", rd.at_end("cart_x", { from = 2 }) }', "--inputs", samples)
+    F, m = result["parameters"]["F"], result["parameters"]["m"]
+    assert abs(F / m * 2.25 - 2) < 1e-6 and abs(result["objective"] - 1.5 * F / m) < 1e-8
+    wrong = 'vary = { u = rd.within(0, 1) }, t_end = 3, minimise = rd.at_end("cart_x")'
+    assert "vary.u: --inputs has samples of it; remove one of them" in plan(tmp_path, PUSHED, wrong, "--inputs", samples, status=1)[1]
+
+
+def test_multiplier_at_a_sample(tmp_path):
+    """The power is largest just before the first sample changes the input: F^2/m = 3."""
+    samples = write(tmp_path, "samples.csv", "t,u\n0,1\n1,-0.5\n")
+    result, _ = plan(tmp_path, PUSHED.replace("limits = function", "courses = function(s) return { way = -s.q.cart_x } end,\n  limits = function"),
+                     'vary = { F = rd.within(0.1, 5) }, t_end = 2, minimise = rd.at_end("way")', "--inputs", samples)
+    F = math.sqrt(3 * 2)
+    assert abs(result["parameters"]["F"] - F) < 1e-6 and limit(result, "power")["active"] and abs(limit(result, "power")["t"] - 1) < 1e-6
+    assert abs(limit(result, "power")["multiplier"] / (1.25 / 2 / (2 * F / 2)) - 1) < 1e-3
+
+
+def test_plot_and_view(tmp_path):
+    fields = FREE + ', within = { "cart_x_d", "force_cart_x", rd.at_end("cart_x", { from = 0.5 }) }'
+    result, _ = plan(tmp_path, slide(), fields)
+    refdyn("plot", tmp_path / "plan.json", "-o", tmp_path / "plan.svg")
+    drawn = (tmp_path / "plan.svg").read_text()
+    assert "force_cart_x, active" in drawn and "cart_x at end" in drawn and "cart_x [m]" in drawn and drawn.count("limit</text>") == 3
+    motion = result["motion"]
+    assert set(motion) == {"t", "cart_x", "cart_x_d", "force_cart_x"} and len(motion["t"]) == 201 and motion["t"][-1] == result["t_end"]
+    assert abs(max(motion["force_cart_x"]) - 20) < 0.01
+    usage = refdyn("plot", tmp_path / "plan.json", "--panel", "path", "-o", tmp_path / "x.svg", status=2).stderr
+    assert "--panel: a plan has its own panels; omit it" in usage
+    (tmp_path / "plan.json").write_text('{ "motion": { "t": [0, 1] }, "limits": [ { "name": "a", "column": "a" } ] }')
+    assert f"{tmp_path / 'plan.json'}:1: plan: limits without values in 'motion'; give a PLAN.json of refdyn plan\n" == refdyn("plot", tmp_path / "plan.json", "-o", tmp_path / "x.svg", status=1).stderr
+    result, _ = plan(tmp_path, slide(), fields)
+    refdyn("sim", tmp_path / "model.lua", "--parameters", tmp_path / "plan.json", "--until", repr(result["t_end"]), "-o", tmp_path / "run.csv")
+    refdyn("view", tmp_path / "run.csv", "--model", tmp_path / "model.lua", "-o", tmp_path / "page.html")
+    assert (tmp_path / "page.html").stat().st_size > 1000
+
+
 # ---- Wrong files ----
 
 ONE = 'vary = { T = rd.within(1, 2) }, t_end = "T"'
@@ -226,6 +361,9 @@ WRONG = {
     FREE + ', within = { rd.at_end("cart_x", { from = 2, to = 1 }) }': "within[1]: from 2 is above to 1; must ascend",
     FREE + ", for_all = { T = { 1, 2 } }": "for_all.T: vary has it as well; remove one of them",
     FREE + ", for_all = { m = 2 }": "for_all.m: a number; must be a list of numbers such as { 1.8, 2.2 }",
+    FREE + ', search = "mma"': 'search: a text; must be "slsqp" or "cobyla"',
+    FREE.replace('t_end = "T"', 't_end = "moving"'): "t_end: the course moving changes during the motion; must depend on parameters alone",
+    FREE.replace('t_end = "T"', 't_end = "Tx"'): 't_end: Tx: unknown name; did you mean "T"?',
     FREE + ", starts = 0": "starts: value 0; must be a whole number from 1 to 1000000",
     FREE + ", start = 3": 'start: unknown field; did you mean "starts"?',
     FREE.replace("within(0.2, 5)", "grid(1, 2, 3)"): "rd.grid: belongs to sweep files; in a plan use one of plan, within, at_end, integral, largest, pi",

@@ -162,6 +162,15 @@ static void read_limits(const struct plain_file *file, const struct value *value
         read_limit(file, &value->items[i], fields_path_item(&file->check, path, i), &plan->limits[i]);
 }
 
+static void read_search(const struct reading *reading, const struct value *value, const char *path,
+                        void *target) {
+    static const char *const names[] = {"slsqp", "cobyla"};
+    const int found = value->kind == VALUE_TEXT ? text_index(value->text, names, 2) : -1;
+    if (found < 0)
+        refuse(reading, value, path, "\"slsqp\" or \"cobyla\"");
+    *(bool *)target = found == 1;
+}
+
 /* ---- The plan ---- */
 
 #define AT(field) offsetof(struct plan_file, field)
@@ -176,6 +185,7 @@ static const struct plain_field plan_fields[] = {
     {"minimise", read_objective, 0},
     {"within", read_limits, 0},
     {"for_all", read_for_all, 0},
+    {"search", read_search, AT(is_by_cobyla)},
     {"starts", read_whole, AT(starts)},
     {"seed", read_whole, AT(seed)},
 };

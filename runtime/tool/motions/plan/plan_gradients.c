@@ -50,7 +50,7 @@ static void write_boundaries(const struct plan *plan, const struct placed *place
         model->breaks(scene->work.p, scene->work.x, plan->batch.t, scene->q, scene->qd, breaks);
     times[0] = plan->batch.t;
     for (int i = 1; i < stretches->count; i++)
-        times[i] = breaks[stretches->breaks[i]];
+        times[i] = stretches->breaks[i] >= 0 ? breaks[stretches->breaks[i]] : stretches->t[i];
     times[stretches->count] = plan_end(plan);
 }
 

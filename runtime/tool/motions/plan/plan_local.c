@@ -2,7 +2,8 @@
  * Local search by SLSQP of NLopt: first until no limit is exceeded, then for the least objective.
  *
  * If the start exceeds limits, the search first minimises the largest excess z under excess_i <= z. If z
- * cannot become 0, the limits contradict each other near this start. A program built without NLopt says that
+ * cannot become 0, the limits contradict each other near this start. If derivatives do not exist, or if the
+ * file says so, COBYLA of NLopt (Powell 1994) continues without them. A program built without NLopt says that
  * it lacks NLopt.
  */
 #include <float.h>
@@ -97,6 +98,7 @@ void plan_multipliers(const struct plan *plan, const struct plan_point *point, d
 enum {
     EVALUATIONS_MOST = 100, /* of one run */
     IDLE_MOST = 25,         /* evaluations of a run that improve nothing */
+    COBYLA_MORE = 20,       /* COBYLA may take so many times as many, since they have no gradients */
     ROUNDS_MOST = 12
 };
 
@@ -137,6 +139,7 @@ struct problem {
     int idle;            /* evaluations since it was found */
     double radius;       /* largest change of each x in a run */
     nlopt_opt optimiser;
+    bool is_by_cobyla; /* else by SLSQP */
     enum what what;
     double margin;         /* by which limits are tightened */
     double objective_size; /* the objective is divided by it */
@@ -174,12 +177,16 @@ static void keep(struct problem *problem) {
     }
 }
 
+static int evaluations_factor(const struct problem *problem) {
+    return problem->is_by_cobyla ? COBYLA_MORE : 1;
+}
+
 /* Evaluates the motions at x unless that is the last point. */
 static const struct plan_point *evaluate(struct problem *problem, const double *x, bool with_gradients) {
     struct plan *plan = problem->plan;
     struct plan_point *point = problem->point;
     const size_t bytes = (size_t)plan->count * sizeof *x;
-    if ((system_interrupted || problem->idle > IDLE_MOST) && problem->optimiser)
+    if ((system_interrupted || problem->idle > IDLE_MOST * evaluations_factor(problem)) && problem->optimiser)
         nlopt_force_stop(problem->optimiser);
     if (problem->is_new || memcmp(point->x, x, bytes) != 0) {
         problem->idle++;
@@ -290,7 +297,7 @@ static void begin(struct problem *problem, enum what what) {
     keep(problem);
 }
 
-/* Runs SLSQP from the point, which becomes the best point of the run: that of NLopt satisfies all
+/* Runs NLopt from the point, which becomes the best point of the run: that of NLopt satisfies all
  * inequalities, and is the start if a run that ends by rounding misses them by little. Returns whether it has
  * converged. */
 static bool run(struct problem *problem, enum what what) {
@@ -308,7 +315,7 @@ static bool run(struct problem *problem, enum what what) {
     for (int i = 0; i < rows; i++)
         tolerances[i] = tolerance;
     set_bounds(problem, lower, upper);
-    nlopt_opt optimiser = nlopt_create(NLOPT_LD_SLSQP, count);
+    nlopt_opt optimiser = nlopt_create(problem->is_by_cobyla ? NLOPT_LN_COBYLA : NLOPT_LD_SLSQP, count);
     problem->optimiser = optimiser;
     nlopt_set_lower_bounds(optimiser, lower);
     nlopt_set_upper_bounds(optimiser, upper);
@@ -317,7 +324,7 @@ static bool run(struct problem *problem, enum what what) {
         nlopt_add_inequality_mconstraint(optimiser, (unsigned)rows, inequalities, problem, tolerances);
     nlopt_set_xtol_abs1(optimiser, x_least);
     nlopt_set_ftol_rel(optimiser, objective_least);
-    nlopt_set_maxeval(optimiser, EVALUATIONS_MOST);
+    nlopt_set_maxeval(optimiser, EVALUATIONS_MOST * evaluations_factor(problem));
     if (problem->what == MINIMISE_EXCESS)
         nlopt_set_stopval(optimiser, -problem->margin);
     const nlopt_result result = nlopt_optimize(optimiser, x, &least);
@@ -397,8 +404,14 @@ void plan_improve(struct plan *plan, struct plan_point *point) {
     problem.near = format_allocate((size_t)plan->count, sizeof *problem.near);
     problem.merit = INFINITY;
     problem.objective_size = problem.radius = 1;
+    const long lost = plan->lost;
     evaluate(&problem, point->x, false);
+    problem.is_by_cobyla = plan->file->is_by_cobyla;
     run_rounds(&problem);
+    if (plan->lost > lost && !problem.is_by_cobyla) {
+        problem.is_by_cobyla = plan->has_changed_over = true;
+        run_rounds(&problem);
+    }
     if (problem.has_kept)
         plan_point_copy(plan, &kept, point);
 }

@@ -73,6 +73,8 @@ static void put_limits(struct document *document, const struct plan *plan, const
         format_put_open(document, NULL, '{');
         format_put_text(document, "name", limit->name);
         format_put_text(document, "column", limit->column);
+        if (plan->table.units[plan->signals[limit->signal]])
+            format_put_text(document, "unit", plan->table.units[plan->signals[limit->signal]]);
         format_put_number(document, "smallest", summary.smallest);
         format_put_number(document, "largest", summary.largest);
         put_finite(document, "from", limit->from);
@@ -143,7 +145,10 @@ static enum status write(struct plan *plan, const struct plan_result *result, co
     for (int i = 0; i < result->searches; i++)
         put_finite(&document, NULL, result->reached[i]);
     format_put_close(&document, ']');
+    format_put_text(&document, "search",
+                    plan->has_changed_over || plan->file->is_by_cobyla ? "cobyla" : "slsqp");
     format_put_whole(&document, "evaluations", plan->motions);
+    plan_put_motion(plan, point, &document);
     format_put_close(&document, '}');
     return scene_finish(plan->scene, &document);
 }
@@ -170,8 +175,10 @@ static void print(const struct plan *plan, const struct plan_point *point, const
         fprintf(
             stderr,
             "refdyn: warning: %ld derivatives do not exist, since a slight change reorders events or ends "
-            "the motion; the result may not be the best\n",
-            plan->lost);
+            "the motion; %s\n",
+            plan->lost,
+            plan->has_changed_over ? "COBYLA, which needs none, continued"
+                                   : "the result may not be the best");
 }
 
 enum status plan_report(struct plan *plan, struct plan_result *result) {
@@ -189,7 +196,9 @@ enum status plan_report(struct plan *plan, struct plan_result *result) {
     if (plan_is_feasible(plan, &result->best))
         plan_multipliers(plan, &result->best, multipliers);
     print(plan, &result->best, multipliers);
-    const enum status status = write(plan, result, multipliers);
+    enum status status = write(plan, result, multipliers);
+    if (status == STATUS_DONE)
+        status = plan_write_reference(plan, &result->best);
     if (system_interrupted)
         fprintf(stderr, "refdyn: %s: interrupted; this is the best so far\n", plan->scene->model->name);
     return status != STATUS_DONE                   ? status

@@ -85,15 +85,15 @@ static void print_scan(const struct plan *plan, const double *x, const double *o
     fputc('\n', stderr);
 }
 
-static void print_search(const struct plan *plan, const struct plan_point *point, int number) {
+static void print_search(const struct plan *plan, const struct plan_point *point, const char *name) {
     if (!point->is_done)
-        fprintf(stderr, "search %-5d the motion fails at t = %.6g: %s\n", number + 1, plan->failed.t,
+        fprintf(stderr, "%-12s the motion fails at t = %.6g: %s\n", name, plan->failed.t,
                 refdyn_status_text(plan->failed.status));
     else if (plan_is_feasible(plan, point))
-        fprintf(stderr, "search %-5d %.9g at %s\n", number + 1, plan_objective(plan, point),
+        fprintf(stderr, "%-12s %.9g at %s\n", name, plan_objective(plan, point),
                 plan_values_text(plan, point->x));
     else
-        fprintf(stderr, "search %-5d %s exceeds its limit by %.3g at %s\n", number + 1,
+        fprintf(stderr, "%-12s %s exceeds its limit by %.3g at %s\n", name,
                 plan->limits[plan_worst(plan, point) / 2 % plan->limit_count].name,
                 worst_excess(plan, point) *
                     plan->limits[plan_worst(plan, point) / 2 % plan->limit_count].size,
@@ -112,13 +112,19 @@ void plan_search(struct plan *plan, struct plan_result *result) {
     plan_scan(plan, x, starts, objectives, excesses);
     const int count = choose(plan, x, objectives, excesses, starts, chosen);
     print_scan(plan, x, objectives, excesses, starts, count > 0 ? chosen[0] : -1);
+    if (plan->resumed) {
+        memcpy(point.x, plan->resumed, (size_t)plan->count * sizeof *x);
+        plan_improve(plan, &point);
+        keep_best(plan, &point, result);
+        print_search(plan, &point, "resume");
+    }
     for (int i = 0; i < count && !system_interrupted; i++) {
         memcpy(point.x, x + chosen[i] * plan->count, (size_t)plan->count * sizeof *x);
         plan_improve(plan, &point);
         keep_best(plan, &point, result);
         result->reached[result->searches++] =
             plan_is_feasible(plan, &point) ? plan_objective(plan, &point) : NAN;
-        print_search(plan, &point, i);
+        print_search(plan, &point, format_text("search %d", i + 1));
         system_progress_show(&plan->progress, (i + 1.0) / count);
     }
 }

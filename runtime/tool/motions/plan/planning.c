@@ -62,6 +62,18 @@ static int value_named(const struct plan *plan, const char *name) {
     return -1;
 }
 
+/* Reports values that --inputs sets as well. */
+static void check_sampled(struct plan *plan) {
+    const struct inputs *inputs = plan->scene->inputs;
+    for (int k = 0; k < plan->count && inputs; k++)
+        for (int i = 0; i < inputs->samples.width; i++)
+            if (plan->variables[k].what == REFDYN_VARIED_INPUT &&
+                plan->variables[k].place == inputs->samples.place[i])
+                message_error(&plan->file->plain.messages, plan->values[k].place,
+                              "vary.%s: --inputs has samples of it; remove one of them",
+                              plan->values[k].name);
+}
+
 static void find_values(struct plan *plan) {
     struct plan_file *file = plan->file;
     plan->values = file->values;
@@ -71,6 +83,7 @@ static void find_values(struct plan *plan) {
         find_variable(plan, plan->values[k].place, "vary.", plan->values[k].name, &plan->values[k].variable);
         plan->variables[k] = plan->values[k].variable;
     }
+    check_sampled(plan);
     for (int k = 0; k < file->varied_count; k++) {
         struct plan_varied *varied = &file->varied[k];
         find_variable(plan, varied->place, "for_all.", varied->name, &varied->variable);
@@ -213,9 +226,8 @@ static void make_cases(struct plan *plan) {
         return;
     }
     plan->case_count = (int)count;
-    plan->stretches_most = plan->scene->model->break_count + 1 < stretches_most
-                               ? plan->scene->model->break_count + 1
-                               : stretches_most;
+    const int stretches = plan_break_count(plan) + 1;
+    plan->stretches_most = stretches < stretches_most ? stretches : stretches_most;
     plan->part_count = plan_part(plan, plan->case_count, 0, PLAN_BEGIN);
     plan->cases = format_allocate_matrix(plan->case_count, width + 1);
     for (int i = 0; i < plan->case_count; i++)
@@ -257,9 +269,23 @@ static enum status start_batch(struct plan *plan) {
     return status;
 }
 
-static enum status prepare(struct plan *plan, struct motion *motion) {
+/* Reads --inputs. */
+static enum status read_inputs(struct scene *scene, const struct options *options, struct inputs *inputs) {
+    const char *path = options_text(options, "inputs");
+    if (!path)
+        return STATUS_DONE;
+    scene->inputs = inputs;
+    if (!scene_inputs_read(inputs, path, scene->model))
+        return STATUS_FAULT;
+    scene_inputs_set(inputs, scene->state.t, scene->work.x);
+    return STATUS_DONE;
+}
+
+static enum status prepare(struct plan *plan, struct motion *motion, struct inputs *inputs) {
     struct scene *scene = plan->scene;
     enum status status = simulate_fit(scene, plan->options, &plan->integration);
+    if (status == STATUS_DONE)
+        status = read_inputs(scene, plan->options, inputs);
     if (status == STATUS_DONE)
         status = start_batch(plan);
     if (status == STATUS_DONE)
@@ -285,9 +311,14 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     struct plan plan = {.options = options, .scene = scene, .file = file, .integration = *integration};
     struct plan_result result = {.searches = 0};
     struct motion motion = {.memory = NULL};
+    struct inputs inputs = {.path = NULL};
     plan.integration.balance = 0;
     system_targets_spare(&scene->targets, options->operands[1]);
-    enum status status = prepare(&plan, &motion);
+    enum status status = prepare(&plan, &motion, &inputs);
+    if (status == STATUS_DONE)
+        status = plan_reference_open(&plan);
+    if (status == STATUS_DONE && options_has(options, "resume"))
+        status = plan_resume(&plan);
     if (status == STATUS_DONE) {
         system_interrupt_defer(true);
         system_progress_start(&plan.progress, "plan");
@@ -296,6 +327,7 @@ static enum status run_scene(struct scene *scene, const struct options *options,
         status = plan_report(&plan, &result);
     }
     simulate_release(&motion);
+    scene->inputs = NULL;
     return status;
 }
 
@@ -332,13 +364,20 @@ static enum status run_plan(const struct options *given) {
     return status;
 }
 
+static const struct option_rule plan_rules[] = {
+    {"reference", "REF.csv", OPTION_TEXT,
+     "also the motion of the plan for a controller: t, coordinates, rates, accelerations, programme forces",
+     NULL, NULL},
+    {"resume", NULL, OPTION_FLAG, "begin with the result that PLAN.json already has", NULL, NULL},
+    {.name = NULL}};
+
 const struct command plan_command = {
     .name = "plan",
     .run = run_plan,
     .operands = "MODEL.lua PLAN.lua",
-    .options = "output! method step tol step-max from stabilise singular start hold release way lanes "
-               "parameters set",
-    .tables = {simulate_rules, equilibria_rules, scene_rules},
+    .options = "output! reference every resume method step tol step-max from inputs stabilise singular start "
+               "hold release way lanes parameters set",
+    .tables = {plan_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "PLAN.json",
     .purpose = "the best parameters of a motion within limits",
     .help = "PLAN.lua says what varies, what is minimised and which limits hold; PLAN.json has the result, "

@@ -10,7 +10,7 @@
  * local searches from the best of them by sequential quadratic programming (SLSQP of NLopt: Kraft, DFVLR-FB
  * 88-28, 1988).
  *
- * Parts in reading order: the file; motions; gradients; local search; search; report; the command.
+ * Parts in reading order: the file; motions; gradients; values; local search; search; report; the command.
  */
 #ifndef REFDYN_TOOL_PLAN_H
 #define REFDYN_TOOL_PLAN_H
@@ -71,6 +71,7 @@ struct plan_file {
     struct plan_varied *varied;
     int varied_count;
     double starts, seed, tol;
+    bool is_by_cobyla; /* local searches need no derivatives */
     const char *from, *method, *hold;
 };
 
@@ -112,13 +113,16 @@ struct plan {
     int stretches_most; /* between time events of a motion */
     int part_count;     /* case_count x stretches_most x PLAN_PARTS */
 
-    long motions; /* computed in all, copies included */
-    long lost;    /* derivatives that do not exist */
+    long motions;          /* computed in all, copies included */
+    long lost;             /* derivatives that do not exist */
+    bool has_changed_over; /* from SLSQP to COBYLA, in some search */
     struct {
         int status; /* of the runtime */
         double t;   /* time reached [s] */
     } failed;       /* of the last motion that failed */
     struct progress progress;
+    struct target *reference; /* NULL: none */
+    double *resumed;          /* (count) x of an earlier result; NULL: none */
 };
 
 /* A value at its time; NAN if there is none. */
@@ -128,7 +132,7 @@ struct plan_extreme {
 
 /* Parts of a stretch: a law with many knots may touch a limit along whole stretches, and the largest value
  * alone would change between both ends, where its gradient jumps. */
-enum plan_place { PLAN_BEGIN, PLAN_WITHIN, PLAN_END, PLAN_PARTS };
+enum plan_spot { PLAN_BEGIN, PLAN_WITHIN, PLAN_END, PLAN_PARTS };
 
 /* Results of the motions at x. Entries by part: those of case 0, then those of case 1 ... Values of a whole
  * motion belong to its first part. */
@@ -155,16 +159,18 @@ struct motions {
 
 struct plan_break {
     double t;
-    int number; /* of the model's time event */
+    int number; /* of the model's time event; -1: a sample of inputs */
 };
 
 /* Stretches of one motion. */
 struct plan_stretches {
     int count;
     double *t;   /* (count + 1) from the start of the motion to its end [s] */
-    int *breaks; /* (count + 1) number of the time event; from entry 1 on; -1: the end */
+    int *breaks; /* (count) number of the time event at its beginning, from entry 1 on; -1: a fixed time */
 };
 
+/* Number of time events and of samples of inputs: a motion has at most one stretch more. */
+int plan_break_count(const struct plan *plan);
 /* Describes the motions at x (points x count), in scratch memory. Outputs are the caller's. The scene has the
  * values of the last one then. */
 void plan_describe(const struct plan *plan, const double *x, int points, struct motions *motions);
@@ -179,8 +185,10 @@ int plan_place_in_stretches(struct plan *plan, const struct motions *motions, in
 void plan_note_failure(struct plan *plan, struct plan_point *point, int status, double t);
 /* Writes the signals of a shown state; the context is the plan. */
 void plan_write_signals(void *context, const struct refdyn_batch_case *one, double *values);
+/* Number of extremes, which is that of inequalities. */
+size_t plan_extreme_count(const struct plan *plan);
 /* The number of a part. */
-int plan_part(const struct plan *plan, int one, int stretch, enum plan_place place);
+int plan_part(const struct plan *plan, int one, int stretch, enum plan_spot spot);
 /* The smallest and the largest value of a limit in a part. */
 struct plan_extreme *plan_extremes(const struct plan *plan, const struct plan_point *point, int part,
                                    int limit);
@@ -188,6 +196,16 @@ struct plan_extreme *plan_extremes(const struct plan *plan, const struct plan_po
 void plan_point_start(const struct plan *plan, struct plan_point *point);
 void plan_point_copy(const struct plan *plan, const struct plan_point *from, struct plan_point *to);
 double plan_value_at(const struct plan *plan, int value, const double *x);
+
+/* ---- Gradients (plan_gradients.c) ---- */
+
+/* Computes an objective rd.integral of the placed motion of a case. */
+void plan_integrate(struct plan *plan, struct plan_point *point, const struct motions *motions, int one);
+/* Adds the gradients. */
+void plan_point_differentiate(struct plan *plan, struct plan_point *point);
+
+/* ---- Values (plan_values.c) ---- */
+
 /* Computes a free motion of each case at point->x. */
 void plan_point_evaluate(struct plan *plan, struct plan_point *point);
 /* Inequality i, 0 to 2 x limits x parts - 1: its amount beyond the bound, divided by the limit's size;
@@ -205,13 +223,6 @@ bool plan_is_feasible(const struct plan *plan, const struct plan_point *point);
 /* Objectives and largest excesses of many x (points x count) from outputs alone; INFINITY for a motion that
  * fails. */
 void plan_scan(struct plan *plan, const double *x, int points, double *objectives, double *excesses);
-
-/* ---- Gradients (plan_gradients.c) ---- */
-
-/* Computes an objective rd.integral of the placed motion of a case. */
-void plan_integrate(struct plan *plan, struct plan_point *point, const struct motions *motions, int one);
-/* Adds the gradients. */
-void plan_point_differentiate(struct plan *plan, struct plan_point *point);
 
 /* ---- Local search (plan_local.c) ---- */
 
@@ -235,6 +246,17 @@ struct plan_result {
 };
 
 void plan_search(struct plan *plan, struct plan_result *result);
+
+/* ---- The motion of a plan, and an earlier plan (plan_results.c) ---- */
+
+/* Opens the file of --reference, if there is one. */
+enum status plan_reference_open(struct plan *plan);
+/* Writes the motion of the plan to it. */
+enum status plan_write_reference(struct plan *plan, const struct plan_point *point);
+/* Writes the columns of the limits over the motion as `motion`. */
+void plan_put_motion(struct plan *plan, const struct plan_point *point, struct document *document);
+/* Reads the values of the earlier result at -o, from which the search then begins. */
+enum status plan_resume(struct plan *plan);
 
 /* ---- Report (plan_report.c) ---- */
 

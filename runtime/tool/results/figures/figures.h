@@ -173,6 +173,11 @@ bool figures_draw_runs(const char *path, const char *panels, FILE *out);
  * is none. */
 bool figures_draw_fit(const char *path, FILE *out);
 
+/* Whether a file of JSON has the motion of a plan. */
+bool figures_is_plan(const char *path);
+/* Draws the limits of a PLAN.json over its motion. Returns false and reports the error if it has none. */
+bool figures_draw_plan(const char *path, FILE *out);
+
 /* The parts of a figure of runs return false and report the error if the file cannot be read. */
 
 /* Adds percentiles of a history over time. Cases without a number at a time do not count there. */

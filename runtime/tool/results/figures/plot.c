@@ -1,4 +1,4 @@
-/* `refdyn plot`: draws motions over each other, a file of runs, or a fit, into one file. */
+/* `refdyn plot`: draws motions over each other, a file of runs, a fit, or a plan, into one file. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -322,8 +322,8 @@ struct drawing {
     struct panels panels;
     struct targets targets;
     struct target *target;
-    bool is_of_runs; /* the only operand is a file of runs */
-    bool is_of_fit;  /* the only operand is a FIT.json */
+    bool is_of_runs;   /* the only operand is a file of runs */
+    const char *found; /* "fit" or "plan": the only operand is a FIT.json or a PLAN.json; else NULL */
 };
 
 static bool is_file_of_runs(const char *path) {
@@ -343,20 +343,20 @@ static enum status check_runs(struct drawing *drawing) {
     return STATUS_DONE;
 }
 
-static enum status check_fit(struct drawing *drawing) {
+static enum status check_found(struct drawing *drawing) {
     static const char *const unused[] = {"panel", "units"};
     const struct options *options = drawing->options;
     for (int i = 0; i < options->operand_count; i++)
         if (text_ends_with(options->operands[i], ".json")) {
-            drawing->is_of_fit = true;
+            drawing->found = figures_is_plan(options->operands[i]) ? "plan" : "fit";
             if (options->operand_count > 1)
-                return options_usage_error(options->command, "%s: a fit must be the only operand",
-                                           options->operands[i]);
+                return options_usage_error(options->command, "%s: a %s must be the only operand",
+                                           options->operands[i], drawing->found);
         }
-    for (int i = 0; i < 2 && drawing->is_of_fit; i++)
+    for (int i = 0; i < 2 && drawing->found; i++)
         if (options_text(options, unused[i]))
-            return options_usage_error(options->command, "--%s: a fit has its own %s; omit it", unused[i],
-                                       i == 0 ? "panels" : "units");
+            return options_usage_error(options->command, "--%s: a %s has its own %s; omit it", unused[i],
+                                       drawing->found, i == 0 ? "panels" : "units");
     return STATUS_DONE;
 }
 
@@ -365,7 +365,7 @@ static enum status check_usage(struct drawing *drawing) {
     const char *output = options_text(options, "output");
     enum status status = check_runs(drawing);
     if (status == STATUS_DONE)
-        status = check_fit(drawing);
+        status = check_found(drawing);
     const char *unknown =
         drawing->is_of_runs ? NULL : panels_choose(&drawing->panels, options_text(options, "panel"));
     drawing->format = figures_picture_format_of(output);
@@ -431,15 +431,16 @@ static bool write_drawing(struct drawing *drawing) {
     return is_good;
 }
 
-/* A file of runs, or a fit. */
+/* A file of runs, a fit, or a plan. */
 static bool write_results(struct drawing *drawing) {
     const struct options *options = drawing->options;
     char *svg;
     size_t size;
     FILE *out = format_stream(&svg, &size);
-    bool is_good = drawing->is_of_fit
-                       ? figures_draw_fit(options->operands[0], out)
-                       : figures_draw_runs(options->operands[0], options_text(options, "panel"), out);
+    const char *path = options->operands[0];
+    bool is_good = !drawing->found ? figures_draw_runs(path, options_text(options, "panel"), out)
+                   : strcmp(drawing->found, "plan") == 0 ? figures_draw_plan(path, out)
+                                                         : figures_draw_fit(path, out);
     fclose(out);
     is_good = is_good && figures_picture_write(drawing->format, svg, drawing->target->file) &&
               system_target_finish(drawing->target);
@@ -459,7 +460,7 @@ static bool open_files(struct drawing *drawing) {
                           ? system_target_open(&drawing->targets, options_text(options, "output"))
                           : NULL;
     bool is_good = drawing->target && (!units || read_units(&drawing->panels, units));
-    for (int i = 0; i < options->operand_count && is_good && !drawing->is_of_runs && !drawing->is_of_fit; i++)
+    for (int i = 0; i < options->operand_count && is_good && !drawing->is_of_runs && !drawing->found; i++)
         is_good = figures_run_read(&drawing->panels.runs[i], options->operands[i]);
     return is_good;
 }
@@ -473,7 +474,7 @@ static enum status run_plot(const struct options *options) {
     panels->runs = format_allocate((size_t)panels->run_count, sizeof *panels->runs);
     const bool is_good =
         open_files(&drawing) &&
-        (drawing.is_of_runs || drawing.is_of_fit ? write_results(&drawing) : write_drawing(&drawing));
+        (drawing.is_of_runs || drawing.found ? write_results(&drawing) : write_drawing(&drawing));
     system_targets_release(&drawing.targets);
     json_decref(panels->units);
     json_decref(panels->limits);
@@ -499,16 +500,20 @@ const struct command plot_command = {
     .tables = {plot_rules},
     .output = "FILE.svg",
     .purpose = "figures of motions, as one SVG, PNG or PDF by the suffix of FILE",
-    .help = "Coordinates, paths, heights and vertical velocities of points, forces, inputs, courses, "
-            "residuals and energy.\n"
-            "Colours distinguish quantities; line styles distinguish the runs, which share one set of axes. "
-            "rsvg-convert makes\n"
-            "PNG and PDF. For RUNS.h5, a file of runs: results over what varied, percentiles over time, the "
-            "worst cases; --panel\n"
-            "selects items of the file, such as extremes/E_x. For FIT.json: data and model with two standard "
-            "deviations of the\n"
-            "noise, residuals, and their autocorrelation with the 95 % band of white noise.\n\n"
-            "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
-            "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"
-            "  refdyn plot runs.h5 --panel extremes/E_x,history/E_x -o runs.svg\n"
-            "  refdyn plot fit.json -o fit.svg\n"};
+    .help =
+        "Coordinates, paths, heights and vertical velocities of points, forces, inputs, courses, "
+        "residuals and energy.\n"
+        "Colours distinguish quantities; line styles distinguish the runs, which share one set of axes. "
+        "rsvg-convert makes\n"
+        "PNG and PDF. For RUNS.h5, a file of runs: results over what varied, percentiles over time, the "
+        "worst cases; --panel\n"
+        "selects items of the file, such as extremes/E_x. For FIT.json: data and model with two standard "
+        "deviations of the\n"
+        "noise, residuals, and their autocorrelation with the 95 % band of white noise. For PLAN.json: its "
+        "limits\n"
+        "over the motion.\n\n"
+        "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
+        "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"
+        "  refdyn plot runs.h5 --panel extremes/E_x,history/E_x -o runs.svg\n"
+        "  refdyn plot fit.json -o fit.svg\n"
+        "  refdyn plot plan.json -o plan.svg\n"};
