@@ -21,7 +21,7 @@ class NoLivePages(Exception):
 
 def write(program, words, folder, page):
     page.parent.mkdir(parents=True, exist_ok=True)
-    done = subprocess.run([program, "view", "--live", *words, "-o", page], cwd=folder, capture_output=True, text=True)
+    done = subprocess.run([program, "view", "--live", "--pull", *words, "-o", page], cwd=folder, capture_output=True, text=True)
     if done.returncode and MISSING.search(done.stderr):
         raise NoLivePages(done.stderr.strip())
     if done.returncode:
@@ -60,7 +60,7 @@ def gallery(text, program, source, pages):
         start = f'<a href="../live/{name}.html{rows[name][1]}">'
         return f"| {start}{picture}</a> | {words}<br><br>{start}Move it</a> ({size_of(page[name])}) |"
     total = sum(one.stat().st_size for one in page.values()) / 1e6
-    text = text.replace("\n\n", "\n\nEach picture is a link to a [live page](live.md): move the sliders and watch the motion. Each page is one file that you can save and "
+    text = text.replace("\n\n", "\n\nEach picture is a link to a [live page](live.md): move the sliders, watch the motion, and pull the named points with the pointer. Each page is one file that you can save and "
                         f"send; all {len(page)} have {total:.1f} MB.\n\n", 1)
     return ROW.sub(linked, text)
 

@@ -245,6 +245,8 @@ void read_programme(struct script *script, const struct tree *tree, struct model
         read_forces(&reader, &result);
     if (drives)
         read_drives(&reader, drives);
+    if (reader.check.declarations->request->has_pulls)
+        read_pulls(&reader);
     if (courses && script_call(script, courses, "courses", &result))
         read_courses(&reader, &result);
     read_bounds(&reader, limits && script_call(script, limits, "limits", &result) ? &result : NULL);
