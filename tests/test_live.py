@@ -145,7 +145,7 @@ def test_modes_are_those_of_the_command(tmp_path, name, parameter, value):
         rows = page.ask("byId('modes').closest('details').open = true; return byId('modes').innerText").splitlines()
     expected = np.array([[mode["frequency"], mode["damping"]] for mode in json.loads(refdyn("modes", MODELS / f"{name}.lua", "--set", f"{parameter}={value}").stdout)["modes"]])
     assert modes.shape == expected.shape and np.abs(modes - expected).max() < 1e-9 * np.abs(expected).max()
-    assert len(rows) == len(expected) + 1 and float(rows[-1].split()[2]) == pytest.approx(expected[-1, 1], rel=1e-3)
+    assert len(rows) == len(expected) + 1 and float(rows[-1].split()[2]) == pytest.approx(expected[-1, 1], rel=5e-3)
 
 
 @pytest.mark.parametrize("name, text", [("fourbar", "Newton's iteration did not converge"), ("branched", "rows in accelerations"), ("stewart", "leaves no motion free")])

@@ -199,7 +199,7 @@ function showModes({id, modes, message}) {
     table.hidden = rows.length === 0;
     table.tBodies[0].replaceChildren(...rows.map((mode, i) => {
         const row = document.createElement("tr");
-        row.append(...[String(i + 1), ...mode.map((number) => withMinus(String(Number(number.toPrecision(DIGITS)))))].map((text) => newElement("td", "", text)));
+        row.append(...[String(i + 1), ...mode.map((number) => withMinus(shortNumber(Number(number.toPrecision(DIGITS)))))].map((text) => newElement("td", "", text)));
         return row;
     }));
     document.documentElement.dataset.modes = String(id);
@@ -320,6 +320,8 @@ function makeLayout() {
     document.querySelector("main").append(panel);
     byId("picture").append(failure);
     panel.append(facts);
+    if (live.canPull)
+        panel.append(newElement("p", "hint", "Drag a named point to pull it."));
     sliders.id = "sliders";
     makePanel(sliders, values, options, changedValue);
     panel.append(...structureFields(structure, chooseStructure), sliders);
