@@ -596,7 +596,9 @@ def test_a_page_in_a_notebook(package, tmp_path):
     page = crane.live(E=(1e10, 3e11), rope_theta_d=(-1, 2), m=80, t_end=1, step=2e-4, height=700)
     live(MODELS / "crane.lua", "--range", "E=1e10:3e11", "--range", "rope_theta_d=-1:2", "--set", "m=80", "--until", "1", "--step", "2e-4", "-o", tmp_path / "crane.html")
     assert page.text == (tmp_path / "crane.html").read_text() and 'height="700"' in page._repr_html_()
-    assert crane.live(tmp_path / "short.html", t_end=0.1) is None and '"until":0.1,' in (tmp_path / "short.html").read_text()
+    assert '"canPull":false' in page.text and crane.live(tmp_path / "short.html", t_end=0.1, pull=True) is None
+    short = (tmp_path / "short.html").read_text()
+    assert '"until":0.1,' in short and '"canPull":true' in short
     (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><html><body>{page._repr_html_()}</body></html>")
     with browser.Session(tmp_path / "notebook.html") as notebook:
         inside = "document.querySelector('iframe').contentDocument"

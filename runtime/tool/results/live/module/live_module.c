@@ -21,24 +21,6 @@ enum {
 
 /* ---- Memory ---- */
 
-void *live_get_block(void *context, size_t size) {
-    struct live *live = context;
-    struct block *block = calloc(1, sizeof *block + size + sizeof(double));
-    if (!block)
-        abort(); /* the page shows that the module has stopped */
-    block->next = live->blocks;
-    live->blocks = block;
-    return block->data;
-}
-
-static void release_blocks(struct live *live) {
-    while (live->blocks) {
-        struct block *next = live->blocks->next;
-        free(live->blocks);
-        live->blocks = next;
-    }
-}
-
 static struct record_memory memory_of(struct live *live) {
     return (struct record_memory){live_get_block, live};
 }
@@ -113,29 +95,14 @@ EXPORT(live_used_start) const double *live_used_start(struct live *live) {
     return live->q;
 }
 
-/* ---- Rows: the columns of a table but those of the hand ---- */
-
-enum { INPUT_GROUP = 5 }; /* of a column */
-
-static int column_count(const struct live *live) {
-    return live->table.count - live_model.hand_input_count;
-}
-
-/* The columns before the hand's. */
-static int columns_before(const struct live *live) {
-    return live->table.ends[INPUT_GROUP] - live_model.hand_input_count;
-}
-
-static int place_in_table(const struct live *live, int column) {
-    return column < columns_before(live) ? column : column + live_model.hand_input_count;
-}
+/* ---- Rows ---- */
 
 static void make_room(struct live *live) {
     if (live->row_count < live->room)
         return;
     live->room = live->record.outputs + 2 > live->room ? live->record.outputs + 2 : 2 * live->room;
     const size_t room = (size_t)live->room;
-    live->rows = realloc(live->rows, room * (size_t)column_count(live) * sizeof *live->rows);
+    live->rows = realloc(live->rows, room * (size_t)live_column_count(live) * sizeof *live->rows);
     live->applied =
         realloc(live->applied, room * ((size_t)live_model.applied_count + 1) * sizeof *live->applied);
     if (!live->rows || !live->applied)
@@ -151,8 +118,8 @@ static int add_row(struct live *live) {
         return REFDYN_NOT_FINITE;
     }
     make_room(live);
-    double *row = live->rows + live->row_count * column_count(live);
-    const int before = columns_before(live), after = column_count(live) - before;
+    double *row = live->rows + live->row_count * live_column_count(live);
+    const int before = live_columns_before_hand(live), after = live_column_count(live) - before;
     memcpy(row, live->table.values, (size_t)before * sizeof *row);
     memcpy(row + before, live->table.values + live->table.count - after, (size_t)after * sizeof *row);
     live_add_applied(live);
@@ -188,7 +155,7 @@ static void end_motion(struct live *live) {
     if (live->integrator.motion)
         record_restore(&live->record);
     live->integrator = (struct refdyn_integrator){.motion = NULL};
-    release_blocks(live);
+    live_release_blocks(live);
 }
 
 /* step > 0: fixed steps, as --step; otherwise the tolerance, as --tol. */
@@ -404,7 +371,7 @@ EXPORT(live_advance) int live_advance(struct live *live) {
     const struct record_motion *record = &live->record;
     if (live->output >= record->outputs || record_is_stopped(record))
         return finish(live, REFDYN_OK);
-    const double last = live->rows[(live->row_count - 1) * column_count(live)];
+    const double last = live->rows[(live->row_count - 1) * live_column_count(live)];
     int status = record_to(&live->record, live->output, &watch);
     const bool is_there = live->output < record->outputs - 1
                               ? live->integrator.t >= record->from + (double)live->output * record->every
@@ -431,28 +398,6 @@ EXPORT(live_row_count) long live_row_count(struct live *live) {
 
 EXPORT(live_applied) const double *live_applied(struct live *live) {
     return live->applied;
-}
-
-EXPORT(live_column_count) int live_column_count(struct live *live) {
-    return column_count(live);
-}
-
-EXPORT(live_column_name) const char *live_column_name(struct live *live, int column) {
-    return live->table.names[place_in_table(live, column)];
-}
-
-EXPORT(live_column_unit) const char *live_column_unit(struct live *live, int column) {
-    const char *unit = live->table.units[place_in_table(live, column)];
-    return unit ? unit : "";
-}
-
-/* The group of the column, in the order of record.h: 0 state, 1 points, 2 residuals, 3 energy, 4 forces,
- * 5 inputs, 6 courses, 7 accelerations ... */
-EXPORT(live_column_group) int live_column_group(struct live *live, int column) {
-    int group = 0;
-    while (place_in_table(live, column) >= live->table.ends[group])
-        group++;
-    return group;
 }
 
 /* Steps, rejected steps, largest error of the energy balance, time reached; 1 if an event has ended it. */

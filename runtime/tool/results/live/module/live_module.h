@@ -109,6 +109,7 @@ struct live {
 
 /* Zeroed memory until the next motion begins. */
 void *live_get_block(void *live, size_t size);
+void live_release_blocks(struct live *live);
 /* Ends the motion, and sets q and qd to the equilibrium for the values of the page. Returns a status of the
  * runtime. */
 int live_set_equilibrium(struct live *live);
@@ -120,8 +121,9 @@ void live_explain_start(struct live *live, int status);
 void live_start_pull(struct live *live);
 /* Sets the inputs of the hand from t on; returns the time of the next sample [s]. */
 double live_sample_pull(struct live *live, double t, double *x);
-/* The columns of a row. */
+/* The columns of a row, and those that precede the inputs of the hand in the table. */
 int live_column_count(struct live *live);
+int live_columns_before_hand(const struct live *live);
 /* Computes the drawn model from the parameters. Call it after the start. */
 void live_draw(struct live *live);
 /* Computes the applied forces at the integrator's state, for the row that follows the present ones. */
