@@ -145,7 +145,7 @@ def test_modes_are_those_of_the_command(tmp_path, name, parameter, value):
         rows = page.ask("byId('modes').closest('details').open = true; return byId('modes').innerText").splitlines()
     expected = np.array([[mode["frequency"], mode["damping"]] for mode in json.loads(refdyn("modes", MODELS / f"{name}.lua", "--set", f"{parameter}={value}").stdout)["modes"]])
     assert modes.shape == expected.shape and np.abs(modes - expected).max() < 1e-9 * np.abs(expected).max()
-    assert len(rows) == len(expected) + 1 and float(rows[-1].split()[2]) == pytest.approx(expected[-1, 1], rel=1e-3)
+    assert len(rows) == len(expected) + 1 and float(rows[-1].split()[2]) == pytest.approx(expected[-1, 1], rel=5e-3)
 
 
 @pytest.mark.parametrize("name, text", [("fourbar", "Newton's iteration did not converge"), ("branched", "rows in accelerations"), ("stewart", "leaves no motion free")])
@@ -332,6 +332,77 @@ def test_the_page_never_waits(pages):
         page.ask("options.until = 2; changedValue();")
         page.wait(f"state.answered === {asked + 1} && {SHOWN}")
         assert page.ask("return state.motion.rows[state.motion.rows.length - state.motion.columns.length]") == 2
+
+
+# ---- Pulling
+
+CART = """local rd = require "refdyn"
+return rd.model { name = "cart", gravity = { 0, 0, -9.81 }, links = { { "cart", joint = "x", start_rate = { x = 0.25 }, mass = 3.7 } },
+  points = { E = "cart", F = { on = "cart", at = { 0, 0.2, 0 } } } }
+"""
+
+
+def test_the_motion_of_a_pulled_cart(tmp_path):
+    """A spring and a damper of 2 Hz and ratio 0.7 between the second point and a hand at rest, from t = 0.4 on; then free."""
+    (tmp_path / "cart.lua").write_text(CART)
+    live(tmp_path / "cart.lua", "--pull", "--until", "3", "--tol", "1e-9", "-o", tmp_path / "cart.html")
+    with browser.Session(tmp_path / "cart.html") as page:
+        page.wait(SHOWN)
+        command = page.ask("return byId('command').value")
+        assert page.ask("return values.x.length") == 0 and "live" not in command
+        page.ask("hand.point = 1; hand.place = [0.9, 0.2, 0]; window.started = performance.now(); ask({point: 1, from: 0.4, speed: 1, hand: hand.place});")
+        page.wait("clock.time > 0.9 && clock.time === clock.end")
+        page.ask("hand.point = -1; state.worker.postMessage({release: true})")
+        page.wait(f"state.answered === state.asked && {SHOWN}")
+        names, rows = rows_of(page)
+        assert page.ask("return byId('pulled').hidden") is False
+        set_value(page, "cart_x", 0.1)
+        assert page.ask("return byId('pulled').hidden") is True
+        (tmp_path / "start.json").write_text(page.ask("return stateText(state.motion.start)"))
+        assert farthest(page, tmp_path) < 1e-9
+    t, x, rate = (rows[:, names.index(name)] for name in ("t", "cart_x", "cart_x_d"))
+    assert t[-1] == 3 and rate[-1] == rate[-2]
+    let_go = t[np.flatnonzero(rate != rate[-1])[-1]]
+    free, pulled, after = t <= 0.4, (t > 0.4) & (t < let_go - 0.02), t > let_go + 0.02
+    assert np.abs(x[free] - 0.25 * t[free]).max() < 1e-9 and pulled.sum() > 20 and after.sum() > 20
+    omega, damping, since = 12.6, 0.7, t[pulled] - 0.4
+    turn = omega * np.sqrt(1 - damping**2)
+    away, speed = 0.1 - 0.9, 0.25
+    expected = 0.9 + np.exp(-damping * omega * since) * (away * np.cos(turn * since) + (speed + damping * omega * away) / turn * np.sin(turn * since))
+    assert np.abs(x[pulled] - expected).max() < 1e-7
+    assert np.abs(np.diff(x[after]) - rate[-1] * np.diff(t[after])).max() < 1e-9
+
+
+def test_the_pointer_pulls_a_point(tmp_path):
+    """From the present time on; what precedes it stays. A drag elsewhere turns the camera."""
+    live(MODELS / "pendulum.lua", "--pull", "--until", "4", "-o", tmp_path / "page.html")
+    with browser.Session(tmp_path / "page.html") as page:
+        page.wait(SHOWN)
+        page.ask("setTime(clock, 0.5);")
+        before = rows_of(page)[1]
+
+        def mouse(kind, x, y, buttons):
+            page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left" if buttons or kind == "mouseReleased" else "none", buttons=buttons, clickCount=1)
+
+        x, y = page.ask("const box = byId('stage').getBoundingClientRect(), at = projected(placeNow(runs[0], runs[0].points[0]));"
+                        "return [box.left + box.width * (at.x + 1) / 2, box.top + box.height * (1 - at.y) / 2]")
+        mouse("mouseMoved", x, y, 0)
+        assert page.ask("return byId('stage').style.cursor") == "pointer"
+        azimuth = page.ask("return page.stage.camera.azimuth")
+        mouse("mousePressed", x, y, 1)
+        mouse("mouseMoved", x + 60, y - 80, 1)
+        page.wait("clock.time > 0.8 && hand.line !== null")
+        held = page.ask("return [page.stage.camera.azimuth, Math.hypot(...hand.place.map((at, i) => at - placeNow(runs[0], runs[0].points[0])[i]))]")
+        mouse("mouseReleased", x + 60, y - 80, 0)
+        page.wait(f"state.answered === state.asked && {SHOWN}")
+        after = rows_of(page)[1]
+        assert held[0] == azimuth and page.ask("return [hand.line, clock.isPlaying]") == [None, True]
+        apart = np.abs(after - before)[:, 1:1 + page.ask("return values.q.length / 2")]
+        assert apart[before[:, 0] < 0.5].max() < 1e-6 and apart[-1].max() > 0.01, "adaptive steps end at the time at which the hand begins"
+        mouse("mousePressed", x - 200, y - 60, 1)
+        mouse("mouseMoved", x - 160, y - 60, 1)
+        mouse("mouseReleased", x - 160, y - 60, 0)
+        assert page.ask("return page.stage.camera.azimuth") != azimuth and not page.console, page.console
 
 
 # ---- The address
@@ -540,7 +611,9 @@ def test_a_page_in_a_notebook(package, tmp_path):
     page = crane.live(E=(1e10, 3e11), rope_theta_d=(-1, 2), m=80, t_end=1, step=2e-4, height=700)
     live(MODELS / "crane.lua", "--range", "E=1e10:3e11", "--range", "rope_theta_d=-1:2", "--set", "m=80", "--until", "1", "--step", "2e-4", "-o", tmp_path / "crane.html")
     assert page.text == (tmp_path / "crane.html").read_text() and 'height="700"' in page._repr_html_()
-    assert crane.live(tmp_path / "short.html", t_end=0.1) is None and '"until":0.1,' in (tmp_path / "short.html").read_text()
+    assert '"canPull":false' in page.text and crane.live(tmp_path / "short.html", t_end=0.1, pull=True) is None
+    short = (tmp_path / "short.html").read_text()
+    assert '"until":0.1,' in short and '"canPull":true' in short
     (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><html><body>{page._repr_html_()}</body></html>")
     with browser.Session(tmp_path / "notebook.html") as notebook:
         inside = "document.querySelector('iframe').contentDocument"
@@ -589,6 +662,7 @@ def test_usage(pages, tmp_path):
     assert said.startswith("refdyn view: --options: --set states 'n_rfe', too; omit one of them\n")
     assert live(crane, "--options", "n_rfe=2,0", "-o", out, status=1).stderr.endswith('crane.lua: option n_rfe: value "0"; must be a number from 1\n')
     assert "--options needs --live" in refdyn("view", pages / "a.h5", "--options", "n_rfe=1,2", "-o", out, status=2).stderr
+    assert "--pull needs --live" in refdyn("view", pages / "a.h5", "--pull", "-o", out, status=2).stderr
     assert "--live shows one model" in live(crane, crane, "-o", out, status=2).stderr
     assert "--until needs --live" in refdyn("view", pages / "a.h5", "--until", "1", "-o", out, status=2).stderr
     assert "--model is for runs" in live(crane, "--model", crane, "-o", out, status=2).stderr

@@ -36,7 +36,7 @@ def words_of(command):
             at = words.index(option)
             fragment = f"#from={words[at + 1]}" if option == "--from" else fragment
             words[at:at + 2] = []
-    return words, fragment
+    return [*words, "--pull"], fragment
 
 
 def size_of(page):
@@ -60,8 +60,9 @@ def gallery(text, program, source, pages):
         start = f'<a href="../live/{name}.html{rows[name][1]}">'
         return f"| {start}{picture}</a> | {words}<br><br>{start}Move it</a> ({size_of(page[name])}) |"
     total = sum(one.stat().st_size for one in page.values()) / 1e6
-    text = text.replace("\n\n", "\n\nEach picture is a link to a [live page](live.md): move the sliders and watch the motion. Each page is one file that you can save and "
-                        f"send; all {len(page)} have {total:.1f} MB.\n\n", 1)
+    text = text.replace("\n\n", "\n\n**Each picture opens a [live page](live.md)**: move the sliders, watch the motion, and pull the named points with the pointer. Each page is "
+                        f"one file that you can save and send; all {len(page)} have {total:.1f} MB. For a model of your own, `refdyn view --live --pull MODEL.lua -o PAGE.html` "
+                        "writes such a page.\n\n", 1)
     return ROW.sub(linked, text)
 
 
@@ -83,6 +84,6 @@ def tutorial(text, program, pages):
                     write(program, shlex.split(command[1]), folder, pages / "arm.html")
                 except NoLivePages:
                     return text
-                frame = '\n<iframe src="../live/arm.html#from=statics" title="The arm of this page, live" width="100%" height="860"></iframe>\n'
+                frame = '\n<iframe src="../live/arm.html#from=statics" title="The arm of this page, live" width="100%" height="1040"></iframe>\n'
                 return text[:block.end()] + frame + text[block.end():]
     raise SystemExit("the tutorial has no command for a live page")

@@ -45,6 +45,7 @@ struct read_request {
     bool fold;        /* parameters become numbers, except for anchored ones */
     enum accelerations accelerations;
     enum loops loops;
+    bool has_pulls; /* a hand can pull the points of interest (read_pulls.c) */
     enum programme {
         PROGRAMME_ACTS,  /* by ideal forces */
         PROGRAMME_RESTS, /* acts, and before t = 0 rests at its values of t = 0 */

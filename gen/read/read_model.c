@@ -260,6 +260,8 @@ void read_programme(struct script *script, struct tree *tree, struct model *mode
         read_forces(&reader, &result);
     if (drives)
         read_drives(&reader, drives);
+    if (reader.check.declarations->request->has_pulls)
+        read_pulls(&reader);
     read_rates_of_states(&reader);
     if (courses && script_call(script, courses, "courses", &result))
         read_courses(&reader, &result);

@@ -403,8 +403,8 @@ void read_solids(const struct reader *reader, const struct value *table, const c
 void read_joints(const struct reader *reader, const struct value *table, const char *path, struct link *link);
 void read_beam(const struct reader *reader, const struct value *table, const char *path, struct beam *beam);
 
-/* ---- read_states.c, read_forces.c, read_drives.c, read_constraints.c, read_events.c; warnings.c: doubtful
- * values ---- */
+/* ---- read_states.c, read_forces.c, read_drives.c, read_pulls.c, read_constraints.c, read_events.c;
+ * warnings.c: doubtful values ---- */
 
 void read_states(const struct reader *reader, const struct value *result);
 /* Adds the rates of states to the forces, after all other forces. */
@@ -417,6 +417,8 @@ bool read_push(const struct reader *reader, const struct value *value, enum fiel
 void read_drives(const struct reader *reader, const struct value *list);
 /* After the rows: no drive may act on a locked coordinate. Then treats the programme as requested. */
 void read_drives_end(const struct reader *reader);
+/* read_pulls.c: after the drives. */
+void read_pulls(const struct reader *reader);
 void read_courses(const struct reader *reader, const struct value *table);
 /* read_bounds.c: limits of links, then those of the list, which may be NULL. After the courses. */
 void read_bounds(const struct reader *reader, const struct value *list);

@@ -91,6 +91,7 @@ static enum status read_with(struct scene *scene, const struct options *options,
                                    .settings = settings,
                                    .setting_count = count,
                                    .fold = fold,
+                                   .has_pulls = options_has(options, "pull"),
                                    .programme = options_text(options, "play")     ? PROGRAMME_FREE
                                                 : options_has(options, "realise") ? PROGRAMME_RESTS
                                                                                   : PROGRAMME_ACTS,

@@ -510,19 +510,19 @@ class Model:
             return inline.Page(pathlib.Path(page).read_text(encoding="utf-8"), height) if file is None else None
 
     def live(self, file: str | os.PathLike[str] | None = None, *, t_end: float | None = None, step: float | None = None, tol: float | None = None,
-             height: int = 600, **values: Any) -> inline.Page | None:
+             pull: bool = False, height: int = 600, **values: Any) -> inline.Page | None:
         """Shows this model as a page that computes its motions itself: in a notebook by `arm.live(m_E=(1, 5))`, or as a file, `arm.live("arm.html")`.
 
         values   by name: a pair is the range of the slider of a parameter, an input or a start value (`NAME` or `NAME_d` of a
                  coordinate); a single value replaces that of a parameter, an input or an option; a list has the values of an option, among
                  which the page chooses
 
-        `t_end` and `step` or `tol` are those of the first motion. Needs clang and the C library for WebAssembly.
+        `t_end` and `step` or `tol` are those of the first motion; with `pull` the pointer pulls the points of interest. Needs clang and the C library for WebAssembly.
         """
         ranges, settings = inline.ranges_and_settings(values, self._kinds)
         with program.private_folder() as folder:
             page = os.path.join(folder, "page.html") if file is None else os.path.abspath(file)
-            self._run("view", {"live": True, "until": t_end, "step": step, "tol": tol, "output": page}, settings, *ranges)
+            self._run("view", {"live": True, "pull": pull, "until": t_end, "step": step, "tol": tol, "output": page}, settings, *ranges)
             return inline.Page(pathlib.Path(page).read_text(encoding="utf-8"), height) if file is None else None
 
     def casadi(self, quantities: str | Sequence[str] | None = None, *, fold: bool = False) -> casadi_functions.CasadiFunctions:

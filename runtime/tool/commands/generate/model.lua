@@ -7,6 +7,7 @@
 --   a motion:                                  refdyn sim NAME.lua --from statics --until 2 -o NAME.csv
 --   figures of the motion:                     refdyn plot NAME.csv -o NAME.svg
 --   the moving arm, for a browser:             refdyn view NAME.csv --model NAME.lua -o NAME.html
+--   a page with sliders, to send on:           refdyn view --live NAME.lua -o NAME_live.html
 --   its equations as C:                        refdyn gen NAME.lua -o emitted
 local rd = require "refdyn"
 

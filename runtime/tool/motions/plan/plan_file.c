@@ -162,12 +162,12 @@ static void read_limits(const struct plain_file *file, const struct value *value
         read_limit(file, &value->items[i], fields_path_item(&file->check, path, i), &plan->limits[i]);
 }
 
-static void read_search(const struct reading *reading, const struct value *value, const char *path,
+static void read_search(const struct plain_file *file, const struct value *value, const char *path,
                         void *target) {
     static const char *const names[] = {"slsqp", "cobyla"};
     const int found = value->kind == VALUE_TEXT ? text_index(value->text, names, 2) : -1;
     if (found < 0)
-        refuse(reading, value, path, "\"slsqp\" or \"cobyla\"");
+        plain_refuse(file, value, path, "\"slsqp\" or \"cobyla\"");
     *(bool *)target = found == 1;
 }
 

@@ -13,7 +13,7 @@
 #include <string.h>
 
 /* Texts of page/, embedded by the build. */
-extern const char live_css[], live_values_js[], live_start_js[], live_worker_js[];
+extern const char live_css[], live_values_js[], live_pull_js[], live_start_js[], live_worker_js[];
 
 /* ---- Ranges ---- */
 
@@ -95,8 +95,8 @@ static char *json_text(const char *text) {
 
 static void put_page(const struct structures *all, const char *three, const char *data, const char *modules) {
     static const char *const names[] = {"module", "worker", "model", NULL};
-    static const char *const styles[] = {live_css, NULL}, *const scripts[] = {live_values_js, live_start_js,
-                                                                              NULL};
+    static const char *const styles[] = {live_css, NULL}, *const scripts[] = {live_values_js, live_pull_js,
+                                                                              live_start_js, NULL};
     const struct scene *first = &all->list[0].scene;
     char *source = format_read_file(*all->options->operands, "the model");
     char *worker = json_text(live_worker_js), *model = json_text(source ? source : "");
@@ -338,7 +338,7 @@ static enum status run_live(const struct options *options) {
 }
 
 static enum status run_any(const struct options *options) {
-    static const char *const of_models[] = {"range", "options", "until", "step", "tol", NULL};
+    static const char *const of_models[] = {"range", "options", "pull", "until", "step", "tol", NULL};
     if (options_has(options, "live"))
         return run_live(options);
     const enum status status = refuse(options, of_models, "needs --live");
@@ -351,13 +351,14 @@ static const struct option_rule live_rules[] = {
      "with --live: range of a slider (default: a tenth to ten times its value; repeatable)", NULL, NULL},
     {"options", "NAME=VALUE,...", OPTION_TEXTS,
      "with --live: values of an option of the model, among which the page chooses (repeatable)", NULL, NULL},
+    {"pull", NULL, OPTION_FLAG, "with --live: the pointer can pull the points of interest", NULL, NULL},
     {.name = NULL}};
 
 const struct command view_command = {
     .name = "view",
     .run = run_any,
     .operands = "RUN...",
-    .options = "output! model watch set live range options until step tol",
+    .options = "output! model watch set live range options pull until step tol",
     .tables = {live_rules, view_rules, simulate_rules, scene_rules},
     .output = "PAGE.html",
     .purpose = "motions as one HTML page, to look at from all sides",

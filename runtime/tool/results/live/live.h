@@ -43,6 +43,8 @@ void live_data_put(FILE *out, struct live *live, const struct live_range *ranges
 /* Returns whether the model has a slider of that name. */
 bool live_has_slider(const struct live *live, const char *name);
 
+/* The number of inputs of a hand that pulls points, the last of the model: 0 without --pull. */
+int live_hand_inputs(const struct live *live);
 /* Returns whether the model has an option of that name. */
 bool live_has_option(const struct model *model, const char *name);
 

@@ -248,8 +248,9 @@ void live_model_put(FILE *out, const struct live *live) {
             "    .parameters = parameters,\n    .parameter_count = %d,\n    .number_count = %d,\n"
             "    .shape_start = %d,\n    .shape_count = %d,\n    .shape_places = shape_places,\n"
             "    .numbers = numbers,\n    .applied_count = %d,\n    .applied = applied,\n"
+            "    .hand_input_count = %d,\n"
             "    .requirement_places = requirement_places,\n    .row_waits = row_waits,\n"
             "    .curves = curves,\n    .curve_count = %d,\n    .curve_residuals = curve_residuals};\n",
             model_of(live)->parameter_count, live->tape.count, live->tape.shape_start, live->tape.shape_count,
-            applied_count, live->curve_count);
+            applied_count, live_hand_inputs(live), live->curve_count);
 }

@@ -3,7 +3,7 @@
  * a motion, and
  *
  *     "live": {"file": , "settings": [[name, value], ...],
- *              "until": , "step": , "tol": , "shapeNumbers": ,
+ *              "until": , "step": , "tol": , "shapeNumbers": , "canPull": ,
  *              "parameters": [{"name": , "unit": , "value": , "from": , "to": , "fileValue": ,
  *                              "anchor": , "given": }, ...],
  *              "inputs": [{"name": , "unit": , "value": , "from": , "to": , "fileValue": }, ...],
@@ -31,6 +31,12 @@ static const char *rate_name(const char *coordinate) {
     return format_text("%s_d", coordinate);
 }
 
+/* read_pulls.c adds them. */
+int live_hand_inputs(const struct live *live) {
+    const int count = live->scene.model->point_count;
+    return options_has(live->options, "pull") && count > 0 ? 2 * count + 3 : 0;
+}
+
 bool live_has_slider(const struct live *live, const char *name) {
     const struct refdyn_model *model = live->scene.model;
     for (int i = 0; i < model->n; i++)
@@ -38,7 +44,7 @@ bool live_has_slider(const struct live *live, const char *name) {
             (i < refdyn_joint_count(model) && strcmp(rate_name(model->coordinates[i].name), name) == 0))
             return true;
     return refdyn_find_name(model->parameters, model->parameter_count, name) >= 0 ||
-           refdyn_find_name(model->inputs, model->input_count, name) >= 0;
+           refdyn_find_name(model->inputs, model->input_count - live_hand_inputs(live), name) >= 0;
 }
 
 static void put_number(FILE *out, double value) {
@@ -98,7 +104,7 @@ static void put_parameters(FILE *out, const struct live *live, const struct live
                 anchor >= 0 && live->scene.given[anchor] ? "true" : "false");
     }
     fputs("],\n\"inputs\":[", out);
-    for (int i = 0; i < model->input_count; i++) {
+    for (int i = 0; i < model->input_count - live_hand_inputs(live); i++) {
         fputs(i ? ",\n" : "\n", out);
         put_slider(out, model->inputs[i].name, model->inputs[i].unit, live->scene.work.x[i], NAN, NAN,
                    ranges);
@@ -218,7 +224,8 @@ void live_data_put(FILE *out, struct live *live, const struct live_range *ranges
     fputs(",\n", out);
     put_settings(out, live);
     put_options(out, live->options);
-    fprintf(out, "\"shapeNumbers\":%d,\n", count_shape_numbers(&live->tape));
+    fprintf(out, "\"shapeNumbers\":%d,\n\"canPull\":%s,\n", count_shape_numbers(&live->tape),
+            live_hand_inputs(live) > 0 ? "true" : "false");
     put_parameters(out, live, ranges);
     put_starts(out, live, ranges);
     fputs("}}", out);

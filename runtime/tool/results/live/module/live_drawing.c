@@ -98,7 +98,7 @@ EXPORT(live_trace_curve) int live_trace_curve(struct live *live, int number) {
     for (int k = 0; k < DRAWN_CURVE_AXES; k++) {
         start[k] = live->rows[first + curve->axes[k]];
         for (long row = 0; row < live->row_count; row++)
-            size = fmax(size, fabs(live->rows[row * live->table.count + first + curve->axes[k]]));
+            size = fmax(size, fabs(live->rows[row * live_column_count(live) + first + curve->axes[k]]));
     }
     live->curve = (struct drawn_curve){.residual = curve_residual, .context = &tracing, .size = size};
     return view_trace_curve(&live->curve, start) ? view_list_curve(&live->curve, start, live->places) : 0;

@@ -21,24 +21,6 @@ enum {
 
 /* ---- Memory ---- */
 
-void *live_get_block(void *context, size_t size) {
-    struct live *live = context;
-    struct block *block = calloc(1, sizeof *block + size + sizeof(double));
-    if (!block)
-        abort(); /* the page shows that the module has stopped */
-    block->next = live->blocks;
-    live->blocks = block;
-    return block->data;
-}
-
-static void release_blocks(struct live *live) {
-    while (live->blocks) {
-        struct block *next = live->blocks->next;
-        free(live->blocks);
-        live->blocks = next;
-    }
-}
-
 static struct record_memory memory_of(struct live *live) {
     return (struct record_memory){live_get_block, live};
 }
@@ -50,13 +32,10 @@ static double *new_numbers(size_t count) {
     return numbers;
 }
 
-/* The record calls this for sampled inputs, which pages do not have. */
+/* The record calls this for sampled inputs, which are those of the hand. */
 #ifdef __wasm__
 double refdyn_samples_set(const struct refdyn_samples *samples, double t, double *x) {
-    (void)samples;
-    (void)t;
-    (void)x;
-    return INFINITY;
+    return live_sample_pull((struct live *)samples, t, x);
 }
 #endif
 
@@ -84,6 +63,7 @@ EXPORT(live_open) struct live *live_open(void) {
         new_numbers((size_t)live_model.number_count + LIVE_SHAPE_NUMBERS * (size_t)live_model.shape_count);
     live->residuals = new_numbers((size_t)live_model.curve_count);
     live->points = new_numbers(6 * (size_t)model->point_count);
+    live->pull.point = -1;
     return live;
 }
 
@@ -122,7 +102,7 @@ static void make_room(struct live *live) {
         return;
     live->room = live->record.outputs + 2 > live->room ? live->record.outputs + 2 : 2 * live->room;
     const size_t room = (size_t)live->room;
-    live->rows = realloc(live->rows, room * (size_t)live->table.count * sizeof *live->rows);
+    live->rows = realloc(live->rows, room * (size_t)live_column_count(live) * sizeof *live->rows);
     live->applied =
         realloc(live->applied, room * ((size_t)live_model.applied_count + 1) * sizeof *live->applied);
     if (!live->rows || !live->applied)
@@ -138,8 +118,10 @@ static int add_row(struct live *live) {
         return REFDYN_NOT_FINITE;
     }
     make_room(live);
-    memcpy(live->rows + live->row_count * live->table.count, live->table.values,
-           (size_t)live->table.count * sizeof *live->rows);
+    double *row = live->rows + live->row_count * live_column_count(live);
+    const int before = live_columns_before_hand(live), after = live_column_count(live) - before;
+    memcpy(row, live->table.values, (size_t)before * sizeof *row);
+    memcpy(row + before, live->table.values + live->table.count - after, (size_t)after * sizeof *row);
     live_add_applied(live);
     live->row_count++;
     return REFDYN_OK;
@@ -173,7 +155,7 @@ static void end_motion(struct live *live) {
     if (live->integrator.motion)
         record_restore(&live->record);
     live->integrator = (struct refdyn_integrator){.motion = NULL};
-    release_blocks(live);
+    live_release_blocks(live);
 }
 
 /* step > 0: fixed steps, as --step; otherwise the tolerance, as --tol. */
@@ -270,6 +252,8 @@ static int set_start(struct live *live, bool from_statics) {
 
 int live_set_equilibrium(struct live *live) {
     end_motion(live);
+    live->pull.point = -1;
+    live_start_pull(live);
     return set_start(live, true);
 }
 
@@ -280,6 +264,7 @@ static int start(struct live *live, const struct refdyn_options *options, double
                                           .integrator = &live->integrator,
                                           .until = until,
                                           .every = every,
+                                          .samples = live->pull.point >= 0 ? &live->samples : NULL,
                                           .q = live->q,
                                           .qd = live->qd};
     const int status = refdyn_integrator_init(&live->integrator, &live->work, options, memory, size);
@@ -353,6 +338,7 @@ int live_begin(struct live *live, double until, double every, double step, doubl
         live_explain_start(live, status);
         return LIVE_FAILED;
     }
+    live_start_pull(live);
     status = start(live, &options, until, every);
     if (status == REFDYN_OK) {
         note_start(live);
@@ -384,7 +370,7 @@ EXPORT(live_advance) int live_advance(struct live *live) {
     const struct record_motion *record = &live->record;
     if (live->output >= record->outputs || record_is_stopped(record))
         return finish(live, REFDYN_OK);
-    const double last = live->rows[(live->row_count - 1) * live->table.count];
+    const double last = live->rows[(live->row_count - 1) * live_column_count(live)];
     int status = record_to(&live->record, live->output, &watch);
     const bool is_there = live->output < record->outputs - 1
                               ? live->integrator.t >= record->from + (double)live->output * record->every
@@ -411,27 +397,6 @@ EXPORT(live_row_count) long live_row_count(struct live *live) {
 
 EXPORT(live_applied) const double *live_applied(struct live *live) {
     return live->applied;
-}
-
-EXPORT(live_column_count) int live_column_count(struct live *live) {
-    return live->table.count;
-}
-
-EXPORT(live_column_name) const char *live_column_name(struct live *live, int column) {
-    return live->table.names[column];
-}
-
-EXPORT(live_column_unit) const char *live_column_unit(struct live *live, int column) {
-    return live->table.units[column] ? live->table.units[column] : "";
-}
-
-/* The group of the column, in the order of record.h: 0 state, 1 points, 2 residuals, 3 energy, 4 forces,
- * 5 inputs, 6 courses, 7 accelerations ... */
-EXPORT(live_column_group) int live_column_group(struct live *live, int column) {
-    int group = 0;
-    while (column >= live->table.ends[group])
-        group++;
-    return group;
 }
 
 /* Steps, rejected steps, largest error of the energy balance, time reached; 1 if an event has ended it. */

@@ -34,6 +34,7 @@ struct live_model {
     int applied_count;
     void (*applied)(const double *parameters, const double *x, double t, const double *q, const double *qd,
                     const double *r, const double *rd, double *out);
+    int hand_input_count; /* inputs of the hand, the last of the model; they have no columns */
     const char *const *requirement_places; /* (requirement_count) "FILE:LINE" */
     /* (m x anchored_count) non-zero: the row reads this anchored parameter from the start of the motion, so
      * that it holds in statics only if the parameter is given. */
@@ -65,7 +66,18 @@ struct block {
     double data[]; /* aligned for all types in use */
 };
 
+/* A hand that pulls a point. */
+struct live_pull {
+    int point;   /* of interest; -1: none */
+    double from; /* time from which on it pulls [s] */
+    double hand[3];
+    double mass; /* that the point feels at the start [kg] */
+    bool is_released;
+};
+
 struct live {
+    struct refdyn_samples samples; /* the first member: refdyn_samples_set gets its address */
+    struct live_pull pull;
     struct refdyn_workspace work;
     struct refdyn_integrator integrator;
     struct record_motion record;
@@ -97,6 +109,7 @@ struct live {
 
 /* Zeroed memory until the next motion begins. */
 void *live_get_block(void *live, size_t size);
+void live_release_blocks(struct live *live);
 /* Ends the motion, and sets q and qd to the equilibrium for the values of the page. Returns a status of the
  * runtime. */
 int live_set_equilibrium(struct live *live);
@@ -104,6 +117,13 @@ void live_clear_message(struct live *live);
 /* Writes into live->message why there is no start. */
 void live_explain_start(struct live *live, int status);
 
+/* Lets go, and prepares the planned pull. Call it when q and qd are the start. */
+void live_start_pull(struct live *live);
+/* Sets the inputs of the hand from t on; returns the time of the next sample [s]. */
+double live_sample_pull(struct live *live, double t, double *x);
+/* The columns of a row, and those that precede the inputs of the hand in the table. */
+int live_column_count(struct live *live);
+int live_columns_before_hand(const struct live *live);
 /* Computes the drawn model from the parameters. Call it after the start. */
 void live_draw(struct live *live);
 /* Computes the applied forces at the integrator's state, for the row that follows the present ones. */

@@ -130,12 +130,12 @@ function showChoices() {
 
 /* ---- The present motion ---- */
 
-/* The picture stays as it is unless the motion has become much larger or smaller. */
+/* The picture stays as it is unless the motion has become much larger or smaller, and no hand pulls. */
 function fitStage(stage) {
     const before = diagonalOf(stage.box);
     stage.box = joinBoxes(runs.map((run) => run.box));
     const ratio = diagonalOf(stage.box) / before;
-    if (ratio > 1.3 || ratio < 0.5)
+    if (hand.point < 0 && (ratio > 1.3 || ratio < 0.5))
         setFollowing(stage, runs, stage.isFollowing);
     else
         dressStage(stage, runs);
@@ -153,6 +153,8 @@ function openPage() {
     clock = makeClock(runs[0].t[0], runs[0].t[runs[0].t.length - 1], runs[0].t, moveAll);
     startPage();
     showCharts();
+    if (live.canPull && page.stage)
+        connectHand();
 }
 
 function showMotion(motion) {
@@ -197,7 +199,7 @@ function showModes({id, modes, message}) {
     table.hidden = rows.length === 0;
     table.tBodies[0].replaceChildren(...rows.map((mode, i) => {
         const row = document.createElement("tr");
-        row.append(...[String(i + 1), ...mode.map((number) => withMinus(String(Number(number.toPrecision(DIGITS)))))].map((text) => newElement("td", "", text)));
+        row.append(...[String(i + 1), ...mode.map((number) => withMinus(shortNumber(Number(number.toPrecision(DIGITS)))))].map((text) => newElement("td", "", text)));
         return row;
     }));
     document.documentElement.dataset.modes = String(id);
@@ -217,24 +219,31 @@ function takeAnswer(answer) {
         showModes(answer);
         return;
     }
+    if (answer.isPartial) {
+        showPulled(answer);
+        return;
+    }
     state.answered = answer.id;
     if (answer.isDone)
         showMotion(answer);
     else if (state.motion)
         byId("facts").textContent = "Shown is the last motion that succeeded.";
+    byId("pulled").hidden = !state.motion || !state.motion.isPulled;
     showMessage(answer.message, !answer.isDone);
+    if (answer.isDone && answer.isPulled)
+        setPlaying(clock, true);
     state.delay = performance.now() - state.askedAt;
     document.documentElement.dataset.state = answer.id < state.asked ? "computing" : answer.isDone ? "shown" : "failed";
 }
 
 /* ---- Changes ---- */
 
-function ask() {
+function ask(pull = null) {
     state.asked++;
     state.askedAt = performance.now();
     document.documentElement.dataset.state = "computing";
     const drawn = data.runs[0];
-    state.worker.postMessage({...requestOf(values, options, live), id: state.asked, drawing: countNumbers(drawn),
+    state.worker.postMessage({...requestOf(values, options, live), id: state.asked, pull, drawing: countNumbers(drawn),
                               applied: drawn.applied.reduce((count, force) => count + force.count, 0)});
 }
 
@@ -286,7 +295,8 @@ function makeExport() {
     label.htmlFor = "command";
     buttons.append(textButton("Save CSV", () => state.motion && saveText(`${data.runs[0].model}.csv`, csvText(state.motion))),
                    textButton("Save start.json", () => state.motion && saveText("start.json", stateText(state.motion.start, live))));
-    group.append(newElement("summary", "", "Export"), buttons, label, command);
+    const pulled = Object.assign(newElement("p", "", "The motion has been pulled; the command computes it without the pull."), {id: "pulled", hidden: true});
+    group.append(newElement("summary", "", "Export"), buttons, label, command, pulled);
     return group;
 }
 
@@ -310,6 +320,8 @@ function makeLayout() {
     document.querySelector("main").append(panel);
     byId("picture").append(failure);
     panel.append(facts);
+    if (live.canPull)
+        panel.append(newElement("p", "hint", "Drag a named point to pull it."));
     sliders.id = "sliders";
     makePanel(sliders, values, options, changedValue);
     panel.append(...structureFields(structure, chooseStructure), sliders);

@@ -1,6 +1,7 @@
 /*
  * Computes motions beside the page, in a module of WebAssembly. Messages to it: first {module: packed bytes}, then
- * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol, fromStatics}. It answers each with the
+ * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol, fromStatics, pull: null or {point, from, speed, hand}};
+ * while a point is pulled {hand: [x, y, z]}, {isShown: true} after each part of the motion, and {release: true}. It answers each with the
  * motion or with why it has failed. Of several waiting requests only the newest is computed. When no request has come for
  * a while, it also sends the modes {id, modes: [[frequency, damping], ...], message} for the values of the last motion.
  */
@@ -10,7 +11,7 @@ const SLICE = 12; /* time between two looks for messages [ms] */
 const QUIET = 60; /* time without a request after which modes are computed, so that they do not delay a motion [ms] */
 const PATIENCE = 300; /* a motion that has taken longer is given up for a newer request [ms] */
 
-const engine = {module: null, live: 0, waiting: null, isRunning: false, columns: null, quiet: 0};
+const engine = {module: null, live: 0, waiting: null, isRunning: false, columns: null, quiet: 0, isReleased: false, isShown: true};
 
 /* The C library would print to files, which a page does not have; it takes this answer as an error. */
 function wasiFunctions(module) {
@@ -65,6 +66,8 @@ function begin(asked) {
         starts[index] = value;
         chosen[index] = 1;
     }
+    call("plan_pull", asked.pull ? asked.pull.point : -1, asked.pull ? asked.pull.from : 0);
+    call("move_hand", ...(asked.pull ? asked.pull.hand : [0, 0, 0]));
     return call("begin", asked.until, asked.every, asked.step, asked.tol, asked.fromStatics ? 1 : 0);
 }
 
@@ -75,14 +78,15 @@ function listCurves() {
     }).filter((curve) => curve.path.length > 0);
 }
 
-function answerDone(asked, began) {
+/* The motion so far, or all of it. */
+function answerDone(asked, began, isPartial) {
     const count = call("row_count"), width = call("column_count");
     engine.columns = engine.columns || listColumns();
     const rows = numbersAt(call("rows"), count * width).slice(), drawing = numbersAt(call("drawing"), asked.drawing).slice();
     const applied = numbersAt(call("applied"), count * asked.applied).slice();
     const [steps, rejected, energyError, t, hasEnded] = numbersAt(call("facts"), 5);
     postMessage({
-        id: asked.id, isDone: true, columns: engine.columns, curves: listCurves(), count, rows, drawing, applied, p: asked.used.p, start: asked.used.start,
+        id: asked.id, isDone: true, isPartial, isPulled: asked.pull !== null, columns: engine.columns, curves: listCurves(), count, rows, drawing, applied, p: asked.used.p, start: asked.used.start,
         message: textAt(call("message")), steps, rejected, energyError, t, hasEnded, seconds: 1e-3 * (performance.now() - began),
         memory: engine.module.memory.buffer.byteLength,
     }, [rows.buffer, drawing.buffer, applied.buffer]);
@@ -97,10 +101,39 @@ function pause() {
     });
 }
 
+function lastTime() {
+    return numbersAt(call("rows"), call("row_count") * call("column_count"))[(call("row_count") - 1) * call("column_count")];
+}
+
+/* Computes the motion as time passes, from the time at which the hand begins to pull until it lets go; sends parts of it, each
+ * after the one before is shown. Returns the status of the module. */
+async function followHand(asked, began) {
+    const {from, speed} = asked.pull;
+    let status = 1, sent = 0;
+    Object.assign(engine, {isReleased: false, isShown: true});
+    while (status === 1 && lastTime() < from)
+        status = call("advance");
+    for (const started = performance.now(); status === 1 && !engine.isReleased && !engine.waiting;) {
+        const goal = from + 1e-3 * (performance.now() - started) * speed;
+        for (const end = performance.now() + SLICE; status === 1 && lastTime() < goal && performance.now() < end;)
+            status = call("advance");
+        if (engine.isShown && status === 1 && call("row_count") > Math.max(1, sent)) {
+            sent = call("row_count");
+            engine.isShown = false;
+            answerDone(asked, began, true);
+        }
+        await new Promise((resolve) => setTimeout(resolve, SLICE));
+    }
+    call("release_pull");
+    return status;
+}
+
 async function compute(asked) {
     const began = performance.now();
     let status = begin(asked);
     asked.used = {p: numbersAt(call("parameters"), asked.p.length).slice(), start: numbersAt(call("used_start"), 2 * asked.n).slice()};
+    if (asked.pull && status === 1)
+        status = await followHand(asked, began);
     while (status === 1) {
         for (const end = performance.now() + SLICE; status === 1 && performance.now() < end;)
             status = call("advance");
@@ -111,7 +144,7 @@ async function compute(asked) {
             return;
     }
     if (status === 0)
-        answerDone(asked, began);
+        answerDone(asked, began, false);
     else
         postMessage({id: asked.id, isDone: false, message: textAt(call("message"))});
 }
@@ -145,6 +178,17 @@ async function computeAll() {
 }
 
 onmessage = async ({data}) => {
+    if (data.hand)
+        call("move_hand", ...data.hand);
+    else if (data.release)
+        engine.isReleased = true;
+    else if (data.isShown)
+        engine.isShown = true;
+    else
+        await take(data);
+};
+
+async function take(data) {
     clearTimeout(engine.quiet);
     if (data.module) {
         engine.bytes = await unpack(data.module);
@@ -153,4 +197,4 @@ onmessage = async ({data}) => {
         engine.waiting = data;
     if (engine.module && engine.waiting && !engine.isRunning)
         computeAll();
-};
+}
