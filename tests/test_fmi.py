@@ -36,9 +36,10 @@ SCENES = {
     "time events": (TESTS / "models" / "switched.lua", ["--set", "form=left"], 0.9),
     "wave": (TESTS / "models" / "switched.lua", ["--set", "form=wave"], 0.9),
     "input of events": (TESTS / "models" / "events" / "block.lua", [], 1),
+    "continuous states": (TESTS / "models" / "control" / "states.lua", [], 0.4),
 }
 # Scenes and versions; all of them in tests/long.
-FEW = [("rows", "2.0"), ("inputs", "3.0"), ("free", "2.0")]
+FEW = [("rows", "2.0"), ("inputs", "3.0"), ("free", "2.0"), ("continuous states", "3.0")]
 CHOSEN = [(scene, version) for scene in SCENES for version in VERSIONS] if LONG else FEW
 
 
@@ -296,8 +297,9 @@ def test_motion(fmpy, fmus, scene, version, kind, capfd):
     """Equal to `sim`, without a message."""
     model, arguments, until = SCENES[scene]
     run, _, _ = motion(model, *arguments, "--until", until, "--every", until / OUTPUTS, "--tol", 1e-9)
-    names = coordinates_of(run)
-    found = simulate(fmpy, fmus(scene, version)[1], kind, until, names)
+    folder = fmus(scene, version)[1]
+    names = [entry.derivative.name for entry in fmpy.read_model_description(folder).modelVariables if entry.derivative]
+    found = simulate(fmpy, folder, kind, until, names)
     check(differences(run, found, names, 1e-5))
     assert capfd.readouterr() == ("", "")
 

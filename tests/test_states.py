@@ -274,6 +274,45 @@ def test_events_set_states(method, tmp_path):
     assert numpy.allclose(run["slide_x"], 0.7 * run["t"], atol=1e-12)
 
 
+def test_sampled_controllers_read_states(tmp_path):
+    """Each 5 ms a controller sets the voltage from the rate and the current: from sample to sample, a matrix exponential."""
+    (A, b), _, _ = motor_pieces(u=0)
+    model = tmp_path / "sampled.lua"
+    model.write_text(MOTOR.read_text().replace("(p.u - ", "(u - ").replace("p.u * s.states.i", "u * s.states.i")
+                     .replace("return rd.model {", 'local u = rd.input("u", 1, "V")\nreturn rd.model {')
+                     .replace("  courses", "  events = function(s) return { rd.sampled { every = 5e-3, inputs = { u = 0.7 * (20 - s.qd.rotor_psi) - 0.4 * s.states.i } } } end,\n"
+                              "  courses"))
+    run, _, _ = motion(model, "--until", 0.3, "--every", 5e-3, "--tol", 1e-12)
+    x, rows = numpy.zeros(3), [numpy.zeros(3)]
+    for _ in run["t"][1:]:
+        u = 0.7 * (20 - x[1]) - 0.4 * x[2]
+        x = exact(A, numpy.array([0, 0, u / 4e-3]), x, 5e-3)
+        rows.append(x)
+    found = numpy.array([run[name] for name in ("rotor_psi", "rotor_psi_d", "i")]).T
+    assert numpy.max(numpy.abs(found - rows)) < 1e-9 and 1 < numpy.max(found[:, 2]) < 20
+
+
+@pytest.mark.parametrize("method", ["rk8", "radau9"])
+def test_impacts_leave_states_alone(method, tmp_path):
+    """A ball rebounds; the lagging rate has a kink there, not a jump. At rest on the floor the state is 0."""
+    model = tmp_path / "ball.lua"
+    model.write_text('''local rd = require "refdyn"
+return rd.model {
+  name = "ball", gravity = { 0, 0, -9.81 }, links = { { "ball", joint = "z", mass = 0.7, start = { z = 0.8 } } },
+  states = function(s) return { rd.state { "lag", rate = (s.qd.ball_z - s.states.lag) / 0.15, start = 0.3 } } end,
+  constraints = function(s) return { rd.contact { s.q.ball_z, restitution = 0.6, name = "floor" } } end,
+}
+''')
+    run, _, _ = motion(model, "--until", 0.85, "--every", 0.05, "--method", method, "--tol", 1e-11)
+    A, b = numpy.array([[0, 1, 0], [0, 0, 0], [0, 1 / 0.15, -1 / 0.15]]), numpy.array([0, -9.81, 0])
+    t1 = (2 * 0.8 / 9.81) ** 0.5
+    after = exact(A, b, numpy.array([0.8, 0, 0.3]), t1) * [0, -0.6, 1]
+    expected = [exact(A, b, numpy.array([0.8, 0, 0.3]), t) if t < t1 else exact(A, b, after, t - t1) for t in run["t"]]
+    assert numpy.max(numpy.abs(numpy.array([run[name] for name in ("ball_z", "ball_z_d", "lag")]).T - expected)) < 1e-9
+    rest = json.loads(refdyn("statics", model).stdout)
+    assert abs(rest["q"][0]) < 1e-12 and abs(rest["states"]["lag"]) < 1e-12
+
+
 # ---- Batches, derivatives ----
 
 SWEEP = 'local rd = require "refdyn"\nreturn rd.sweep { vary = { b = rd.grid(0.1, 0.5, 7) }, t_end = 0.5, keep = { final = true, history = { "a" } } }'

@@ -9,7 +9,7 @@ return rd.model {
   name = "states", gravity = { 0, 0, -9.81 },
   links = {
     { "base", joint = { "x", "theta" }, mass = p.m, center = { 0.1, 0, 0.2 }, inertia = { xx = 0.01, yy = 0.02, zz = 0.03 }, spring = { x = 40 },
-      damper = { theta = 0.2 }, start = { x = 0.1, theta = 0.2 } },
+      damper = { theta = 0.2 }, start = { x = 0.1, theta = 0.2 }, start_rate = { theta = 0.3 } },
     { "arm", on = "base", at = { 0, 0, 0.3 }, joint = { "psi" },
       beam = { length = 0.8, section = rd.round(0.02), E = 2e9, nu = 0.3, rho = 1200, eta = 1e-3, rfe = 3 } },
   },
