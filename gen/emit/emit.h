@@ -82,8 +82,10 @@ void emit_sweeps(struct emission *emission, struct text *text, const struct func
 bool emit_is_swept(const struct function *function, int array);
 void emit_loops(struct emission *emission, struct text *text, const struct function *function,
                 const char *local);
-/* Returns whether they write all entries of an array, so that it need not be cleared. */
+/* Returns whether they write all entries of an array, so that it need not be cleared. The next one: all but
+ * those within two of the diagonal. */
 bool emit_is_written_by_loops(const struct function *function, int array);
+bool emit_is_written_to_diagonal(const struct function *function, int array);
 /* The text of an array in these loops. */
 const char *emit_array_text(struct emission *emission, const struct function *function, int array,
                             const char *local);

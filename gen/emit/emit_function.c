@@ -296,7 +296,7 @@ static void emit_fills(struct writer *w) {
         if (is_prepare(w) || (is_composed ? is_local(w, f) : !plan_is_cleared(w->x->plan, w->function, f)) ||
             emit_is_written_by_loops(w->function, f))
             continue;
-        if (emit_is_swept(w->function, f)) {
+        if (emit_is_written_to_diagonal(w->function, f)) {
             emit_band(w, f);
             continue;
         }

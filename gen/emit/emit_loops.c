@@ -94,18 +94,27 @@ enum { BLOCK = 8 };
  * arrays have no other entries off the diagonal and are written by no earlier loop. M alone is faster entry
  * by entry.
  */
-static bool fills_rows(const struct printer *p, const struct pairs *pairs) {
-    if (!is_in_order(pairs) || !is_chain(pairs) || pairs->n < BLOCK ||
-        pairs != &p->function->loops[0].of.pairs)
+static bool fills_rows(const struct function *function, const struct pairs *pairs) {
+    if (!is_in_order(pairs) || !is_chain(pairs) || pairs->n < BLOCK || pairs != &function->loops[0].of.pairs)
         return false;
     bool is_mass_alone = true;
     for (int k = 0; k < pairs->product_count; k++) {
         const struct pair_product *product = &pairs->products[k];
         is_mass_alone = is_mass_alone && product->is_mirrored;
-        if (has_entries(p->function, product->array, product->is_mirrored ? 0 : pairs->n + 1))
+        if (has_entries(function, product->array, product->is_mirrored ? 0 : pairs->n + 1))
             return false;
     }
     return !is_mass_alone;
+}
+
+bool emit_is_written_to_diagonal(const struct function *function, int array) {
+    for (int l = 0; l < function->loop_count; l++) {
+        const struct pairs *pairs = &function->loops[l].of.pairs;
+        for (int i = 0; function->loops[l].kind == LOOP_PAIRS && i < pairs->product_count; i++)
+            if (pairs->products[i].array == array && fills_rows(function, pairs))
+                return true;
+    }
+    return emit_is_swept(function, array);
 }
 
 /* Sums of the rows, and the diagonal. */
@@ -207,7 +216,7 @@ static void put_products(const struct printer *p, const struct pairs *pairs, boo
                 is_direct(p->function, pairs, product) ? in_place : memory_format(memory, "%s[i]", rows));
         if (!product->is_mirrored)
             put_dot(p, &entries->columns, columns,
-                    fills_rows(p, pairs) ? in_place : memory_format(memory, "%s[i]", columns));
+                    fills_rows(p->function, pairs) ? in_place : memory_format(memory, "%s[i]", columns));
     }
 }
 
@@ -216,7 +225,7 @@ static void put_products(const struct printer *p, const struct pairs *pairs, boo
  * set. */
 static void put_dots(const struct printer *p, const struct pairs *pairs, bool turns) {
     put_near_vectors(p, pairs, turns);
-    if (fills_rows(p, pairs) && !p->x->is_lanes) {
+    if (fills_rows(p->function, pairs) && !p->x->is_lanes) {
         text_add(p->text, "                int top = end;\n                do {\n");
         text_add(p->text, "                    const int first = top > %d ? top - %d : 0;\n", BLOCK, BLOCK);
         text_add(p->text, "                    for (int i = first; i < first + %d; i++) {\n", BLOCK);
@@ -300,7 +309,7 @@ static void put_pairs(const struct printer *p, const struct pairs *pairs) {
         text_add(p->text, "            const int end = %d;\n", pairs->n);
     else
         text_add(p->text, "            const int end = ends[j];\n");
-    if (fills_rows(p, pairs))
+    if (fills_rows(p->function, pairs))
         put_row_sums(p, pairs);
     else
         put_sums(p, pairs);
@@ -312,13 +321,13 @@ static void put_pairs(const struct printer *p, const struct pairs *pairs) {
         put_dots(p, pairs, false);
         text_add(p->text, "            }\n");
     }
-    if (fills_rows(p, pairs))
+    if (fills_rows(p->function, pairs))
         put_row_stores(p, pairs);
     else
         put_stores(p, pairs);
     put_moves(p, pairs);
     text_add(p->text, "        }\n");
-    if (!fills_rows(p, pairs))
+    if (!fills_rows(p->function, pairs))
         put_mirrors(p, pairs);
 }
 
