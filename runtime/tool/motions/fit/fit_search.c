@@ -52,7 +52,8 @@ struct climber {
     const double *from; /* (values) its start */
     double *u;          /* (values) the solution of a part */
     double part;        /* of the data; 0 before the first solution */
-    double score;       /* chi^2 for each degree of freedom of this part */
+    double misfit;      /* chi^2 for each degree of freedom of this part */
+    double scatter;     /* its standard deviation if the model is right */
     bool is_settled;    /* least squares ended because no step was worth its while */
     bool is_done;       /* has reached all data, or failed, or repeats the path of another one */
 };
@@ -180,18 +181,18 @@ static void climb(struct fit_search *search, double part, struct climber *climbe
     search->part = climber->part = fmin(part, 1);
     search->from = climber->from;
     climber->is_settled = solve(search, &problem) == FIT_DONE;
-    climber->score = problem.chi2 / freedom_of(&problem);
-    climber->is_done = !is_drawn(search) || !isfinite(climber->score) || is_known(search, &problem);
+    climber->misfit = problem.chi2 / freedom_of(&problem);
+    climber->scatter = sqrt(2 / freedom_of(&problem));
+    climber->is_done = !is_drawn(search) || !isfinite(climber->misfit) || is_known(search, &problem);
     add_waypoint(search, climber->u);
-    if (!is_drawn(search) && (!search->best.u || climber->score < search->best.score))
+    if (!is_drawn(search) && (!search->best.u || climber->misfit < search->best.misfit))
         search->best = *climber;
     free(problem.r);
     free(problem.J);
 }
 
 static bool is_explained(const struct fit_search *search) {
-    const double freedom = fmax(fit_residual_count(search->fit, false, INFINITY) - search->fit->count, 1);
-    return search->best.u && search->best.score <= 1 + deviations_most * sqrt(2 / freedom);
+    return search->best.u && search->best.misfit <= 1 + deviations_most * search->best.scatter;
 }
 
 /* Whether the solution from the given start is near it. */
@@ -228,11 +229,16 @@ static double *take_candidate(double *unknowns, double *chi2, int width) {
     return found;
 }
 
-/* The climber that fits best; NULL if all are done. */
+/* An upper bound of the misfit: of two equal misfits, the one of the longer part promises more. */
+static double doubt_of(const struct climber *climber) {
+    return climber->misfit + 2 * climber->scatter;
+}
+
+/* The most promising climber; NULL if all are done. */
 static struct climber *choose_climber(struct climber *climbers, int count) {
     struct climber *best = NULL;
     for (int i = 0; i < count; i++)
-        if (!climbers[i].is_done && (!best || climbers[i].score < best->score))
+        if (!climbers[i].is_done && (!best || doubt_of(&climbers[i]) < doubt_of(best)))
             best = &climbers[i];
     return best;
 }
@@ -254,7 +260,8 @@ static void try_starts(struct fit_search *search, double first_part, int *starts
     search->waypoint_count = 0;
     while (search->waypoint_count < SOLUTIONS && !system_interrupted) {
         struct climber *next = choose_climber(climbers, count);
-        const bool is_found = is_explained(search), may_win = next && next->score < search->best.score;
+        const bool is_found = is_explained(search),
+                   may_win = next && doubt_of(next) < doubt_of(&search->best);
         double *candidate =
             count < CHOSEN || (!next && !is_found) ? take_candidate(unknowns, chi2, width) : NULL;
         if (candidate) {
