@@ -74,6 +74,8 @@ def test_sensors_and_starts(slide, tmp_path):
     found = slide.fit([path, data], vary="c", noise=NOISE, starts=["a_x"], sensors={"a_x": {"offset": 0.0}}, held_out=data)
     assert found.standard_errors.value.values.tolist() == ["c", f"a_x@{path}", "a_x@1"]
     assert found.values.value.values.tolist() == ["c", f"a_x@{path}", "a_x@1", "a_x@held_out[0]"] and list(found.parameters) == ["c"]
+    found = slide.fit(data, vary="c", noise=NOISE, starts={"a_x": (0.0, 0.02), "a_x_d": None})
+    assert float(found.values.sel(value="a_x@0")) == pytest.approx(0.02) and "a_x_d@0" in found.values.value
 
 
 def test_check(slide, columns):

@@ -160,14 +160,14 @@ def write_data(argument: str, item: Any, path: str) -> str:
 class Request:
     """A FIT.lua with its data in a folder."""
 
-    def __init__(self, folder: str, data: Any, held_out: Any, vary: Any, noise: Any, sensors: Mapping[str, Any] | None, starts: Sequence[str] | str) -> None:
+    def __init__(self, folder: str, data: Any, held_out: Any, vary: Any, noise: Any, sensors: Mapping[str, Any] | None, starts: str | Sequence[str] | Mapping[str, Any]) -> None:
         self.labels: dict[str, str] = {}  # of files, for names of starts
         used = self.write(folder, "data", data)
         held = self.write(folder, "held_out", held_out)
-        names = [starts] if isinstance(starts, str) else list(starts)
+        names = "{ " + ", ".join(map(lua_text, [starts] if isinstance(starts, str) else starts)) + " }"
         fields = [f"vary = {vary_text(vary)}", f"noise = {noise_text(noise)}",
                   f"sensors = {{ {', '.join(entry(name, f'{{ {sensor_text(name, sensor)} }}') for name, sensor in (sensors or {}).items())} }}",
-                  f"starts = {{ {', '.join(map(lua_text, names))} }}", f"data = {{ {', '.join(map(lua_text, used))} }}", f"held_out = {{ {', '.join(map(lua_text, held))} }}"]
+                  f"starts = {vary_text(starts) if isinstance(starts, Mapping) else names}", f"data = {{ {', '.join(map(lua_text, used))} }}", f"held_out = {{ {', '.join(map(lua_text, held))} }}"]
         self.path = os.path.join(folder, "fit.lua")
         with open(self.path, "w", encoding="utf-8") as file:
             file.write('local rd = require "refdyn"\nreturn rd.fit {\n' + "".join(f"  {field},\n" for field in fields) + "}\n")

@@ -428,7 +428,7 @@ class Model:
         cases_.warn_of_failures(found)
         return cases_.along_axes(found, cases, names) if isinstance(cases, cases_.Grid) else found
 
-    def fit(self, data: Any = None, *, vary: Any, noise: Mapping[str, float], sensors: Mapping[str, Any] | None = None, starts: str | Sequence[str] = (),
+    def fit(self, data: Any = None, *, vary: Any, noise: Mapping[str, float], sensors: Mapping[str, Any] | None = None, starts: str | Sequence[str] | Mapping[str, Any] = (),
             held_out: Any = None, check: bool = False, until: float | None = None, every: float | None = None, inputs: Given = None, parameters: Given = None,
             from_: str = "initial", tol: float | None = None, method: str | None = None, progress: bool = False, **options: Any) -> fitting.Fit:
         """Finds values of the model from measurements.
@@ -439,7 +439,7 @@ class Model:
                    (from, to) or (from, to, start)
         noise      standard deviation of each measured column, by name
         sensors    by column: {"offset": ..., "gain": ..., "delay": ...}, numbers, or bounds as in `vary`
-        starts     coordinates NAME and rates NAME_d whose start is unknown in each file separately
+        starts     coordinates NAME and rates NAME_d whose start is unknown in each file separately, or by name their bounds as in `vary`
         held_out   further data, which only judge the result
         check      True asks before data exist how well these columns, every `every` [s] until `until`, would determine the values
         inputs, parameters, from_   the motion from which the search begins

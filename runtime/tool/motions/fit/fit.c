@@ -47,33 +47,11 @@ static enum status prepare(struct fit *fit) {
         return status;
     fit->batch.threads = system_processors();
     start_tables(fit);
-    fit_values_scale(fit);
+    fit_start_scale(fit);
     return STATUS_DONE;
 }
 
 /* ---- The start ---- */
-
-static enum status compare_file(struct fit *fit, const struct fit_data *data, const double *from) {
-    double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
-    const enum fit_outcome outcome = fit_motion_values(fit, data, from, model);
-    const int end_status = fit->end_status;
-    const double end_t = fit->end_t;
-    enum status status = fit_data_check_times(fit, data, from, outcome == FIT_DONE ? model : NULL);
-    fit->end_status = end_status;
-    fit->end_t = end_t;
-    if (status == STATUS_DONE)
-        status = outcome == FIT_DONE ? fit_data_compare(fit, data, model) : fit_report_outcome(fit, outcome);
-    free(model);
-    return status;
-}
-
-/* Compares the data with the motion of the start. */
-static enum status compare(struct fit *fit, const double *from) {
-    enum status status = STATUS_DONE;
-    for (int i = 0; i < fit->data_count && status == STATUS_DONE; i++)
-        status = compare_file(fit, &fit->data[i], from);
-    return status;
-}
 
 /* The search cannot find values that only act together: reports them by name, and writes what is known. */
 static enum status refuse_dependent(struct fit *fit, const struct fit_solution *solution,
@@ -131,7 +109,7 @@ static enum status find(struct fit *fit) {
     system_interrupt_defer(true);
     if (options_has(fit->options, "check"))
         return fit_check(fit, from);
-    enum status status = compare(fit, from);
+    enum status status = fit_start_compare(fit, from);
     if (status == STATUS_DONE)
         status = check_start(fit, from);
     if (status != STATUS_DONE)

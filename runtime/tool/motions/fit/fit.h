@@ -10,7 +10,8 @@
  *
  * A sensor shows y_model(t) = gain y(t - delay) + offset, with y a column of the motion.
  *
- * Parts in reading order: what is asked; values; data; residuals; least squares; search; report; the command.
+ * Parts in reading order: what is asked; values; data; residuals; the start; least squares; search; report;
+ * the command.
  */
 #ifndef REFDYN_TOOL_FIT_H
 #define REFDYN_TOOL_FIT_H
@@ -144,11 +145,7 @@ struct fit {
 /* Finds in the model what the request names. `fit` has its request, scene, motion and table. Reports errors.
  */
 enum status fit_values_find(struct fit *fit);
-/* Chooses the units of values without bounds: of an offset, the range of the data of its column; of a start,
- * its size, or the range of the coordinate or rate in the data or in the motion, whichever is largest. Ranges
- * of the motion grow with the ratio of the data to the motion. */
-void fit_values_scale(struct fit *fit);
-
+bool fit_is_of_state(const struct refdyn_variable *variable);
 double fit_value_of(const struct fit_value *value, double unknown);
 double fit_unknown_of(const struct fit_value *value, double number);
 /* The properties of a sensor. */
@@ -165,15 +162,6 @@ const char *fit_option_text(const struct fit *fit, const char *name);
 
 /* Reads the files of measurements. Reports errors with FILE:LINE. */
 enum status fit_data_read(struct fit *fit);
-/* Reports a column whose data look like another unit, or like the data of another column, compared with the
- * motion `model` (rows x signals) of the start. */
-enum status fit_data_compare(const struct fit *fit, const struct fit_data *data, const double *model);
-
-/* Reports times that look like another unit of time, compared with the motion of the start; `model` NULL: it
- * fails. */
-enum status fit_data_check_times(struct fit *fit, const struct fit_data *data, const double *from,
-                                 const double *model);
-
 /* Keeps every k-th measurement of each column, so that no column has more than `most`. */
 void fit_data_thin(const struct fit *fit, const struct fit_data *data, int most, struct fit_data *thin);
 
@@ -210,6 +198,17 @@ void fit_motion_ranges(struct fit *fit, const struct fit_data *data, const doubl
 /* chi^2 of many candidates (candidates x values) up to `until`; INFINITY for a motion that fails. */
 enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double *unknowns, int candidates,
                                     double *chi2);
+
+/* ---- The start (fit_start.c) ---- */
+
+/* Chooses the units of values without bounds: of an offset, the range of the data of its column; of a start,
+ * its size, or the range of the coordinate or rate in the data or in the motion, whichever is largest. Ranges
+ * of the motion grow with the ratio of the data to the motion. */
+void fit_start_scale(struct fit *fit);
+/* Reports a column whose data look like another unit, or like the data of another column, and times that look
+ * like another unit, compared with the motion of the start. */
+enum status fit_start_compare(struct fit *fit, const double *from);
+
 /* ---- Least squares (least_squares.c) ---- */
 
 /* A problem of least squares with bounds. */

@@ -1,10 +1,9 @@
 /*
  * Measurements: CSV files with the time `t` and columns named as in a motion. An empty field is a gap.
- * Columns that are inputs of the model drive it. Reports data that cannot be right: constant columns, other
- * units, exchanged columns, another unit of time.
+ * Columns that are inputs of the model drive it. Reports data that cannot be right in themselves: constant
+ * columns, times that do not ascend, files whose times have different units.
  */
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "runtime/tool/motions/fit/fit.h"
@@ -257,131 +256,4 @@ void fit_data_thin(const struct fit *fit, const struct fit_data *data, int most,
         thin->t[thin->rows] = data->t[i];
         thin->rows += is_kept;
     }
-}
-
-/* ---- Comparison with the motion of the start ---- */
-
-/* Sums over the rows of a file that have both a datum and a value of the motion. */
-struct sums {
-    double dd, mm, dm, apart; /* of squares, products, and squared differences */
-    long count;
-};
-
-static struct sums sum_over(const struct fit *fit, const struct fit_data *data, const double *model,
-                            int data_column, int model_column) {
-    struct sums sums = {.count = 0};
-    const size_t width = (size_t)fit->signal_count;
-    for (int i = 0; i < data->rows; i++) {
-        const double d = data->y[(size_t)i * width + (size_t)data_column],
-                     m = model[(size_t)i * width + (size_t)model_column];
-        if (isnan(d))
-            continue;
-        sums.dd += d * d;
-        sums.mm += m * m;
-        sums.dm += d * m;
-        sums.apart += (d - m) * (d - m);
-        sums.count++;
-    }
-    return sums;
-}
-
-/* Factors between units that users confuse. */
-static const struct {
-    double factor;
-    const char *text;
-} units[] = {{180 / 3.14159265358979, "degrees instead of radians"},
-             {1000, "thousandths of the model's unit, such as mm"},
-             {100, "hundredths of the model's unit, such as cm"},
-             {1 / 9.81, "multiples of g"}};
-/* Data are in another unit if their cosine with the motion is larger, which is so even if noise is as large
- * as the motion, and the factor is within this part. */
-static const double cosine_least = 0.6, factor_part = 0.2;
-/* Columns are exchanged if the exchange decreases both sums of squares, one of them by this factor. */
-static const double exchange_gain = 30;
-
-static enum status refuse_unit(const struct fit *fit, const struct fit_data *data, const double *model,
-                               int k) {
-    const struct sums sums = sum_over(fit, data, model, k, k);
-    const double factor = sums.dm / sums.mm, cosine = sums.dm / sqrt(sums.dd * sums.mm);
-    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
-        if (cosine > cosine_least && fabs(factor / units[i].factor - 1) < factor_part) {
-            format_complain_line(data->path, 1,
-                                 format_text("data: column %s is %.3g times the motion: it seems to be in %s",
-                                             fit->signals[k].name, factor, units[i].text));
-            return STATUS_FAULT;
-        }
-    return STATUS_DONE;
-}
-
-static enum status refuse_exchange(const struct fit *fit, const struct fit_data *data, const double *model,
-                                   int a, int b) {
-    const struct sums aa = sum_over(fit, data, model, a, a), bb = sum_over(fit, data, model, b, b),
-                      ab = sum_over(fit, data, model, a, b), ba = sum_over(fit, data, model, b, a);
-    const bool is_better = ab.apart < aa.apart && ba.apart < bb.apart,
-               is_far_better = exchange_gain * ab.apart < aa.apart || exchange_gain * ba.apart < bb.apart;
-    if (!is_better || !is_far_better)
-        return STATUS_DONE;
-    format_complain_line(
-        data->path, 1,
-        format_text("data: columns %s and %s seem exchanged: each resembles the motion of the other",
-                    fit->signals[a].name, fit->signals[b].name));
-    return STATUS_FAULT;
-}
-
-enum status fit_data_compare(const struct fit *fit, const struct fit_data *data, const double *model) {
-    enum status status = STATUS_DONE;
-    for (int a = 0; a < fit->signal_count; a++)
-        for (int b = a + 1; b < fit->signal_count && status == STATUS_DONE; b++)
-            if (!fit_sensor_is_scaled(fit, a) && !fit_sensor_is_scaled(fit, b))
-                status = refuse_exchange(fit, data, model, a, b);
-    for (int k = 0; k < fit->signal_count && status == STATUS_DONE; k++)
-        if (!fit_sensor_is_scaled(fit, k))
-            status = refuse_unit(fit, data, model, k);
-    return status;
-}
-
-/* ---- Times in another unit ---- */
-
-/* Units that users confuse with seconds. */
-static const struct {
-    double factor;
-    const char *text;
-} time_units[] = {{1e-3, "milliseconds"}, {1e-6, "microseconds"}};
-
-/* The sum of all squared residuals. */
-static double misfit(const struct fit *fit, const struct fit_data *data, const double *model) {
-    double sum = 0;
-    for (int k = 0; k < fit->signal_count; k++)
-        sum += sum_over(fit, data, model, k, k).apart / (fit->signals[k].noise * fit->signals[k].noise);
-    return sum;
-}
-
-/* The same if times are in this part of a second. */
-static double misfit_in_unit(struct fit *fit, const struct fit_data *data, const double *from,
-                             double factor) {
-    const double begin = fit->scene->state.t;
-    struct fit_data scaled = *data;
-    double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
-    scaled.t = format_allocate_large((size_t)data->rows, sizeof *scaled.t);
-    for (int i = 0; i < data->rows; i++)
-        scaled.t[i] = begin + factor * (data->t[i] - begin);
-    const double sum =
-        fit_motion_values(fit, &scaled, from, model) == FIT_DONE ? misfit(fit, data, model) : INFINITY;
-    free(model);
-    free(scaled.t);
-    return sum;
-}
-
-enum status fit_data_check_times(struct fit *fit, const struct fit_data *data, const double *from,
-                                 const double *model) {
-    const double present = model ? misfit(fit, data, model) : INFINITY;
-    for (size_t i = 0; i < sizeof time_units / sizeof *time_units; i++)
-        if (present > exchange_gain * data->rows &&
-            exchange_gain * misfit_in_unit(fit, data, from, time_units[i].factor) < present) {
-            format_complain_line(data->path, 1,
-                                 format_text("data: t ends at %.6g: it seems to be in %s; must be in seconds",
-                                             data->t[data->rows - 1], time_units[i].text));
-            return STATUS_FAULT;
-        }
-    return STATUS_DONE;
 }

@@ -6,8 +6,8 @@
  * with the data and back. The search then tries many starts on the first part of the data, where phases still
  * agree, and solves for the better ones. From then on it always continues the start that fits its part of the
  * data best, on the next longer part. A start in a wrong minimum fits longer parts worse, so that others
- * overtake it. A short part does not determine every value: there, a penalty draws each unknown to the given
- * start.
+ * overtake it. A short part does not determine every value: there, a penalty draws each unknown to the start
+ * from which it comes, so that different starts stay apart.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -49,11 +49,13 @@ static const double draw = 0.5;
 
 /* A start on its way to all data. */
 struct climber {
-    double *u;       /* (values) the start, then the solution of a part */
-    double part;     /* of the data; 0 before the first solution */
-    double score;    /* chi^2 for each degree of freedom of this part */
-    bool is_settled; /* least squares ended because no step was worth its while */
-    bool is_done;    /* has reached all data, or failed, or repeats the path of another one */
+    const double *from; /* (values) its start */
+    double *u;          /* (values) the solution of a part */
+    double part;        /* of the data; 0 before the first solution */
+    double misfit;      /* chi^2 for each degree of freedom of this part */
+    double scatter;     /* its standard deviation if the model is right */
+    bool is_settled;    /* least squares ended because no step was worth its while */
+    bool is_done;       /* has reached all data, or failed, or repeats the path of another one */
 };
 
 /* A rough solution of a part. */
@@ -67,6 +69,7 @@ struct fit_search {
     const double *start;   /* (values) where the search begins */
     double *lower, *upper; /* (values) bounds of the unknowns */
     double part;           /* of the data that least squares use now */
+    const double *from;    /* (values) to which unknowns are drawn */
     struct climber best;   /* the best one that has reached all data */
     struct waypoint waypoints[SOLUTIONS + 1];
     int waypoint_count;
@@ -87,8 +90,8 @@ static bool is_drawn(const struct fit_search *search) {
     return search->part < 1;
 }
 
-/* The part of chi^2 that draws unknowns to their start. */
-static double square_of_draws(const struct fit_search *search, const double *u) {
+/* What chi^2 of a part counts for the distance from the given start. */
+static double square_of_distance(const struct fit_search *search, const double *u) {
     double sum = 0;
     for (int k = 0; k < search->fit->count; k++)
         sum += (u[k] - search->start[k]) / draw * (u[k] - search->start[k]) / draw;
@@ -104,7 +107,7 @@ static enum fit_outcome part_residuals(void *context, const double *u, double *r
     const size_t all = (size_t)rows + (is_drawn(search) ? (size_t)count : 0);
     const enum fit_outcome outcome = fit_residuals(search->fit, until, u, r, J, all);
     for (int k = 0; k < count && is_drawn(search); k++) {
-        r[rows + k] = (u[k] - search->start[k]) / draw;
+        r[rows + k] = (u[k] - search->from[k]) / draw;
         for (int j = 0; J && j < count; j++)
             J[(size_t)j * all + (size_t)rows + (size_t)k] = j == k ? 1 / draw : 0;
     }
@@ -176,19 +179,20 @@ static void climb(struct fit_search *search, double part, struct climber *climbe
     struct least_squares problem = {
         .u = climber->u, .decrease_least = decrease_rough, .rounds_most = ROUNDS_ROUGH};
     search->part = climber->part = fmin(part, 1);
+    search->from = climber->from;
     climber->is_settled = solve(search, &problem) == FIT_DONE;
-    climber->score = problem.chi2 / freedom_of(&problem);
-    climber->is_done = !is_drawn(search) || !isfinite(climber->score) || is_known(search, &problem);
+    climber->misfit = problem.chi2 / freedom_of(&problem);
+    climber->scatter = sqrt(2 / freedom_of(&problem));
+    climber->is_done = !is_drawn(search) || !isfinite(climber->misfit) || is_known(search, &problem);
     add_waypoint(search, climber->u);
-    if (!is_drawn(search) && (!search->best.u || climber->score < search->best.score))
+    if (!is_drawn(search) && (!search->best.u || climber->misfit < search->best.misfit))
         search->best = *climber;
     free(problem.r);
     free(problem.J);
 }
 
 static bool is_explained(const struct fit_search *search) {
-    const double freedom = fmax(fit_residual_count(search->fit, false, INFINITY) - search->fit->count, 1);
-    return search->best.u && search->best.score <= 1 + deviations_most * sqrt(2 / freedom);
+    return search->best.u && search->best.misfit <= 1 + deviations_most * search->best.scatter;
 }
 
 /* Whether the solution from the given start is near it. */
@@ -225,11 +229,16 @@ static double *take_candidate(double *unknowns, double *chi2, int width) {
     return found;
 }
 
-/* The climber that fits best; NULL if all are done. */
+/* An upper bound of the misfit: of two equal misfits, the one of the longer part promises more. */
+static double doubt_of(const struct climber *climber) {
+    return climber->misfit + 2 * climber->scatter;
+}
+
+/* The most promising climber; NULL if all are done. */
 static struct climber *choose_climber(struct climber *climbers, int count) {
     struct climber *best = NULL;
     for (int i = 0; i < count; i++)
-        if (!climbers[i].is_done && (!best || climbers[i].score < best->score))
+        if (!climbers[i].is_done && (!best || doubt_of(&climbers[i]) < doubt_of(best)))
             best = &climbers[i];
     return best;
 }
@@ -246,17 +255,19 @@ static void try_starts(struct fit_search *search, double first_part, int *starts
     if (fit_try_candidates(fit, end_of_part(fit, first_part), unknowns, CANDIDATES, chi2) != FIT_DONE)
         return;
     for (int i = 0; i < CANDIDATES; i++)
-        chi2[i] += square_of_draws(search, unknowns + i * width);
+        chi2[i] += square_of_distance(search, unknowns + i * width);
     *starts += CANDIDATES;
     search->waypoint_count = 0;
     while (search->waypoint_count < SOLUTIONS && !system_interrupted) {
         struct climber *next = choose_climber(climbers, count);
-        const bool is_found = is_explained(search), may_win = next && next->score < search->best.score;
+        const bool is_found = is_explained(search),
+                   may_win = next && doubt_of(next) < doubt_of(&search->best);
         double *candidate =
             count < CHOSEN || (!next && !is_found) ? take_candidate(unknowns, chi2, width) : NULL;
         if (candidate) {
             next = &climbers[count++];
-            *next = (struct climber){.u = candidate};
+            *next = (struct climber){.from = candidate, .u = format_allocate((size_t)width, sizeof *next->u)};
+            memcpy(next->u, candidate, (size_t)width * sizeof *next->u);
         } else if (!next || (is_found && !may_win))
             break;
         climb(search, next->part > 0 ? growth * next->part : first_part, next);
@@ -300,7 +311,7 @@ void fit_search(struct fit *fit, const double *from, struct fit_solution *soluti
     const size_t size = (size_t)fit->count * sizeof *from;
     struct fit_search *search = format_allocate(1, sizeof *search);
     struct fit_data *all = fit->data;
-    struct climber first = {.u = format_allocate((size_t)fit->count, sizeof *first.u)};
+    struct climber first = {.from = from, .u = format_allocate((size_t)fit->count, sizeof *first.u)};
     *search = (struct fit_search){
         .fit = fit, .start = from, .lower = bounds_of(fit, true), .upper = bounds_of(fit, false)};
     memcpy(first.u, from, size);

@@ -81,7 +81,7 @@ static double present_value(const struct fit *fit, const struct refdyn_variable 
     }
 }
 
-static bool is_of_state(const struct refdyn_variable *variable) {
+bool fit_is_of_state(const struct refdyn_variable *variable) {
     return variable->what == REFDYN_VARIED_COORDINATE || variable->what == REFDYN_VARIED_RATE;
 }
 
@@ -129,7 +129,7 @@ static enum status find_value(struct fit *fit, const struct fit_asked_value *ask
     if (status != STATUS_DONE)
         return status;
     const double present = present_value(fit, &value->variable);
-    const bool is_state = is_of_state(&value->variable);
+    const bool is_state = fit_is_of_state(&value->variable);
     if (!asked->range.is_bounded && !is_state && present == 0)
         return options_error(options, "vary",
                              fit->request.path
@@ -196,73 +196,6 @@ static void add_sensors(struct fit *fit) {
         }
 }
 
-/* ---- Units of values without bounds ---- */
-
-/* The range of a column in the data of the fit. */
-static double range_of_data(const struct fit *fit, int signal) {
-    double least = INFINITY, most = -INFINITY;
-    for (int i = 0; i < fit->data_count; i++)
-        for (int row = 0; row < fit->data[i].rows && !fit->data[i].is_held_out; row++) {
-            const double y = fit->data[i].y[(size_t)row * (size_t)fit->signal_count + (size_t)signal];
-            least = fmin(least, y);
-            most = fmax(most, y);
-        }
-    return fmax(most - least, 0);
-}
-
-static void scale_offset(const struct fit *fit, struct fit_value *value) {
-    const double range = range_of_data(fit, value->signal);
-    value->unit = range > 0 ? range : value->unit;
-}
-
-/* How many times larger than the motion some column of the data is, at least 1. ranges: of the signals. */
-static double ratio_to_motion(const struct fit *fit, const double *ranges) {
-    double most = 1;
-    for (int k = 0; k < fit->signal_count; k++)
-        if (ranges[k] > 0)
-            most = fmax(most, range_of_data(fit, k) / ranges[k]);
-    return most;
-}
-
-/* ranges: of coordinates, rates and signals in the motion of each file (files x width). */
-static void scale_start(const struct fit *fit, struct fit_value *value, const double *ranges, int width) {
-    const struct refdyn_variable *variable = &value->variable;
-    const int n = fit->scene->model->n,
-              column = variable->place + (variable->what == REFDYN_VARIED_RATE ? n : 0);
-    double size = fabs(value->start);
-    for (int i = 0; i < fit->data_count; i++) {
-        const double *own = ranges + i * width;
-        if (value->kind == FIT_OF_MODEL || value->data == i)
-            size = fmax(size, own[column] * ratio_to_motion(fit, own + 2 * n));
-    }
-    for (int k = 0; k < fit->signal_count; k++)
-        if (strcmp(fit->signals[k].name, fit->variables.names[value->column]) == 0)
-            size = fmax(size, range_of_data(fit, k));
-    value->unit = size > 0 ? size : value->unit;
-}
-
-void fit_values_scale(struct fit *fit) {
-    const int width = 2 * fit->scene->model->n + fit->signal_count;
-    double *ranges = format_allocate_matrix(fit->data_count, width),
-           *unknowns = format_allocate((size_t)fit->all_count, sizeof *unknowns);
-    bool has_starts = false;
-    for (int j = 0; j < fit->all_count; j++) {
-        unknowns[j] = fit_unknown_of(&fit->values[j], fit->values[j].start);
-        has_starts = has_starts || is_of_state(&fit->values[j].variable);
-    }
-    for (int i = 0; i < fit->data_count && has_starts; i++)
-        fit_motion_ranges(fit, &fit->data[i], unknowns, ranges + i * width);
-    for (int j = 0; j < fit->all_count; j++) {
-        struct fit_value *value = &fit->values[j];
-        if (isfinite(value->lower))
-            continue;
-        if (value->kind == FIT_OFFSET)
-            scale_offset(fit, value);
-        else if (value->kind >= FIT_OF_MODEL && is_of_state(&value->variable))
-            scale_start(fit, value, ranges, width);
-    }
-}
-
 /* ---- Starts of files ---- */
 
 /* Finds the coordinates and rates of `starts`. */
@@ -273,7 +206,7 @@ static enum status find_starts(struct fit *fit, struct refdyn_variable *variable
         const struct fit_asked_value *asked = &request->starts[i];
         const struct options *options = options_at(fit, "starts", asked->place);
         status = find_variable(fit, "starts", asked, &variables[i]);
-        if (status == STATUS_DONE && !is_of_state(&variables[i]))
+        if (status == STATUS_DONE && !fit_is_of_state(&variables[i]))
             status = options_error(options, "starts",
                                    ": %s has no start; use a coordinate or its rate NAME_d", asked->name);
         else if (status == STATUS_DONE &&
