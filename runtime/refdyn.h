@@ -576,6 +576,9 @@ int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out);
  * step continues from the end of the last one. Errors: BAD_TIME if t is outside; those of refdyn_accelerate
  * and refdyn_project; NOT_STARTED. */
 int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
+/** The same without accelerations and multipliers: qdd and lambda keep other values until the next call of
+ * refdyn_integrator_look, _step or _to. Errors: BAD_TIME; those of refdyn_project; NOT_STARTED. */
+int refdyn_integrator_look_at_state(struct refdyn_integrator *integrator, double t);
 /** Computes the programme force r (n) at the shown state [N, N m], as refdyn_programme_force, or as M qdd - f
  * if is_undetermined. Error: NOT_STARTED. */
 int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force);

@@ -248,6 +248,7 @@ def test_drives(tmp_path):
     model, said = imported(tmp_path, HEAD + ARM + "</robot>", "--drives", "--friction-width", "0.1")
     assert said.splitlines()[-1] == "6 links, 5 joints, 3 coordinates without those of beams, 2 inputs"
     assert 'rd.input("tau_b_phi", 0, "N m")\nrd.input("f_slide_y", 0, "N")\n' in model and model.count("rd.input") == 2
+    assert '  drives = { "b_phi", "slide_y" },\n' in model and "compares only" not in said
     path = tmp_path / "r.lua"
     refdyn("sim", path, "--set", "tau_b_phi=-61.3", "--until", "0.01", "-o", tmp_path / "run.csv")
     run = read_run(tmp_path / "run.csv")
@@ -259,6 +260,20 @@ def test_drives(tmp_path):
         moved = numpy.subtract(evaluate(path, {"inputs": {"tau_b_phi": torque, "f_slide_y": force}})["Q"], rest)
         check([close("Q", moved[[turn, slide, cart]], [max(-47.5, min(47.5, torque)), force, 0], 1e-15)])
     assert "rd.input" not in imported(tmp_path, HEAD + ARM + "</robot>")[0]
+
+
+def test_drives_perform_a_programme(tmp_path):
+    """The imported robot, with a course of its tool added: the joints' drives perform it, each within the limit of its joint."""
+    text = HEAD + ('<link name="a"/><link name="l"><inertial><origin xyz="0.4 0 0"/><mass value="5"/><inertia ixx="0.1" iyy="0.3" izz="0.3" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+                   '<joint name="j" type="revolute"><parent link="a"/><child link="l"/><axis xyz="0 0 1"/><limit lower="-2" upper="2" effort="1.5" velocity="9"/></joint></robot>')
+    model, _ = imported(tmp_path, text, "--drives")
+    changed = model.replace("  hold = ", '  constraints = function(s) return { rd.position { s.q.l_psi - 0.7 * rd.smoothstep(s.t, 0, 1, 7) } } end,\n  hold = ')
+    (tmp_path / "course.lua").write_text(changed)
+    done = refdyn("sim", tmp_path / "course.lua", "--realise", "--until", 1, "--every", 1e-3, "-o", tmp_path / "run.csv", "--summary", tmp_path / "run.json")
+    largest = json.loads((tmp_path / "run.json").read_text())["realise"]["peak"]["l_psi"]
+    exact = 0.7 * (0.3 + 5 * 0.16) * 84 / (5**0.5 * 5)  # f'' = 420 x^2 (1 - x)^2 (1 - 2 x), largest at x = (1 - 1/sqrt(5))/2
+    assert "compares only" not in done.stderr and "drive l_psi: its largest force" in done.stderr
+    assert abs(largest / exact - 1) < 1e-3, (largest, exact)
 
 
 def test_no_drive_for_several_coordinates(tmp_path):

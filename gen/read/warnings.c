@@ -481,6 +481,15 @@ static void check_coordinates(const struct look *look) {
 
 /* ---- limits of force ---- */
 
+/* Whether the value is the force of a drive, which has a limit for itself. */
+static bool is_of_drive(const struct look *look, expression value) {
+    const struct symbol *symbol = expr_as_symbol(look->model->graph, value);
+    for (int i = 0; i < look->model->drive_count; i++)
+        if (symbol && symbol->kind == SYMBOL_INPUT && symbol->index == look->model->drives[i].input)
+            return true;
+    return false;
+}
+
 /* "input tau", "inputs a, b", or `path` if the values depend on time. */
 static const char *drivers_of(const struct look *look, const expression *values, int value_count,
                               const char *path) {
@@ -490,7 +499,7 @@ static const char *drivers_of(const struct look *look, const expression *values,
     int count, inputs = 0;
     for (int i = 0; i < value_count; i++) {
         const expression *symbols = rewrite_list_symbols(look->model->graph, values[i], &count);
-        for (int k = 0; k < count; k++) {
+        for (int k = 0; k < count && !is_of_drive(look, values[i]); k++) {
             const struct symbol *symbol = expr_as_symbol(look->model->graph, symbols[k]);
             if (symbol->kind == SYMBOL_INPUT)
                 is_named[symbol->index] = true;
@@ -507,6 +516,7 @@ static bool drives(const struct look *look, const struct bounds *bounds, const e
                    double limit) {
     for (int i = 0; i < count; i++)
         if (look->model->graph->nodes[values[i]].depends & (ON_INPUT | ON_TIME) &&
+            !is_of_drive(look, values[i]) &&
             !(bounds[values[i]].least >= -limit && bounds[values[i]].most <= limit))
             return true;
     return false;

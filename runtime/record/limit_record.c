@@ -13,15 +13,16 @@
 
 enum {
     PIECES = 4,                     /* of a step, between which values are sampled */
-    SAMPLES = PIECES + 3,           /* those of the pieces, and both ends */
+    SAMPLES = PIECES + 2,           /* those of the pieces, and the end after a jump */
     POINTS_MOST = SAMPLES + PIECES, /* samples, and an extreme in each piece */
     PARABOLAS_MOST = 12             /* for an extreme, of which a few suffice where the value is smooth */
 };
 
 /* Smaller excesses, as a part of a limit or of the range between two, are rounding. */
 static const double slack = 1e-9;
-/* Distance of the first and the last piece from the ends of a step, as a part of the step or of the time: at
- * an end a value may jump, and the value there is that before or after the jump. */
+/* Distance of the last piece from a time event at the end of a step, as a part of the step or of the time:
+ * the state there has the values that follow the event. States at other jumps have those before it, and the
+ * state at the beginning of a step has those after it. */
 static const double inside = 1e-11;
 static const char force_lead[] = "force_";
 
@@ -79,15 +80,24 @@ bool record_is_beyond(const struct record_bound *bound, double value) {
     return excess(bound, value) > slack * size_of(bound);
 }
 
+/* Looks at a time of the last step, as far as the columns need it, and fills the table. */
+static int look(struct record_limits *limits, double t) {
+    struct refdyn_integrator *integrator = limits->table.integrator;
+    const int status = limits->table.needs_accelerations ? refdyn_integrator_look(integrator, t)
+                                                         : refdyn_integrator_look_at_state(integrator, t);
+    if (status == REFDYN_OK)
+        record_table_fill(&limits->table);
+    return status;
+}
+
 /* The value at a time of the last step. A time at which there is none keeps *status. */
 static double value_at(struct record_limits *limits, const struct record_limit *limit, double t,
                        int *status) {
-    const int shown = refdyn_integrator_look(limits->table.integrator, t);
+    const int shown = look(limits, t);
     if (shown != REFDYN_OK) {
         *status = shown;
         return NAN;
     }
-    record_table_fill(&limits->table);
     return limits->table.values[limit->place];
 }
 
@@ -137,14 +147,11 @@ static bool matters(const struct record_limit *limit, double value, double uncer
            record_is_beyond(&limit->bound, value - uncertainty);
 }
 
-/* The samples, and the extremes between them that matter. Returns their number. Samples 0 and PIECES + 2 are
- * both ends, the others bound the pieces. */
+/* The samples, and the extremes between them that matter. Returns their number. The last sample is the end
+ * of the step, the others bound the pieces. */
 static int list_points(struct record_limits *limits, const struct record_limit *limit, const double *t,
                        const double *values, struct point *points, int *status) {
     int count = 0;
-    points[count++] = (struct point){t[0], values[0]};
-    t++;
-    values++;
     for (int k = 0; k <= PIECES; k++) {
         points[count++] = (struct point){t[k], values[k]};
         const int first = k == 0 ? 0 : k < PIECES - 1 ? k - 1 : PIECES - 2;
@@ -211,48 +218,42 @@ static void add_points(struct record_limits *limits, struct record_limit *limit,
     }
 }
 
-/* Without a jump at the end of a step, the nearest sample inside is that of the end. */
-static void join_end(bool is_inner, double *t, double *values, int end, int inner) {
-    if (is_inner)
-        values[end] = values[inner];
-    if (fabs(values[inner] - values[end]) <= slack * fabs(values[end])) {
-        t[inner] = t[end];
-        values[inner] = values[end];
-    }
+/* The values at a time of the step, as sample k. */
+static int take_sample(struct record_limits *limits, int k, double t) {
+    const int status = look(limits, t);
+    for (int i = 0; i < limits->count; i++)
+        limits->samples[k * limits->count + i] = limits->table.values[limits->list[i].place];
+    return status;
 }
 
 int record_limits_pass(struct record_limits *limits) {
     struct refdyn_integrator *integrator = limits->table.integrator;
-    const double t_now = integrator->t, t_before = fmax(limits->t, integrator->t_begin);
-    const double aside = inside * fmax(t_now - t_before, fmax(fabs(t_before), fabs(t_now)));
+    const double t_now = integrator->t, first = fmax(limits->t, integrator->t_begin);
+    const double aside = inside * fmax(t_now - first, fmax(fabs(first), fabs(t_now)));
+    const bool is_at_event = integrator->t_right != t_now;
+    const double last = is_at_event ? fmax(t_now - aside, first) : t_now;
     double t[SAMPLES], values[SAMPLES];
     struct point points[POINTS_MOST];
     int status = REFDYN_OK;
-    if (!(t_now > t_before))
+    if (!(t_now > first))
         return REFDYN_OK;
-    for (int k = 0; k < SAMPLES && status == REFDYN_OK; k++) {
-        const double share = (double)(k - 1) / PIECES, first = fmin(t_before + aside, t_now),
-                     last = fmax(t_now - aside, first);
-        t[k] = k == 0 ? t_before : k == SAMPLES - 1 ? t_now : first + (last - first) * share;
-        status = refdyn_integrator_look(integrator, t[k]);
-        if (status == REFDYN_OK)
-            record_table_fill(&limits->table);
-        for (int i = 0; i < limits->count; i++)
-            limits->samples[k * limits->count + i] = limits->table.values[limits->list[i].place];
-    }
+    for (int k = 0; k < SAMPLES; k++)
+        t[k] = k < PIECES ? first + (last - first) * k / PIECES : k == PIECES ? last : t_now;
+    for (int k = 0; k < SAMPLES && status == REFDYN_OK; k++)
+        if (k != PIECES || is_at_event)
+            status = take_sample(limits, k, t[k]);
     for (int i = 0; i < limits->count && status == REFDYN_OK; i++) {
         struct record_limit *limit = &limits->list[i];
-        double at[SAMPLES];
-        memcpy(at, t, sizeof at);
         for (int k = 0; k < SAMPLES; k++)
-            values[k] = limits->samples[k * limits->count + i];
-        join_end(limits->is_inner, at, values, 0, 1);
-        join_end(limits->is_inner, at, values, SAMPLES - 1, SAMPLES - 2);
-        const int count = list_points(limits, limit, at, values, points, &status);
+            values[k] = limits->samples[(k == PIECES && !is_at_event ? k + 1 : k) * limits->count + i];
+        if (limits->is_inner)
+            values[PIECES + 1] = values[PIECES];
+        const int count = list_points(limits, limit, t, values, points, &status);
         add_points(limits, limit, points, count, &status);
     }
     limits->t = t_now;
-    return status == REFDYN_OK ? refdyn_integrator_look(integrator, t_now) : status;
+    const bool is_shown = integrator->t == t_now && limits->table.needs_accelerations;
+    return status == REFDYN_OK && !is_shown ? refdyn_integrator_look(integrator, t_now) : status;
 }
 
 /* ---- Reports ---- */

@@ -25,10 +25,14 @@ struct columns {
     const struct refdyn_spatial *spatial; /* NULL if no point has angular columns */
 };
 
+/* What the values of a block need besides coordinates and rates: the last one, multipliers of rows. */
+enum needs { NEEDS_STATE, NEEDS_ACCELERATIONS, NEEDS_ROWS };
+
 /* A group of columns that are computed together. */
 struct block {
     void (*name)(const struct refdyn_model *model, struct columns *columns);
     void (*put)(struct record_table *table);
+    enum needs needs;
 };
 
 static const char *format_name(const struct columns *columns, const char *format, ...)
@@ -346,10 +350,17 @@ static void put_contacts(struct record_table *table) {
 /* ---- Blocks ---- */
 
 static const struct block blocks[RECORD_BLOCKS] = {
-    {name_state, put_state_cells}, {name_points, put_points},    {name_residuals, put_residuals},
-    {name_energy, put_energy},     {name_forces, put_forces},    {name_states, put_states},
-    {name_inputs, put_inputs},     {name_courses, put_courses},  {name_accelerations, put_accelerations},
-    {name_angular, put_angular},   {name_contacts, put_contacts}};
+    {name_state, put_state_cells, NEEDS_STATE},
+    {name_points, put_points, NEEDS_ACCELERATIONS},
+    {name_residuals, put_residuals, NEEDS_STATE},
+    {name_energy, put_energy, NEEDS_STATE},
+    {name_forces, put_forces, NEEDS_ROWS},
+    {name_states, put_states, NEEDS_STATE},
+    {name_inputs, put_inputs, NEEDS_STATE},
+    {name_courses, put_courses, NEEDS_STATE},
+    {name_accelerations, put_accelerations, NEEDS_ACCELERATIONS},
+    {name_angular, put_angular, NEEDS_ACCELERATIONS},
+    {name_contacts, put_contacts, NEEDS_ROWS}};
 
 static void *allocate(struct record_memory memory, size_t count, size_t size) {
     return memory.get(memory.context, (count + 1) * size);
@@ -388,6 +399,7 @@ void record_table_start(struct record_table *table, struct record_memory memory,
                  sizeof *table->scratch);
     for (int block = 0; block < RECORD_BLOCKS; block++)
         table->is_wanted[block] = true;
+    table->needs_accelerations = true;
 }
 
 void record_put_array(const struct record_writer *writer, const char *key, const double *values, int count) {
@@ -423,10 +435,15 @@ bool record_table_is_state(const struct record_table *table, int column) {
 }
 
 void record_table_want(struct record_table *table, const bool *wanted) {
+    const bool has_rows = table->integrator->work->m > 0;
+    table->needs_accelerations = false;
     for (int block = 0, i = 0; block < RECORD_BLOCKS; block++) {
         table->is_wanted[block] = false;
         for (; i < table->ends[block]; i++)
             table->is_wanted[block] |= wanted[i];
+        table->needs_accelerations |=
+            table->is_wanted[block] &&
+            (blocks[block].needs == NEEDS_ACCELERATIONS || (blocks[block].needs == NEEDS_ROWS && has_rows));
     }
 }
 

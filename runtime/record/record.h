@@ -67,6 +67,7 @@ struct record_table {
     const char **units;                   /* (count) NULL where the model has no unit */
     int ends[RECORD_BLOCKS];
     bool is_wanted[RECORD_BLOCKS];
+    bool needs_accelerations; /* a wanted column, besides coordinates and rates */
     struct record_part *parts;
     int part_count;
     double *values; /* (count) of the last record_table_fill */

@@ -424,8 +424,8 @@ static int interpolate_seen(struct refdyn_integrator *integrator) {
     return status;
 }
 
-/* The state at t, at most the end of the last step, with its accelerations. */
-static int show(struct refdyn_integrator *integrator, double t) {
+/* The state at t, at most the end of the last step. */
+static int show_state(struct refdyn_integrator *integrator, double t) {
     struct refdyn_motion *motion = integrator->motion;
     const struct refdyn_step *step = &motion->step;
     int status = REFDYN_OK;
@@ -442,9 +442,15 @@ static int show(struct refdyn_integrator *integrator, double t) {
     if (!status)
         refdyn_statistics_residuals(&motion->statistics, integrator->work);
     refdyn_rows_note_seen(motion, integrator->q);
-    if (!status)
-        status = integrator->is_undetermined ? continue_seen(integrator) : accelerate_seen(integrator);
     return status;
+}
+
+/* The same with its accelerations. */
+static int show(struct refdyn_integrator *integrator, double t) {
+    const int status = show_state(integrator, t);
+    if (status)
+        return status;
+    return integrator->is_undetermined ? continue_seen(integrator) : accelerate_seen(integrator);
 }
 
 /* ---- Steps ---- */
@@ -548,7 +554,9 @@ int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
     return status;
 }
 
-int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
+/* Looks at t by one of the functions above. */
+static int look(struct refdyn_integrator *integrator, double t,
+                int (*shows)(struct refdyn_integrator *integrator, double t)) {
     const struct refdyn_motion *motion = integrator->motion;
     const int status = refdyn_integrator_status(integrator);
     if (status)
@@ -557,7 +565,15 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
           (t <= integrator->t || ends_at(motion, t))))
         return REFDYN_BAD_TIME;
     enter(integrator);
-    return leave(integrator, show(integrator, t), t);
+    return leave(integrator, shows(integrator, t), t);
+}
+
+int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
+    return look(integrator, t, show);
+}
+
+int refdyn_integrator_look_at_state(struct refdyn_integrator *integrator, double t) {
+    return look(integrator, t, show_state);
 }
 
 int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces) {

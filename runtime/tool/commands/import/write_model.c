@@ -541,6 +541,22 @@ static void write_hold(struct writer *w) {
     close_entry(w);
 }
 
+/* The same joints can perform a programme; each limit of force bounds its drive. */
+static void write_drives(struct writer *w) {
+    bool has_any = false;
+    for (int k = 0; k < w->robot->link_count; k++) {
+        const int joint = w->robot->links[w->robot->order[k]].joint;
+        if (joint < 0 || !has_drive(w, &w->robot->joints[joint]))
+            continue;
+        if (!has_any)
+            open_list(w, "drives");
+        has_any = true;
+        put(w, "\"%s\"", coordinate(w, &w->robot->joints[joint]));
+    }
+    if (has_any)
+        close_entry(w);
+}
+
 static struct writer writer_of(const struct robot *robot, const struct model_choice *choice, FILE *out) {
     const char **names = format_allocate((size_t)robot->link_count, sizeof *names);
     for (int i = 0; i < robot->link_count; i++)
@@ -607,5 +623,6 @@ void import_write_model(const struct robot *robot, const struct model_choice *ch
     write_courses(&w);
     write_mimics(&w);
     write_hold(&w);
+    write_drives(&w);
     fputs("}\n", out);
 }

@@ -65,6 +65,7 @@ double realise_hold(struct realise_problem *problem, double t, const double *q, 
 struct step {
     const double *before;
     double t, h;
+    bool is_weak; /* of all solutions, the one with the least forces */
 };
 
 /* The largest change of a force by a coordinate: the first n of all rows and columns. */
@@ -78,7 +79,7 @@ static double largest_stiffness(const double *A, int rows, int n) {
 
 /* Solves for the changes of q and of the forces, where the forces count as shares of the largest stiffness:
  * of all solutions, the one with the least norm then changes coordinates little. */
-static bool solve_scaled(double *A, double *b, int rows, int n, int columns) {
+static bool solve_near(double *A, double *b, int rows, int n, int columns) {
     const double stiffness = largest_stiffness(A, rows, n), unit = stiffness > 0 ? stiffness : 1;
     for (int i = n * rows; i < columns * rows; i++)
         A[i] *= unit;
@@ -126,7 +127,7 @@ static double correct(struct realise_problem *problem, const struct step *step, 
                : level == REFDYN_VELOCITY && is_row ? -work->psi[a]
                                                     : -place.residual[i];
     }
-    if (!solve_scaled(A, b, n + m, n, width))
+    if (!(step->is_weak ? solve_least(A, b, n + m, width) : solve_near(A, b, n + m, n, width)))
         return NAN;
     for (int i = 0; i < n; i++) {
         state[i] += b[i];
@@ -164,7 +165,7 @@ bool realise_equilibrium(struct realise_problem *problem, double t, double *q) {
     memcpy(before, q, n * sizeof *q);
     double size = INFINITY;
     for (int i = 0; i < 4 && size > guess_tol; i++)
-        size = take_step(problem, &(struct step){before, t, 0}, state, unknowns);
+        size = take_step(problem, &(struct step){before, t, 0, false}, state, unknowns);
     memcpy(q, state, n * sizeof *q);
     memory_back(&format_memory, mark);
     return size <= guess_tol;
@@ -184,7 +185,7 @@ static void fill(struct realise_motion *motion, int from, int to, const double *
         memcpy(motion->stages + (size_t)i * width, unknowns, width * sizeof *unknowns);
 }
 
-void realise_guess(struct realise_motion *motion, double step_least) {
+void realise_guess(struct realise_motion *motion, enum realise_guesses which, double step_least) {
     struct realise_problem *problem = motion->problem;
     const size_t size = 2 * (size_t)problem->n, width = (size_t)problem->width;
     const struct memory_mark mark = memory_mark(&format_memory);
@@ -195,7 +196,8 @@ void realise_guess(struct realise_motion *motion, double step_least) {
         for (next = k + 1; next < motion->count && motion->t[next] - motion->t[k] < step_least;)
             next++;
         double *before = motion->nodes + (size_t)k * size, *state = motion->nodes + (size_t)next * size;
-        const struct step step = {before, motion->t[next], motion->t[next] - motion->t[k]};
+        const struct step step = {before, motion->t[next], motion->t[next] - motion->t[k],
+                                  which == REALISE_WEAK};
         memcpy(state, before, size * sizeof *state);
         if (isnan(take_step(problem, &step, state, unknowns))) {
             memcpy(state, before, size * sizeof *state);
@@ -213,7 +215,7 @@ bool realise_rest(struct realise_problem *problem, double t, double step, double
            fastest = INFINITY;
     for (int k = 0; k < REST_STEPS_MOST && fastest > rest_tol; k++, step *= 1.5) {
         memcpy(before, state, 2 * (size_t)n * sizeof *state);
-        if (!(take_step(problem, &(struct step){before, t, step}, state, unknowns) <= guess_tol))
+        if (!(take_step(problem, &(struct step){before, t, step, false}, state, unknowns) <= guess_tol))
             break;
         fastest = 0;
         for (int i = 0; i < n; i++)

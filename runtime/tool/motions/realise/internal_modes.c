@@ -11,7 +11,9 @@
  * G. H. Golub, Math. Comput. 27:579-594, 1973). They are reported, and no method depends on them: of a
  * flexible link they tend to 0 with the number of elements, while the motion hardly changes.
  *
- * More drives than rows leave no internal motion to itself: the modes are then not counted.
+ * With more drives than rows, B is that part of the drives which acts along the rows most, as many as there
+ * are rows: the modes are those of a motion without the others. Drives that act on all degrees of freedom
+ * leave no internal motion to itself.
  */
 #include <lapacke.h>
 #include <math.h>
@@ -38,10 +40,10 @@ static void count_mode(struct realise_modes *modes, double re, double im) {
     }
 }
 
-/* A x' ... = s E x with x = (dq, dqd, dtau, dlambda); columns one after the other. */
-static void put_pencil(const struct realise_problem *problem, const struct realise_place *place, int size,
-                       double *A, double *E) {
-    const int n = problem->n, inputs = problem->scene->model->input_count;
+/* A x' ... = s E x with x = (dq, dqd, dtau, dlambda); columns one after the other. `along` (n x rows): B. */
+static void put_pencil(const struct realise_problem *problem, const struct realise_place *place,
+                       const double *along, int size, double *A, double *E) {
+    const int n = problem->n, rows = problem->m - problem->loops;
     const struct refdyn_model *model = problem->scene->model;
     for (int i = 0; i < n; i++) {
         A[(n + i) * size + i] = E[i * size + i] = 1;
@@ -50,10 +52,10 @@ static void put_pencil(const struct realise_problem *problem, const struct reali
             A[(n + j) * size + n + i] = -place->D[i * n + j];
             E[(n + j) * size + n + i] = place->M[i * n + j];
         }
-        for (int d = 0; d < problem->drives; d++)
-            A[(2 * n + d) * size + n + i] = -place->f_x[i * inputs + problem->input[d]];
+        for (int d = 0; d < rows; d++)
+            A[(2 * n + d) * size + n + i] = -along[d * n + i];
         for (int l = 0; l < problem->loops; l++)
-            A[(2 * n + problem->drives + l) * size + n + i] = place->u[problem->loop[l] * n + i];
+            A[(2 * n + rows + l) * size + n + i] = place->u[problem->loop[l] * n + i];
     }
     for (int i = 0; i < problem->m; i++)
         for (int j = 0; j < n; j++)
@@ -62,11 +64,11 @@ static void put_pencil(const struct realise_problem *problem, const struct reali
 }
 
 static bool find_modes(const struct realise_problem *problem, const struct realise_place *place,
-                       struct realise_modes *modes) {
+                       const double *along, struct realise_modes *modes) {
     const int size = 2 * problem->n + problem->m;
     double *A = realise_scratch(size, size), *E = realise_scratch(size, size), *re = realise_scratch(size, 1),
            *im = realise_scratch(size, 1), *part = realise_scratch(size, 1);
-    put_pencil(problem, place, size, A, E);
+    put_pencil(problem, place, along, size, A, E);
     if (LAPACKE_dggev(LAPACK_COL_MAJOR, 'N', 'N', size, A, size, E, size, re, im, part, NULL, 1, NULL, 1) !=
         0)
         return false;
@@ -109,13 +111,33 @@ static void make_orthonormal(double *x, int count, const double *before, int bef
     }
 }
 
+/* x := L x, each of `count` columns. */
+static void multiply_lower(const double *L, int n, double *x, int count) {
+    for (int c = 0; c < count; c++)
+        for (int i = n - 1; i >= 0; i--) {
+            double *column = x + (size_t)c * (size_t)n, sum = 0;
+            for (int j = 0; j <= i; j++)
+                sum += L[j * n + i] * column[j];
+            column[i] = sum;
+        }
+}
+
+/* The columns of B. */
+static void put_drives(const struct realise_problem *problem, const struct realise_place *place, double *B) {
+    const int n = problem->n, inputs = problem->scene->model->input_count;
+    for (int d = 0; d < problem->drives; d++)
+        for (int i = 0; i < n; i++)
+            B[d * n + i] = place->f_x[i * inputs + problem->input[d]];
+}
+
+/* Also finds the directions of the drives (n x rows) that belong to the cosines. */
 static bool find_cosines(const struct realise_problem *problem, const struct realise_place *place,
-                         struct realise_modes *modes) {
-    const int n = problem->n, inputs = problem->scene->model->input_count, loops = problem->loops,
-              rows = problem->m - loops, drives = problem->drives;
+                         double *along, struct realise_modes *modes) {
+    const int n = problem->n, loops = problem->loops, rows = problem->m - loops, drives = problem->drives;
     double *L = realise_scratch(n, n), *closed = realise_scratch(n, loops),
            *wanted = realise_scratch(n, rows), *driven = realise_scratch(n, drives),
-           *product = realise_scratch(rows, drives), *work = realise_scratch(rows + drives, 1);
+           *product = realise_scratch(rows, drives), *turned = realise_scratch(rows, drives),
+           *work = realise_scratch(rows + drives, 1);
     memcpy(L, place->M, (size_t)(n * n) * sizeof *L);
     if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'L', n, L, n) != 0)
         return false;
@@ -124,9 +146,7 @@ static bool find_cosines(const struct realise_problem *problem, const struct rea
         memcpy(is_loop ? closed + (size_t)l++ * (size_t)n : wanted + (size_t)r++ * (size_t)n,
                place->u + i * n, (size_t)n * sizeof *L);
     }
-    for (int d = 0; d < drives; d++)
-        for (int i = 0; i < n; i++)
-            driven[d * n + i] = place->f_x[i * inputs + problem->input[d]];
+    put_drives(problem, place, driven);
     solve_lower(L, n, closed, loops);
     solve_lower(L, n, wanted, rows);
     solve_lower(L, n, driven, drives);
@@ -139,21 +159,34 @@ static bool find_cosines(const struct realise_problem *problem, const struct rea
                 product[d * rows + r] += wanted[r * n + i] * driven[d * n + i];
     modes->cosine_count = rows;
     modes->cosines = format_allocate_matrix(rows, 1);
-    return LAPACKE_dgesvd(LAPACK_COL_MAJOR, 'N', 'N', rows, drives, product, rows, modes->cosines, NULL, 1,
-                          NULL, 1, work) == 0;
+    if (LAPACKE_dgesvd(LAPACK_COL_MAJOR, 'N', 'S', rows, drives, product, rows, modes->cosines, NULL, 1,
+                       turned, rows, work) != 0)
+        return false;
+    if (drives == rows) {
+        put_drives(problem, place, along);
+        return true;
+    }
+    for (int r = 0; r < rows; r++)
+        for (int d = 0; d < drives; d++)
+            for (int i = 0; i < n; i++)
+                along[r * n + i] += driven[d * n + i] * turned[d * rows + r];
+    multiply_lower(L, n, along, rows);
+    return true;
 }
 
 bool realise_modes_find(struct realise_problem *problem, double t, const double *q, const double *unknowns,
                         struct realise_modes *modes) {
     const int n = problem->n;
     const struct memory_mark mark = memory_mark(&format_memory);
-    double *all = realise_scratch(problem->width, 1), *rates = realise_scratch(n, 1);
+    double *all = realise_scratch(problem->width, 1), *rates = realise_scratch(n, 1),
+           *along = realise_scratch(n, problem->m - problem->loops);
     struct realise_place place = {.residual = realise_scratch(n + problem->m, 1)};
     *modes = (struct realise_modes){.growing = 0};
     memcpy(all + n, unknowns, (size_t)(problem->width - n) * sizeof *all);
-    const bool is_found = realise_place_find(problem, t, q, rates, all, &place) == REFDYN_OK &&
-                          (problem->spare > 0 || find_modes(problem, &place, modes)) &&
-                          find_cosines(problem, &place, modes);
+    const bool is_found =
+        realise_place_find(problem, t, q, rates, all, &place) == REFDYN_OK &&
+        find_cosines(problem, &place, along, modes) &&
+        (problem->drives + problem->loops >= n || find_modes(problem, &place, along, modes));
     memory_back(&format_memory, mark);
     return is_found;
 }

@@ -1,15 +1,20 @@
 /*
  * The least effort of a motion with more drives than rows: the changes of the linearised motion that minimise
  *
- *     J = sum over intervals k and Gauss points i of h_k b_i |W (tau + dtau)|^2
+ *     J = sum over intervals k and Gauss points i of h_k b_i |W (tau + dtau)|^2 / E
+ *         + a^2 |distance of the first node from rest|^2 + e^2 |residuals of the end|^2
  *
- * from a fixed first node to an end at rest. The recursion runs backward through the intervals. The least J
- * of all later ones is |R x + rho|^2 with a triangular R: an orthogonal factor eliminates the free values of
- * each interval as a function of its node (the square root form of the Riccati recursion: M. Morf and T.
- * Kailath, IEEE Trans. Automat. Contr. 20:487-497, 1975). The forward sweep follows this feedback.
+ * where E is the effort of the first guess. The start cannot be fixed: modes that grow and do not depend on
+ * the additional drives fix it, at a distance from rest that decays with the time before the programme.
  *
- * The first node can only stay if the drives act on all degrees of freedom. Otherwise some growing modes do
- * not depend on the free values, and R has no bound.
+ * The conditions of the minimum are linear equations of the changes x of the nodes, of the free values s of
+ * the intervals, and of multipliers l of the equations of the intervals, in the order
+ *
+ *     start, x_0, s_0, l_1, x_1, s_1, l_2, ..., x_N, end,
+ *
+ * in which they couple neighbours only. A multiplier p of its own for each residual r of a weight w, with
+ * r - p/w^2 = 0, keeps the large weights out of the matrix. Band elimination with row exchanges solves them:
+ * the conditions of growing modes are at the end, those of decaying ones at the start.
  */
 #include <lapacke.h>
 #include <math.h>
@@ -17,20 +22,10 @@
 
 #include "runtime/tool/motions/realise/realise.h"
 
-/* Weight of the rates at the end, relative to the root of the effort [s/rad, s/m]. */
-static const double weight_of_end = 1e6;
+/* Weights of distances from rest at the start [1/rad, 1/m, s/rad, s/m] and of residuals at the end. */
+static const double weight_of_start = 1e5, weight_of_end = 1e6;
 /* Rows whose rates by time alone are smaller do not move [m/s, rad/s]. */
 static const double rest_tol = 1e-9;
-
-/* The effort from a node on: |R x + rho|^2 for the change x of the node, divided by its scale. */
-struct effort {
-    double *R, *rho; /* (2 n x 2 n) columns one after the other; (2 n) */
-};
-
-/* The free values of an interval: S s + by_node x + constant = 0. */
-struct feedback {
-    double *S, *by_node, *constant; /* (free x free) upper triangle, (free x 2 n), (free) */
-};
 
 double realise_effort(const struct realise_motion *motion) {
     const struct realise_problem *problem = motion->problem;
@@ -47,6 +42,15 @@ double realise_effort(const struct realise_motion *motion) {
 
 /* ---- The end ---- */
 
+/* Residuals of the end: of its rates, which rows leave free, and of the forces of coordinates without a
+ * drive.
+ */
+struct end {
+    int count;
+    double *by_state; /* (count x 2 n) one row after the other */
+    double *residual; /* (count) */
+};
+
 /* Columns (n x (n - count)) that are orthogonal to the rows (count x n, one row after the other). */
 static double *orthogonal_to(const double *rows, int count, int n) {
     double *A = realise_scratch(n, n), *Q = realise_scratch(n, n), *reflectors = realise_scratch(n, 1);
@@ -58,143 +62,246 @@ static double *orthogonal_to(const double *rows, int count, int n) {
     return Q + count * n;
 }
 
-/* The effort after the end: the differences of the rates that rows leave free from those of `last`, or from 0
- * if the programme rests. */
-static bool put_end(const struct realise_motion *motion, const double *last, const double *scale,
-                    struct effort *effort) {
-    struct refdyn_workspace *work = &motion->problem->scene->work;
-    const int n = motion->problem->n, m = motion->problem->m;
-    const double *end = motion->nodes + motion->count * 2 * n, size = sqrt(realise_effort(motion)),
-                 weight = weight_of_end * (size > 0 ? size : 1);
-    double *rates = realise_scratch(n, 1);
+/* The rates and accelerations (n each) that the end comes close to: 0 if the programme rests, else those of
+ * `last` (3 n). */
+static bool choose_end(struct realise_problem *problem, double t, const double *end, const double *last,
+                       double *rates, double *accelerations) {
+    struct refdyn_workspace *work = &problem->scene->work;
+    const int n = problem->n;
     bool is_rest = true;
-    if (refdyn_equations(work, motion->t[motion->count], end, rates) != REFDYN_OK)
+    memset(rates, 0, (size_t)n * sizeof *rates);
+    if (refdyn_equations(work, t, end, rates) != REFDYN_OK)
         return false;
-    for (int i = 0; i < m; i++)
+    for (int i = 0; i < problem->m; i++)
         is_rest = is_rest && fabs(work->psi[i]) < rest_tol;
-    const double *N = orthogonal_to(work->u, m, n);
-    for (int c = 0; c < n - m; c++)
-        for (int j = 0; j < n; j++) {
-            const double factor = weight * N[c * n + j];
-            effort->R[(n + j) * 2 * n + c] = factor * scale[n + j];
-            effort->rho[c] += factor * (end[n + j] - (is_rest ? 0 : last[n + j]));
-        }
+    for (int i = 0; i < n; i++) {
+        rates[i] = is_rest ? 0 : last[n + i];
+        accelerations[i] = is_rest ? 0 : last[2 * n + i];
+    }
     return true;
 }
 
-/* ---- The recursion ---- */
-
-/* Rows of the effort after interval k: columns of its free values, columns of its node, the constant. */
-static void put_later(const struct realise_interval *interval, const double *scale, int n, int free, int rows,
-                      const struct effort *later, double *A) {
-    const int size = 2 * n;
-    for (int column = 0; column <= free + size; column++) {
-        const int node = column - free;
-        const double *from = column < free ? interval->Gamma + column * size
-                             : node < size ? interval->Phi + node * size
-                                           : interval->gap;
-        const double factor = column >= free && node < size ? scale[node] : 1;
-        double *out = A + column * rows;
-        for (int j = 0; j < size; j++)
-            for (int i = 0; i < size; i++)
-                out[i] += later->R[j * size + i] * from[j] / scale[j] * factor;
-        for (int i = 0; i < size && node == size; i++)
-            out[i] += later->rho[i];
-    }
-}
-
-/* Rows of the forces in interval k, or of their changes. */
-static void put_forces(const struct realise_motion *motion, int k, const struct realise_interval *interval,
-                       const struct realise_step *step, const double *scale, int free, int rows, double *A) {
-    const struct realise_problem *problem = motion->problem;
-    const int n = problem->n, size = 2 * n, width = problem->width, stride = REALISE_STAGES * width;
-    for (int i = 0; i < REALISE_STAGES; i++)
-        for (int d = 0; d < problem->drives; d++) {
-            const int row = size + i * problem->drives + d, at = i * width + n + d;
-            const double factor = problem->weights[d] * sqrt((motion->t[k + 1] - motion->t[k]) *
-                                                             problem->gauss.once[REALISE_STAGES][i]);
-            for (int j = 0; j < free; j++)
-                A[j * rows + row] = factor * interval->by_state[(size + 1 + j) * stride + at];
-            for (int j = 0; j < size; j++)
-                A[(free + j) * rows + row] = factor * interval->by_state[j * stride + at] * scale[j];
-            A[(free + size) * rows + row] =
-                factor * ((step->is_projection ? 0 : motion->stages[k * stride + at]) +
-                          interval->by_state[size * stride + at]);
+/* The rates in directions that rows leave free differ from the wanted ones. */
+static void put_rates(const struct realise_problem *problem, const double *end, const double *rates,
+                      struct end *out) {
+    const int n = problem->n, m = problem->m;
+    const double *N = orthogonal_to(problem->scene->work.u, m, n);
+    for (int c = 0; c < n - m; c++, out->count++)
+        for (int j = 0; j < n; j++) {
+            out->by_state[out->count * 2 * n + n + j] = N[c * n + j];
+            out->residual[out->count] += N[c * n + j] * (end[n + j] - rates[j]);
         }
 }
 
-/* Eliminates the free values of interval k; the effort is then that from its node on. */
-static void eliminate(const struct realise_motion *motion, int k, const struct realise_interval *interval,
-                      const struct realise_step *step, const double *scale, struct effort *effort,
-                      struct feedback *feedback) {
-    const struct realise_problem *problem = motion->problem;
-    const int n = problem->n, size = 2 * n, free = REALISE_STAGES * problem->spare,
-              forces = size + REALISE_STAGES * problem->drives, rows = forces + size,
-              columns = free + size + 1;
+/* Forces that drives and loops cannot balance, at the wanted accelerations, as shares of the largest
+ * stiffness. */
+static void put_forces_of_end(const struct realise_problem *problem, const struct realise_place *place,
+                              struct end *out) {
+    const int n = problem->n, balanced = problem->drives + problem->loops,
+              inputs = problem->scene->model->input_count;
+    double *rows = realise_scratch(balanced, n), stiffness = 0;
+    for (int j = 0; j < n; j++) {
+        for (int d = 0; d < problem->drives; d++)
+            rows[d * n + j] = place->f_x[j * inputs + problem->input[d]];
+        for (int l = 0; l < problem->loops; l++)
+            rows[(problem->drives + l) * n + j] = place->u[problem->loop[l] * n + j];
+    }
+    for (int i = 0; i < n * n; i++)
+        stiffness = fmax(stiffness, fabs(place->K[i]));
+    const double *Z = orthogonal_to(rows, balanced, n), unit = stiffness > 0 ? 1 / stiffness : 1;
+    for (int c = 0; c < n - balanced; c++, out->count++)
+        for (int i = 0; i < n; i++) {
+            out->residual[out->count] += Z[c * n + i] * unit * place->residual[i];
+            for (int j = 0; j < n; j++) {
+                out->by_state[out->count * 2 * n + j] += Z[c * n + i] * unit * place->K[i * n + j];
+                out->by_state[out->count * 2 * n + n + j] += Z[c * n + i] * unit * place->D[i * n + j];
+            }
+        }
+}
+
+/* Finds the residuals, and their derivatives by the last node. */
+static bool find_end(const struct realise_motion *motion, const double *last, struct end *out) {
+    struct realise_problem *problem = motion->problem;
+    const int n = problem->n, width = problem->width;
+    const double t = motion->t[motion->count], *end = motion->nodes + motion->count * 2 * n,
+                 *stage = motion->stages + (motion->count * REALISE_STAGES - 1) * width;
+    double *rates = realise_scratch(n, 1), *unknowns = realise_scratch(width, 1);
+    struct realise_place place = {.residual = realise_scratch(n + problem->m, 1)};
+    *out = (struct end){.by_state = realise_scratch(2 * n, 2 * n), .residual = realise_scratch(2 * n, 1)};
+    memcpy(unknowns, stage, (size_t)width * sizeof *unknowns);
+    if (!choose_end(problem, t, end, last, rates, unknowns) ||
+        realise_place_find(problem, t, end, rates, unknowns, &place) != REFDYN_OK)
+        return false;
+    put_rates(problem, end, rates, out);
+    if (problem->drives + problem->loops < n)
+        put_forces_of_end(problem, &place, out);
+    return true;
+}
+
+double realise_merit(const struct realise_motion *motion, const struct realise_goal *goal) {
+    const int size = 2 * motion->problem->n;
     const struct memory_mark mark = memory_mark(&format_memory);
-    double *A = realise_scratch(rows, columns), *reflectors = realise_scratch(columns, 1);
-    put_later(interval, scale, n, free, rows, effort, A);
-    put_forces(motion, k, interval, step, scale, free, rows, A);
+    struct end end;
+    double sum = realise_effort(motion) / goal->effort_unit;
     for (int i = 0; i < size; i++)
-        A[(free + i) * rows + forces + i] = sqrt(step->damping * (motion->t[k + 1] - motion->t[k]));
-    LAPACKE_dgeqrf(LAPACK_COL_MAJOR, rows, columns, A, rows, reflectors);
-    for (int j = 0; j < columns; j++) {
-        double *out = j < free          ? feedback->S + j * free
-                      : j < free + size ? feedback->by_node + (j - free) * free
-                                        : feedback->constant;
-        for (int i = 0; i < free && i <= j; i++)
-            out[i] = A[j * rows + i];
-        out = j < free + size ? effort->R + (j - free) * size : effort->rho;
-        for (int i = 0; i < size && j >= free; i++)
-            out[i] = free + i <= j ? A[j * rows + free + i] : 0;
+        sum += pow(weight_of_start * (motion->nodes[i] - goal->rest[i]) / goal->unit[i], 2);
+    if (!find_end(motion, goal->last, &end))
+        sum = INFINITY;
+    for (int i = 0; i < end.count; i++)
+        sum += pow(weight_of_end * end.residual[i], 2);
+    memory_back(&format_memory, mark);
+    return sum;
+}
+
+/* ---- The conditions of the minimum ---- */
+
+/* A symmetric band matrix in the form of LAPACK's dgbsv, the right side, and where the unknowns are. */
+struct conditions {
+    int size, band, first, block; /* first: place of x_0; block: unknowns from one node to the next */
+    double *matrix; /* (3 band + 1) x size: room for exchanges, upper band, diagonal, lower band */
+    double *right;
+};
+
+static void put_one(struct conditions *conditions, int row, int column, double value) {
+    const int band = conditions->band;
+    conditions->matrix[(size_t)column * (size_t)(3 * band + 1) + (size_t)(2 * band + row - column)] += value;
+}
+
+static void put_both(struct conditions *conditions, int row, int column, double value) {
+    put_one(conditions, row, column, value);
+    if (row != column)
+        put_one(conditions, column, row, value);
+}
+
+/* A residual `row` x + side of weight w with multiplier p, of the node at `at`: row x + side - p/w^2 = 0. */
+static void put_residual(struct conditions *conditions, int p, int at, const double *row, int size,
+                         double side, double weight) {
+    for (int j = 0; j < size; j++)
+        if (row[j] != 0)
+            put_both(conditions, p, at + j, row[j]);
+    if (isfinite(weight))
+        put_one(conditions, p, p, -1 / (weight * weight));
+    conditions->right[p] = -side;
+}
+
+/* The distances of the first node from rest, and the rows there. */
+static void put_start(struct conditions *conditions, const struct realise_ends *ends,
+                      const struct realise_step *step, const double *node, int size) {
+    const struct realise_goal *goal = step->goal;
+    double *row = realise_scratch(size, 1);
+    for (int i = 0; i < size; i++) {
+        memset(row, 0, (size_t)size * sizeof *row);
+        row[i] = ends->scale[i] / goal->unit[i];
+        put_residual(conditions, i, conditions->first, row, size,
+                     step->is_projection ? 0 : (node[i] - goal->rest[i]) / goal->unit[i], weight_of_start);
+    }
+    for (int i = 0; i < ends->count; i++) {
+        for (int j = 0; j < size; j++)
+            row[j] = ends->rows[j * ends->count + i] * ends->scale[j];
+        put_residual(conditions, size + i, conditions->first, row, size, -ends->sides[i], INFINITY);
+    }
+}
+
+static bool put_end(struct conditions *conditions, const struct realise_motion *motion,
+                    const struct realise_ends *ends, const struct realise_step *step) {
+    const int size = 2 * motion->problem->n, at = conditions->first + motion->count * conditions->block;
+    struct end end;
+    if (!find_end(motion, step->goal->last, &end))
+        return false;
+    for (int i = 0; i < end.count; i++) {
+        double *row = end.by_state + i * size;
+        for (int j = 0; j < size; j++)
+            row[j] *= ends->scale[j];
+        put_residual(conditions, at + size + i, at, row, size,
+                     end.residual[i] - (step->is_projection ? step->aim[i] : 0), weight_of_end);
+    }
+    conditions->size = at + size + end.count;
+    return true;
+}
+
+/* The derivative of the force of drive d at Gauss point i by x and s, times its weight in the effort. The
+ * force itself, or that of its change, is added to these values. */
+static double find_force(const struct realise_motion *motion, int k, const struct realise_interval *interval,
+                         const struct realise_step *step, const double *scale, int i, int d, double *row) {
+    const struct realise_problem *problem = motion->problem;
+    const int size = 2 * problem->n, free = REALISE_STAGES * problem->spare, width = problem->width,
+              stride = REALISE_STAGES * width, at = i * width + problem->n + d;
+    const double factor =
+        problem->weights[d] * sqrt((motion->t[k + 1] - motion->t[k]) *
+                                   problem->gauss.once[REALISE_STAGES][i] / step->goal->effort_unit);
+    for (int j = 0; j < size; j++)
+        row[j] = factor * interval->by_state[j * stride + at] * scale[j];
+    for (int j = 0; j < free; j++)
+        row[size + j] = factor * interval->by_state[(size + 1 + j) * stride + at];
+    return factor * ((step->is_projection ? 0 : motion->stages[k * stride + at]) +
+                     interval->by_state[size * stride + at]);
+}
+
+/* The effort of interval k, the damping, and its equation with the next node. */
+static void put_interval(struct conditions *conditions, const struct realise_motion *motion, int k,
+                         const struct realise_interval *interval, const struct realise_step *step,
+                         const double *scale) {
+    const struct realise_problem *problem = motion->problem;
+    const int size = 2 * problem->n, free = REALISE_STAGES * problem->spare, all = size + free,
+              at = conditions->first + k * conditions->block, multipliers = at + all,
+              next = at + conditions->block;
+    const struct memory_mark mark = memory_mark(&format_memory);
+    double *row = realise_scratch(all, 1);
+    for (int i = 0; i < REALISE_STAGES; i++)
+        for (int d = 0; d < problem->drives; d++) {
+            const double side = find_force(motion, k, interval, step, scale, i, d, row);
+            for (int a = 0; a < all; a++) {
+                for (int b = 0; b < all; b++)
+                    put_one(conditions, at + a, at + b, row[a] * row[b]);
+                conditions->right[at + a] -= row[a] * side;
+            }
+        }
+    for (int i = 0; i < size; i++) {
+        put_one(conditions, at + i, at + i, step->damping * (motion->t[k + 1] - motion->t[k]));
+        for (int j = 0; j < size; j++)
+            put_both(conditions, multipliers + i, at + j, interval->Phi[j * size + i] * scale[j] / scale[i]);
+        for (int j = 0; j < free; j++)
+            put_both(conditions, multipliers + i, at + size + j, interval->Gamma[j * size + i] / scale[i]);
+        put_both(conditions, multipliers + i, next + i, -1);
+        conditions->right[multipliers + i] = -interval->gap[i] / scale[i];
     }
     memory_back(&format_memory, mark);
 }
 
-/* s = -S^-1 (by_node x + constant). False if S is singular. */
-static bool find_values(const struct feedback *feedback, const double *x, int size, int free,
-                        double *values) {
-    for (int i = free - 1; i >= 0; i--) {
-        values[i] = -feedback->constant[i];
-        for (int j = 0; j < size; j++)
-            values[i] -= feedback->by_node[j * free + i] * x[j];
-        for (int j = i + 1; j < free; j++)
-            values[i] -= feedback->S[j * free + i] * values[j];
-        if (feedback->S[i * free + i] == 0)
-            return false;
-        values[i] /= feedback->S[i * free + i];
-    }
-    return true;
+static struct conditions start_conditions(const struct realise_motion *motion, int rows) {
+    const int size = 2 * motion->problem->n, free = REALISE_STAGES * motion->problem->spare,
+              first = size + rows, block = 2 * size + free, most = first + motion->count * block + 2 * size,
+              band = (first + size > block ? first + size : block) - 1;
+    return (struct conditions){.band = band,
+                               .first = first,
+                               .block = block,
+                               .matrix = realise_scratch(3 * band + 1, most),
+                               .right = realise_scratch(most, 1)};
 }
 
 bool realise_effort_solve(const struct realise_motion *motion, const struct realise_interval *intervals,
-                          const struct realise_step *step, const double *last, const double *scale,
-                          double *changes, double *values) {
+                          const struct realise_step *step, const struct realise_ends *ends, double *changes,
+                          double *values) {
     const int size = 2 * motion->problem->n, free = REALISE_STAGES * motion->problem->spare;
     const struct memory_mark mark = memory_mark(&format_memory);
-    struct effort effort = {realise_scratch(size, size), realise_scratch(size, 1)};
-    struct feedback *feedback = memory_scratch(&format_memory, (size_t)motion->count * sizeof *feedback);
-    double *x = realise_scratch(size, 1);
-    bool is_solved = put_end(motion, last, scale, &effort);
-    for (int k = motion->count - 1; k >= 0; k--) {
-        feedback[k] = (struct feedback){realise_scratch(free, free), realise_scratch(free, size),
-                                        realise_scratch(free, 1)};
-        eliminate(motion, k, &intervals[k], step, scale, &effort, &feedback[k]);
-    }
-    memset(changes, 0, (size_t)size * sizeof *changes);
-    for (int k = 0; k < motion->count; k++) {
-        const double *change = changes + k * size;
-        double *next = changes + (k + 1) * size, *s = values + k * free;
+    struct conditions conditions = start_conditions(motion, ends->count);
+    put_start(&conditions, ends, step, motion->nodes, size);
+    for (int k = 0; k < motion->count; k++)
+        put_interval(&conditions, motion, k, &intervals[k], step, ends->scale);
+    bool is_solved = put_end(&conditions, motion, ends, step);
+    lapack_int *pivots = memory_scratch(&format_memory, (size_t)(conditions.size + 1) * sizeof *pivots);
+    is_solved = is_solved && LAPACKE_dgbsv(LAPACK_COL_MAJOR, conditions.size, conditions.band,
+                                           conditions.band, 1, conditions.matrix, 3 * conditions.band + 1,
+                                           pivots, conditions.right, conditions.size) == 0;
+    for (int i = 0; i < size && !step->is_projection; i++)
+        step->aim[i] = conditions.right[conditions.first + motion->count * conditions.block + size + i] /
+                       (weight_of_end * weight_of_end);
+    for (int k = 0; k <= motion->count; k++) {
+        const double *x = conditions.right + conditions.first + k * conditions.block;
         for (int i = 0; i < size; i++)
-            x[i] = change[i] / scale[i];
-        is_solved = find_values(&feedback[k], x, size, free, s) && is_solved;
-        for (int i = 0; i < size; i++) {
-            next[i] = intervals[k].gap[i];
-            for (int j = 0; j < size; j++)
-                next[i] += intervals[k].Phi[j * size + i] * change[j];
-            for (int j = 0; j < free; j++)
-                next[i] += intervals[k].Gamma[j * size + i] * s[j];
-        }
+            changes[k * size + i] = x[i] * ends->scale[i];
+        for (int i = 0; i < free && k < motion->count; i++)
+            values[k * free + i] = x[size + i];
     }
     memory_back(&format_memory, mark);
     return is_solved;

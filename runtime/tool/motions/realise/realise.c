@@ -15,6 +15,8 @@ static const double tail_decay = 23, tail_least = 0.1, tail_most = 2;
 static const double guess_growth = 4;
 /* Steps of the mesh: at most this part of the motion, and this length [s]. */
 static const double mesh_part = 0.05, mesh_most = 0.05;
+/* Its part for the least effort of a mechanism with coordinates that have no drive. */
+static const double mesh_of_effort = 0.5;
 /* The largest change of a drive force, relative to its peak, from a mesh to the next one. */
 static const double mesh_tol = 0.02;
 enum { MESHES_MOST = 4 };
@@ -46,7 +48,7 @@ struct work {
     struct realise_solution solution;
     double before, after, until, mesh, every;
     double *hold;       /* (drives + loops) forces that hold the start */
-    double *last;       /* (2 n) the state that the end comes close to */
+    double *last;       /* (3 n) coordinates, rates and accelerations that the end comes close to */
     int iterations;     /* on the first mesh */
     double mesh_change; /* of the drive forces, relative, to the mesh that comes closest */
     double *peak;       /* (drives) */
@@ -101,13 +103,6 @@ static enum status check_counts(const struct work *work) {
         return complain(work, model->drives[0].place,
                         format_text("drives: %d for %d rows of the programme; no drive is left for %s",
                                     model->drive_count, rows, names_of_rows(model, model->drive_count)));
-    const int freedom = work->scene->model->n - (model->row_count - rows);
-    if (model->drive_count > rows && model->drive_count < freedom)
-        return complain(
-            work, model->drives[rows].place,
-            format_text("drives: %d for %d rows of the programme; more drives than rows must act on all %d "
-                        "degrees of freedom: remove drives or add rows",
-                        model->drive_count, rows, freedom));
     return STATUS_DONE;
 }
 
@@ -182,6 +177,11 @@ static enum status check_start(struct work *work) {
 
 /* ---- The solution ---- */
 
+/* The forces of least effort excite the coordinates without a drive. */
+static bool is_resolved_more(const struct realise_problem *problem) {
+    return problem->spare > 0 && problem->drives + problem->loops < problem->n;
+}
+
 static void choose_times(struct work *work) {
     const struct options *options = work->options;
     const double length = work->until - work->scene->state.t;
@@ -190,8 +190,9 @@ static void choose_times(struct work *work) {
         modes->growing ? fmin(fmax(tail_decay / modes->slowest, tail_least), tail_most) : tail_least;
     work->before = options_has(options, "before") ? options_number(options, "before") : tail;
     work->after = options_has(options, "after") ? options_number(options, "after") : tail;
-    work->mesh =
-        options_has(options, "mesh") ? options_number(options, "mesh") : fmin(mesh_most, mesh_part * length);
+    work->mesh = options_has(options, "mesh") ? options_number(options, "mesh")
+                                              : (is_resolved_more(&work->problem) ? mesh_of_effort : 1) *
+                                                    fmin(mesh_most, mesh_part * length);
     work->every = record_distance(length, options_number(options, "every"));
     /* cells begin at multiples of `every` from the start */
     work->before = work->every * ceil(work->before / work->every - 1e-9);
@@ -210,9 +211,9 @@ static enum status report_failure(const struct work *work, enum realise_outcome 
     else
         fprintf(stderr,
                 "refdyn: %s: --realise: no convergence in %d iterations, the last correction is %.3g; "
-                "another --mesh "
-                "or longer --before and --after may help\n",
-                work->scene->model->name, work->solution.iterations, work->solution.correction);
+                "another --mesh, longer --before and --after%s may help\n",
+                work->scene->model->name, work->solution.iterations, work->solution.correction,
+                work->problem.spare > 0 ? ", or as many drives as rows" : "");
     return STATUS_NUMBERS;
 }
 
@@ -228,15 +229,25 @@ static bool is_in_programme(const struct work *work, int cell) {
     return t > work->scene->state.t - 1.5 * work->every && t < work->until + 0.5 * work->every;
 }
 
+/* The peak of a drive's mean forces. In a least effort a drive may have next to no force: the largest peak of
+ * all drives then counts, by their weights. */
+static double peak_of_means(const struct work *work, const double *means, int drive) {
+    const int drives = work->problem.drives;
+    const double *weights = work->problem.weights;
+    double peak = 0;
+    for (int d = 0; d < drives; d++)
+        for (int i = 0; i < work->cells && (d == drive || work->problem.spare > 0); i++)
+            peak = fmax(peak, fabs(means[i * drives + d]) * weights[d] / weights[drive]);
+    return peak;
+}
+
 /* The largest change of a mean force from other means, relative to the peak of its drive; the cell of the
  * programme where the change is largest. */
 static double change_of_means(const struct work *work, const double *means, int *cell) {
     const int drives = work->problem.drives;
     double largest = 0, largest_in_programme = -1;
     for (int d = 0; d < drives; d++) {
-        double peak = 0;
-        for (int i = 0; i < work->cells; i++)
-            peak = fmax(peak, fabs(means[i * drives + d]));
+        const double peak = peak_of_means(work, means, d);
         for (int i = 0; i < work->cells && peak > 0; i++) {
             const double change = fabs(means[i * drives + d] - work->means[i * drives + d]) / peak;
             largest = fmax(largest, change);
@@ -252,6 +263,12 @@ static double change_of_means(const struct work *work, const double *means, int 
 static enum status refuse_rough(const struct work *work, int cell) {
     const struct model *model = model_of(work);
     int row = 0;
+    if (work->problem.spare > 0)
+        return complain(
+            work, model->drives[0].place,
+            format_text("drives: the forces of least effort change by %.2g of their peak from mesh "
+                        "to mesh, most about t = %.3g s; a smaller --mesh may help",
+                        work->mesh_change, work->solution.motion.t[0] + (cell + 0.5) * work->every));
     while (!model->rows[row].is_programme)
         row++;
     return complain(
@@ -263,18 +280,21 @@ static enum status refuse_rough(const struct work *work, int cell) {
             work->solution.motion.t[0] + (cell + 0.5) * work->every));
 }
 
-/* The first guess of a motion on a mesh with steps of at most `mesh`, and the state that its end comes close
- * to. */
-static void guess(struct work *work, double mesh) {
+/* A first guess of a motion on a mesh with steps of at most `mesh`, and what its end comes close to. */
+static void guess(struct work *work, double mesh, enum realise_guesses which) {
     struct realise_motion *motion = &work->solution.motion;
-    const size_t size = 2 * (size_t)work->problem.n * sizeof *work->last;
+    const size_t n = (size_t)work->problem.n;
     realise_mesh(motion, &work->problem, work->before, work->until, work->after, mesh);
-    realise_guess(motion, work->modes.growing ? guess_growth / work->modes.slowest : 0);
-    const double *end = motion->nodes + (size_t)motion->count * 2 * (size_t)work->problem.n;
-    double *rest = format_allocate_matrix(2, work->problem.n);
-    memcpy(rest, end, size);
-    memcpy(work->last,
-           realise_rest(&work->problem, work->until + work->after, work->after, rest) ? rest : end, size);
+    realise_guess(motion, which, work->modes.growing ? guess_growth / work->modes.slowest : 0);
+    const double *end = motion->nodes + (size_t)motion->count * 2 * n,
+                 *stage = motion->stages +
+                          (size_t)(motion->count * REALISE_STAGES - 1) * (size_t)work->problem.width;
+    double *rest = format_allocate_matrix(3, work->problem.n);
+    memcpy(rest, end, 2 * n * sizeof *rest);
+    memcpy(work->last, end, 2 * n * sizeof *rest);
+    memcpy(work->last + 2 * n, stage, n * sizeof *rest);
+    if (realise_rest(&work->problem, work->until + work->after, work->after, rest))
+        memcpy(work->last, rest, 3 * n * sizeof *rest);
 }
 
 /* Means of the drive forces of some meshes. */
@@ -284,10 +304,39 @@ struct meshes {
     enum realise_outcome outcome; /* of the last one */
 };
 
-/* Solves from the guess in the motion. Returns whether the forces equal those of an earlier mesh; otherwise
- * `cell` is where they differ most from those of the mesh that comes closest. */
-static bool solve_mesh(struct work *work, struct meshes *meshes, int *cell) {
-    meshes->outcome = realise_solve(&work->solution, work->last);
+/* Solves on a mesh from a first guess. More drives than rows have several solutions, each near a guess: if
+ * one needs more effort than its guess, other guesses are tried, and the least effort counts. */
+static enum realise_outcome solve_guesses(struct work *work, double mesh) {
+    const int guesses = work->problem.spare > 0 ? REALISE_GUESSES : 1;
+    struct realise_solution best = {.iterations = 0};
+    enum realise_outcome outcome = REALISE_STUCK;
+    double least = INFINITY, at_first = 0;
+    for (int i = 0; i < guesses && least > at_first && outcome != REALISE_STOPPED; i++) {
+        guess(work, mesh, (enum realise_guesses)i);
+        at_first = realise_effort(&work->solution.motion);
+        outcome = realise_solve(&work->solution, work->last);
+        const double effort = outcome == REALISE_SOLVED ? realise_effort(&work->solution.motion) : INFINITY;
+        if (effort < least) {
+            least = effort;
+            best = work->solution;
+        }
+    }
+    if (outcome == REALISE_STOPPED || !isfinite(least))
+        return outcome;
+    work->solution = best;
+    return REALISE_SOLVED;
+}
+
+/* Solves on a mesh, from the motion of the mesh before if `is_refined`. Returns whether the forces equal
+ * those of an earlier mesh; otherwise `cell` is where they differ most from those of the mesh that comes
+ * closest. */
+static bool solve_mesh(struct work *work, double mesh, bool is_refined, struct meshes *meshes, int *cell) {
+    if (is_refined) {
+        struct realise_motion fine;
+        realise_refine(&fine, &work->solution.motion);
+        work->solution.motion = fine;
+    }
+    meshes->outcome = is_refined ? realise_solve(&work->solution, work->last) : solve_guesses(work, mesh);
     if (meshes->outcome != REALISE_SOLVED)
         return false;
     if (meshes->solved == 0)
@@ -314,16 +363,12 @@ static enum status solve(struct work *work) {
     static const double parts[MESHES_MOST] = {1, 0.5, 0.425, 0.25};
     struct meshes meshes = {.solved = 0, .outcome = REALISE_SOLVED};
     int cell = 0;
-    for (int i = 0; i < MESHES_MOST && meshes.outcome != REALISE_STOPPED; i++) {
-        if (i == 1 && meshes.outcome == REALISE_SOLVED) {
-            struct realise_motion fine;
-            realise_refine(&fine, &work->solution.motion);
-            work->solution.motion = fine;
-        } else
-            guess(work, work->mesh * parts[i]);
-        if (solve_mesh(work, &meshes, &cell))
+    const int tries =
+        work->problem.spare > 0 ? 1 : MESHES_MOST; /* that may fail; least effort takes seconds */
+    for (int i = 0; i < MESHES_MOST && i - meshes.solved < tries && meshes.outcome != REALISE_STOPPED; i++)
+        if (solve_mesh(work, work->mesh * parts[i], i == 1 && meshes.outcome == REALISE_SOLVED, &meshes,
+                       &cell))
             return STATUS_DONE;
-    }
     return meshes.outcome == REALISE_STOPPED || meshes.solved < 2 ? report_failure(work, meshes.outcome)
                                                                   : refuse_rough(work, cell);
 }
@@ -636,7 +681,7 @@ static enum status realise(struct scene *scene, const struct options *options,
     const double began = system_cpu_seconds();
     realise_problem_start(&work.problem, scene);
     work.hold = format_allocate_matrix(work.problem.drives + work.problem.loops, 1);
-    work.last = format_allocate_matrix(2, scene->model->n);
+    work.last = format_allocate_matrix(3, scene->model->n);
     work.peak = format_allocate_matrix(work.problem.drives, 1);
     status = place_start(&work);
     realise_problem_release(&work.problem);

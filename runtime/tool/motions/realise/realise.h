@@ -10,8 +10,8 @@
  * constraints); Devasia, Chen and Paden, IEEE Trans. Automat. Contr. 41:930-942, 1996 (stable inversion);
  * Seifried, Dynamics of Underactuated Multibody Systems, Springer 2014.
  *
- * More drives than rows leave a choice if they act on all degrees of freedom: the forces with the least
- * integral of the squares of w tau over the whole motion.
+ * More drives than rows leave a choice: the forces with the least integral of the squares of w tau over the
+ * whole motion.
  *
  * Parts in reading order: six Gauss points; equations at a place; intervals; the chain of intervals; least
  * effort; the first guess; the solution; modes and cosines; the command.
@@ -129,18 +129,30 @@ bool realise_chain_solve(const struct realise_interval *intervals, int count, in
 
 /* ---- Least effort (least_effort.c) ---- */
 
+/* What a motion of least effort comes close to. */
+struct realise_goal {
+    double effort_unit; /* in which the effort counts, that of the first guess */
+    const double *rest; /* (2 n) the start */
+    const double *unit; /* (2 n) in which distances from the start count */
+    const double *last; /* (3 n) coordinates, rates and accelerations of an end that goes on */
+};
+
 struct realise_step {
-    double damping;     /* of the squares of the scaled changes [1/s] */
+    const struct realise_goal *goal;
+    double damping; /* of the squares of the scaled changes [1/s] */
+    double
+        *aim; /* (2 n) residuals of the end that a projection keeps, those predicted by the step before it */
     bool is_projection; /* to a motion that satisfies the equations, with the least change of forces */
 };
 
 /* Computes the changes (count + 1) x 2 n of the nodes, and the free values (count x 6 spare) of the
- * intervals, for the least effort of the linearised motion. The first node stays. `last` (2 n) has the rates
- * at the end of a programme that goes on there; scale (2 n) divides states. False if the equations are
- * singular. */
+ * intervals, for the least effort of the linearised motion. False if the equations are singular. */
 bool realise_effort_solve(const struct realise_motion *motion, const struct realise_interval *intervals,
-                          const struct realise_step *step, const double *last, const double *scale,
-                          double *changes, double *values);
+                          const struct realise_step *step, const struct realise_ends *ends, double *changes,
+                          double *values);
+/* The effort relative to its unit, and the squares of the distances of both ends from their goals with their
+ * weights. */
+double realise_merit(const struct realise_motion *motion, const struct realise_goal *goal);
 /* The integral of the sum of (w tau)^2. */
 double realise_effort(const struct realise_motion *motion);
 
@@ -153,9 +165,12 @@ double realise_hold(struct realise_problem *problem, double t, const double *q, 
 /* Solves for an equilibrium on the position rows, held by the drives, from q. Returns whether there is one.
  */
 bool realise_equilibrium(struct realise_problem *problem, double t, double *q);
+/* Of the motions that more drives than rows allow: the one with the least changes of coordinates, or of
+ * forces, in each step. */
+enum realise_guesses { REALISE_NEAR, REALISE_WEAK, REALISE_GUESSES };
 /* Fills the motion with steps of the implicit Euler method from the first node, of at least `step_least`: the
  * method damps a growing mode if the step is longer than 2/growth. */
-void realise_guess(struct realise_motion *motion, double step_least);
+void realise_guess(struct realise_motion *motion, enum realise_guesses which, double step_least);
 /* Continues such a motion at its last time until it rests; the state (2 n) changes. False if it does not. */
 bool realise_rest(struct realise_problem *problem, double t, double step, double *state);
 
@@ -173,7 +188,8 @@ struct realise_solution {
  * past `until`. Its first node is the scene's state. */
 void realise_mesh(struct realise_motion *motion, struct realise_problem *problem, double before, double until,
                   double after, double mesh);
-/* Solves from the guess in the motion. `last` (2 n) is the state that the end comes close to. */
+/* Solves from the guess in the motion. `last` (3 n): the coordinates, rates and accelerations that the end
+ * comes close to. */
 enum realise_outcome realise_solve(struct realise_solution *solution, const double *last);
 /* The same motion on a mesh of half the steps, as a guess. */
 void realise_refine(struct realise_motion *fine, const struct realise_motion *coarse);

@@ -11,11 +11,14 @@ enum { ITERATIONS_MOST = 30 };
  * iteration also ends when small corrections no longer become smaller. */
 static const double correction_tol = 1e-11, stagnation_tol = 1e-6, stagnation = 0.3;
 
-/* Least effort: steps at most; damping relative to the effort at first, and its changes; steps and gains of
- * effort that end the iteration [m, rad; relative]. */
-enum { STEPS_MOST = 200 };
+/* Least effort: corrections at most; damping at first [1/s], its changes and its largest value; that of
+ * projections, which keep the motion near its place; steps and gains of effort that end the iteration [m,
+ * rad; relative].
+ */
+enum { CORRECTIONS_MOST = 300 };
 static const double damping_start = 1e-3, damping_after_success = 0.25, damping_after_failure = 8,
-                    step_tol = 1e-5, step_with_effort_tol = 1e-3, effort_tol = 1e-10;
+                    damping_most = 1e3, damping_of_projection = 10, step_tol = 1e-5,
+                    step_with_effort_tol = 1e-3, effort_tol = 1e-10;
 
 /* ---- The mesh ---- */
 
@@ -176,7 +179,7 @@ static double correct(struct iteration *iteration, const struct realise_step *st
             return NAN;
     if (!find_ends(iteration))
         return NAN;
-    if (!(step ? realise_effort_solve(motion, iteration->intervals, step, iteration->last, scale, changes,
+    if (!(step ? realise_effort_solve(motion, iteration->intervals, step, &iteration->ends, changes,
                                       iteration->values)
                : realise_chain_solve(iteration->intervals, motion->count, n, &iteration->ends, changes)))
         return NAN;
@@ -220,27 +223,36 @@ static void copy_motion(struct realise_motion *to, const struct realise_motion *
 }
 
 /* The motion of least effort by the method of Levenberg and Marquardt. A projection follows each damped step,
- * so that efforts of motions that satisfy the equations are compared. */
+ * so that efforts of motions that satisfy the equations are compared. The first step leads from the guess to
+ * such a motion. */
 static enum realise_outcome minimise(struct iteration *iteration) {
     struct realise_motion *motion = &iteration->solution->motion, best = *motion;
-    const struct realise_step projection = {.is_projection = true};
-    enum realise_outcome outcome = correct_all(iteration, &projection);
-    double effort = realise_effort(motion), size = INFINITY, gain = INFINITY;
-    struct realise_step step = {.damping = damping_start * effort};
+    const double effort = realise_effort(motion);
+    const struct realise_goal goal = {.effort_unit = effort > 0 ? effort : 1,
+                                      .rest = iteration->first,
+                                      .unit = iteration->ends.unit,
+                                      .last = iteration->last};
+    double *aim = realise_scratch(2 * motion->problem->n, 1);
+    const struct realise_step projection = {
+        .goal = &goal, .aim = aim, .damping = damping_of_projection, .is_projection = true};
+    enum realise_outcome outcome = REALISE_SOLVED;
+    double merit = INFINITY, size = INFINITY, gain = INFINITY;
+    struct realise_step step = {.goal = &goal, .aim = aim, .damping = damping_start};
     best.nodes = realise_scratch(motion->count + 1, 2 * motion->problem->n);
     best.stages = realise_scratch(motion->count, REALISE_STAGES * motion->problem->width);
     bool is_least = false;
-    for (int i = 0; i < STEPS_MOST && outcome == REALISE_SOLVED && !is_least; i++) {
+    while (iteration->solution->iterations < CORRECTIONS_MOST && outcome == REALISE_SOLVED && !is_least &&
+           step.damping <= damping_most) {
         copy_motion(&best, motion);
         size = correct(iteration, &step);
         outcome = isfinite(size) ? correct_all(iteration, &projection) : REALISE_NOT_FINITE;
-        const double next = outcome == REALISE_SOLVED ? realise_effort(motion) : INFINITY;
+        const double next = outcome == REALISE_SOLVED ? realise_merit(motion, &goal) : INFINITY;
         gain = INFINITY;
         if (outcome == REALISE_STOPPED)
             break;
-        if (next <= effort) {
-            gain = effort - next;
-            effort = next;
+        if (next < merit) {
+            gain = merit - next;
+            merit = next;
             step.damping *= damping_after_success;
         } else {
             copy_motion(motion, &best);
@@ -248,7 +260,8 @@ static enum realise_outcome minimise(struct iteration *iteration) {
             size = isfinite(size) ? size : INFINITY;
             outcome = REALISE_SOLVED;
         }
-        is_least = size <= step_tol || (gain <= effort_tol * effort && size <= step_with_effort_tol);
+        is_least = isfinite(merit) &&
+                   (size <= step_tol || (gain <= effort_tol * merit && size <= step_with_effort_tol));
     }
     return outcome == REALISE_SOLVED && !is_least ? REALISE_STUCK : outcome;
 }
