@@ -148,6 +148,24 @@ def test_modes_are_those_of_the_command(tmp_path, name, parameter, value):
     assert len(rows) == len(expected) + 1 and float(rows[-1].split()[2]) == pytest.approx(expected[-1, 1], rel=5e-3)
 
 
+VERIFIED = "state.answered === state.asked && document.documentElement.dataset.verified === String(state.asked)"
+
+
+@pytest.mark.parametrize("name, step", [("manipulator", "0"), ("crane", "2e-4"), ("fourbar", "0")])
+def test_the_error_is_that_of_verify(sliding, tmp_path, name, step):
+    """Adaptive steps and fixed ones."""
+    with browser.Session(sliding / f"{name}.html") as page:
+        page.wait(SHOWN)
+        page.ask(f"options.step = {step}; options.tol = 1e-5; changedValue();")
+        page.wait(VERIFIED, 60)
+        shown, command = page.ask("return [byId('error').textContent, byId('command').value]")
+    words = shlex.split(command)
+    refdyn(*words[1:-2], "--verify", "--summary", tmp_path / "summary.json", "-o", tmp_path / "run.csv")
+    expected = json.loads((tmp_path / "summary.json").read_text())["error"]
+    error, at = re.fullmatch(r"Estimated error of the motion: (\S+) m, largest at t = (\S+) s\.", shown).groups()
+    assert float(error) == pytest.approx(expected["largest"], rel=0.06) and float(at) == pytest.approx(expected["largest_t"], abs=1e-3) and float(error) > 0
+
+
 @pytest.mark.parametrize("name, text", [("fourbar", "Newton's iteration did not converge"), ("branched", "rows in accelerations"), ("stewart", "leaves no motion free")])
 def test_a_model_without_modes(tmp_path, name, text):
     live(MODELS / f"{name}.lua", "-o", tmp_path / "page.html")
