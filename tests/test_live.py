@@ -355,7 +355,7 @@ def test_the_motion_of_a_pulled_cart(tmp_path):
         assert page.ask("return values.x.length") == 0 and "live" not in command
         page.ask("hand.point = 1; hand.place = [0.9, 0.2, 0]; window.started = performance.now(); ask({point: 1, from: 0.4, speed: 1, hand: hand.place});")
         page.wait("clock.time > 0.9 && clock.time === clock.end")
-        page.ask("hand.point = -1; state.worker.postMessage({release: true})")
+        page.ask("hand.point = -1; state.worker.postMessage({release: state.asked})")
         page.wait(f"state.answered === state.asked && {SHOWN}")
         names, rows = rows_of(page)
         assert page.ask("return byId('pulled').hidden") is False
@@ -402,6 +402,10 @@ def test_the_pointer_pulls_a_point(tmp_path):
         assert held[0] == azimuth and page.ask("return [hand.line, clock.isPlaying]") == [None, True]
         apart = np.abs(after - before)[:, 1:1 + page.ask("return values.q.length / 2")]
         assert apart[before[:, 0] < 0.5].max() < 1e-6 and apart[-1].max() > 0.01, "adaptive steps end at the time at which the hand begins"
+        page.ask("ask({point: 0, from: 0.5, speed: 1, hand: placeNow(runs[0], runs[0].points[0])}); state.worker.postMessage({release: state.asked});")
+        page.wait(f"state.answered === state.asked && {SHOWN}")
+        again = rows_of(page)[1]
+        assert np.ptp(again[again[:, 0] > 3, 1]) > 0.1, "the hand has let go before the worker knew of it"
         mouse("mousePressed", x - 200, y - 60, 1)
         mouse("mouseMoved", x - 160, y - 60, 1)
         mouse("mouseReleased", x - 160, y - 60, 0)

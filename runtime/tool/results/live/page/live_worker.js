@@ -1,7 +1,7 @@
 /*
  * Computes motions beside the page, in a module of WebAssembly. Messages to it: first {module: packed bytes}, then
  * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol, fromStatics, pull: null or {point, from, speed, hand}};
- * while a point is pulled {hand: [x, y, z]}, {isShown: true} after each part of the motion, and {release: true}. It answers each with the
+ * while a point is pulled {hand: [x, y, z]}, {isShown: true} after each part of the motion, and {release: id}. It answers each with the
  * motion or with why it has failed. Of several waiting requests only the newest is computed. When no request has come for
  * a while, it also sends the modes {id, modes: [[frequency, damping], ...], message} for the values of the last motion, and an
  * estimate of its error {id, estimate: {error, at, isTrusted}}.
@@ -12,7 +12,7 @@ const SLICE = 12; /* time between two looks for messages [ms] */
 const QUIET = 60; /* time without a request after which modes and error are computed, so that they do not delay a motion [ms] */
 const PATIENCE = 300; /* a motion that has taken longer is given up for a newer request [ms] */
 
-const engine = {module: null, live: 0, waiting: null, isRunning: false, columns: null, quiet: 0, judged: null, isReleased: false, isShown: true};
+const engine = {module: null, live: 0, waiting: null, isRunning: false, columns: null, quiet: 0, judged: null, released: 0, isShown: true};
 
 /* The C library would print to files, which a page does not have; it takes this answer as an error. */
 function wasiFunctions(module) {
@@ -111,10 +111,10 @@ function lastTime() {
 async function followHand(asked, began) {
     const {from, speed} = asked.pull;
     let status = 1, sent = 0;
-    Object.assign(engine, {isReleased: false, isShown: true});
+    engine.isShown = true;
     while (status === 1 && lastTime() < from)
         status = call("advance");
-    for (const started = performance.now(); status === 1 && !engine.isReleased && !engine.waiting;) {
+    for (const started = performance.now(); status === 1 && engine.released !== asked.id && !engine.waiting;) {
         const goal = from + 1e-3 * (performance.now() - started) * speed;
         for (const end = performance.now() + SLICE; status === 1 && lastTime() < goal && performance.now() < end;)
             status = call("advance");
@@ -235,10 +235,12 @@ async function computeAll() {
 }
 
 onmessage = async ({data}) => {
-    if (data.hand)
+    if (data.hand && engine.waiting)
+        engine.waiting.pull = engine.waiting.pull && {...engine.waiting.pull, hand: data.hand};
+    else if (data.hand)
         call("move_hand", ...data.hand);
     else if (data.release)
-        engine.isReleased = true;
+        engine.released = data.release;
     else if (data.isShown)
         engine.isShown = true;
     else
