@@ -148,6 +148,24 @@ def test_modes_are_those_of_the_command(tmp_path, name, parameter, value):
     assert len(rows) == len(expected) + 1 and float(rows[-1].split()[2]) == pytest.approx(expected[-1, 1], rel=5e-3)
 
 
+VERIFIED = "state.answered === state.asked && document.documentElement.dataset.verified === String(state.asked)"
+
+
+@pytest.mark.parametrize("name, step", [("manipulator", "0"), ("crane", "2e-4"), ("fourbar", "0")])
+def test_the_error_is_that_of_verify(sliding, tmp_path, name, step):
+    """Adaptive steps and fixed ones."""
+    with browser.Session(sliding / f"{name}.html") as page:
+        page.wait(SHOWN)
+        page.ask(f"options.step = {step}; options.tol = 1e-5; changedValue();")
+        page.wait(VERIFIED, 60)
+        shown, command = page.ask("return [byId('error').textContent, byId('command').value]")
+    words = shlex.split(command)
+    refdyn(*words[1:-2], "--verify", "--summary", tmp_path / "summary.json", "-o", tmp_path / "run.csv")
+    expected = json.loads((tmp_path / "summary.json").read_text())["error"]
+    error, at = re.fullmatch(r"Estimated error of the motion: (\S+) m, largest at t = (\S+) s\.", shown).groups()
+    assert float(error) == pytest.approx(expected["largest"], rel=0.06) and float(at) == pytest.approx(expected["largest_t"], abs=1e-3) and float(error) > 0
+
+
 @pytest.mark.parametrize("name, text", [("fourbar", "Newton's iteration did not converge"), ("branched", "rows in accelerations"), ("stewart", "leaves no motion free")])
 def test_a_model_without_modes(tmp_path, name, text):
     live(MODELS / f"{name}.lua", "-o", tmp_path / "page.html")
@@ -352,7 +370,7 @@ def test_the_motion_of_a_pulled_cart(tmp_path):
         assert page.ask("return values.x.length") == 0 and "live" not in command
         page.ask("hand.point = 1; hand.place = [0.9, 0.2, 0]; window.started = performance.now(); ask({point: 1, from: 0.4, speed: 1, hand: hand.place});")
         page.wait("clock.time > 0.9 && clock.time === clock.end")
-        page.ask("hand.point = -1; state.worker.postMessage({release: true})")
+        page.ask("hand.point = -1; state.worker.postMessage({release: state.asked})")
         page.wait(f"state.answered === state.asked && {SHOWN}")
         names, rows = rows_of(page)
         assert page.ask("return byId('pulled').hidden") is False
@@ -399,6 +417,10 @@ def test_the_pointer_pulls_a_point(tmp_path):
         assert held[0] == azimuth and page.ask("return [hand.line, clock.isPlaying]") == [None, True]
         apart = np.abs(after - before)[:, 1:1 + page.ask("return values.q.length / 2")]
         assert apart[before[:, 0] < 0.5].max() < 1e-6 and apart[-1].max() > 0.01, "adaptive steps end at the time at which the hand begins"
+        page.ask("ask({point: 0, from: 0.5, speed: 1, hand: placeNow(runs[0], runs[0].points[0])}); state.worker.postMessage({release: state.asked});")
+        page.wait(f"state.answered === state.asked && {SHOWN}")
+        again = rows_of(page)[1]
+        assert np.ptp(again[again[:, 0] > 3, 1]) > 0.1, "the hand has let go before the worker knew of it"
         mouse("mousePressed", x - 200, y - 60, 1)
         mouse("mouseMoved", x - 160, y - 60, 1)
         mouse("mouseReleased", x - 160, y - 60, 0)

@@ -258,6 +258,14 @@ bool record_is_stopped(const struct record_motion *motion);
  * changed. */
 void record_restore(const struct record_motion *motion);
 
+/* ---- A finer motion (finer_options.c) ---- */
+
+/* A hundredth of the tolerance, or half the step, of a motion that has ended. *share: the expected ratio of
+ * the errors. */
+struct refdyn_options record_finer_options(const struct refdyn_integrator *integrator, double *share);
+/* The largest factor of the tolerance. */
+extern const double record_finer_most;
+
 /* ---- Messages about failed computations, and about states (failure_messages.c) ---- */
 
 /* Reports a status of the runtime with its time and state. Of many coordinates it shows those that failed or

@@ -9,12 +9,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Factor of the tolerance in the second run of --verify. Errors scatter about the tolerance by a factor of
- * ten, mostly those of collocation, so a tenth of it would sometimes have the same error. */
-static const double verify_part = 0.01;
-/* Below verify_least rounding exceeds the error of the steps; the factor is then at most verify_most. */
-static const double verify_least = 1e-14, verify_most = 0.1;
-
 /* Fixed steps that take more than a second for any model with a few joints. */
 static const double long_steps = 1e5;
 
@@ -70,34 +64,12 @@ static enum status finish(const struct summary *summary, const struct scene *sce
 
 /* ---- --verify ---- */
 
-/* Options of the finer run: a hundredth of the tolerance, or half the step. The largest step shrinks as well,
- * since something else may limit the steps. If iterations use another tolerance, the factor applies to that
- * one. *share is the expected ratio of the errors. */
-static struct refdyn_options finer(const struct refdyn_integrator *integrator, double *share) {
-    struct refdyn_options options = integrator->options;
-    const int order = refdyn_method_order(integrator->method);
-    if (options.tol > 0) {
-        const long *steps_by = integrator->statistics.steps_by;
-        if (steps_by[REFDYN_RADAU9] > 0 || steps_by[REFDYN_GAUSS12] > 0)
-            options.tol = refdyn_settled_tolerance(options.tol);
-        *share = fmin(fmax(verify_part, verify_least / options.tol), verify_most);
-        options.tol *= *share;
-        options.step_max = integrator->statistics.step_largest * pow(*share, 1.0 / order);
-        if (integrator->work->model->saturates && refdyn_has_tangent(integrator->work->model))
-            options.method = REFDYN_RADAU9; /* another method may miss the same events in both runs */
-    } else {
-        options.step /= 2;
-        *share = pow(0.5, order);
-    }
-    return options;
-}
-
 /* Repeats the motion to the same end with finer steps, and estimates the error of the first run. */
 static enum status verify(const struct trial *trial, const struct task *task, struct summary *summary,
                           struct estimate *estimate) {
     const struct refdyn_integrator *integrator = &trial->motion.integrator;
     double share;
-    const struct refdyn_options options = finer(integrator, &share);
+    const struct refdyn_options options = record_finer_options(integrator, &share);
     struct task again = *task;
     struct trial second;
     again.until = integrator->t;
@@ -288,9 +260,9 @@ static enum status check_error_options(const struct options *options,
                                    : options_number(options, "step") > 0 ? "--step"
                                                                          : "a method with fixed steps");
     if (options_has(options, "verify") && integration->tol > 0 &&
-        integration->tol * verify_most < DBL_EPSILON)
+        integration->tol * record_finer_most < DBL_EPSILON)
         return options_usage_error(options->command, "--verify needs --tol %g or larger",
-                                   DBL_EPSILON / verify_most);
+                                   DBL_EPSILON / record_finer_most);
     return STATUS_DONE;
 }
 

@@ -321,11 +321,8 @@ void live_explain_start(struct live *live, int status) {
     fclose(out);
 }
 
-/* Begins a motion from t = 0 with the values in the arrays, from the initial state with the given start
- * values or from the equilibrium. Returns LIVE_GOES_ON or LIVE_FAILED. */
-EXPORT(live_begin)
-int live_begin(struct live *live, double until, double every, double step, double tol, int from_statics) {
-    const struct refdyn_options options = options_of(step, tol);
+static int begin(struct live *live, const struct refdyn_options *options, double until, double every,
+                 bool from_statics) {
     end_motion(live);
     live->row_count = 0;
     live->output = 1;
@@ -339,7 +336,7 @@ int live_begin(struct live *live, double until, double every, double step, doubl
         return LIVE_FAILED;
     }
     live_start_pull(live);
-    status = start(live, &options, until, every);
+    status = start(live, options, until, every);
     if (status == REFDYN_OK) {
         note_start(live);
         record_table_start(&live->table, memory_of(live), &live->integrator, live_model.spatial);
@@ -351,6 +348,21 @@ int live_begin(struct live *live, double until, double every, double step, doubl
     return status == REFDYN_OK ? LIVE_GOES_ON : LIVE_FAILED;
 }
 
+/* Begins a motion from t = 0 with the values in the arrays, from the initial state with the given start
+ * values or from the equilibrium. Returns LIVE_GOES_ON or LIVE_FAILED. */
+EXPORT(live_begin)
+int live_begin(struct live *live, double until, double every, double step, double tol, int from_statics) {
+    const struct refdyn_options options = options_of(step, tol);
+    return begin(live, &options, until, every, from_statics);
+}
+
+/* Begins to repeat the last motion that was done more accurately, with the same values in the arrays. */
+EXPORT(live_begin_finer)
+int live_begin_finer(struct live *live, double until, double every, int from_statics) {
+    const struct refdyn_options options = live->finer;
+    return begin(live, &options, until, every, from_statics);
+}
+
 static int pause_motion(void *context, const struct record_motion *motion) {
     (void)context;
     (void)motion;
@@ -358,8 +370,10 @@ static int pause_motion(void *context, const struct record_motion *motion) {
 }
 
 static int finish(struct live *live, int status) {
-    if (status == REFDYN_OK)
+    if (status == REFDYN_OK) {
         refdyn_energy_scale(&live->record.energy, &live->integrator);
+        live->finer = record_finer_options(&live->integrator, &live->facts[LIVE_SHARE]);
+    }
     explain(live, status, true);
     return status == REFDYN_OK ? LIVE_DONE : LIVE_FAILED;
 }
@@ -399,7 +413,8 @@ EXPORT(live_applied) const double *live_applied(struct live *live) {
     return live->applied;
 }
 
-/* Steps, rejected steps, largest error of the energy balance, time reached; 1 if an event has ended it. */
+/* Steps, rejected steps, largest error of the energy balance, time reached; 1 if an event has ended it; the
+ * error of a finer motion divided by that of this one. */
 EXPORT(live_facts) const double *live_facts(struct live *live) {
     const struct refdyn_statistics *statistics = &live->integrator.statistics;
     live->facts[0] = (double)statistics->steps;

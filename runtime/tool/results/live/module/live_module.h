@@ -57,7 +57,8 @@ extern const struct live_model live_model;
 
 enum {
     LIVE_SHAPE_NUMBERS = 14, /* kind (-1: none), bore, axes, origin */
-    LIVE_FACTS = 5
+    LIVE_FACTS = 6,
+    LIVE_SHARE = 5 /* place of the share among the facts */
 };
 
 /* Memory of one motion. */
@@ -104,7 +105,8 @@ struct live {
     char *message;       /* of the last motion, "" if there is none */
     size_t text_size;    /* of the one that is being written */
     double facts[LIVE_FACTS];
-    double *modes; /* of live_find_modes */
+    struct refdyn_options finer; /* of a motion that repeats the last one */
+    double *modes;               /* of live_find_modes */
 };
 
 /* Zeroed memory until the next motion begins. */

@@ -65,7 +65,7 @@ function release(event) {
     if (hand.point < 0 || event.pointerId !== hand.pointer)
         return;
     hand.point = -1;
-    state.worker.postMessage({release: true});
+    state.worker.postMessage({release: state.asked});
     drawHand();
 }
 

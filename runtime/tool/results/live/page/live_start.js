@@ -144,6 +144,7 @@ function fitStage(stage) {
 function showFacts(motion) {
     const rejected = motion.rejected > 0 ? `, ${motion.rejected} rejected` : "";
     const end = motion.hasEnded ? ` An event has ended the motion at t = ${motion.t.toPrecision(4)} s.` : "";
+    byId("error").textContent = "";
     byId("facts").textContent = `${motion.steps} steps${rejected}; energy error ${motion.energyError.toExponential(1)} J; ` +
                                 `computed in ${(1000 * motion.seconds).toFixed(0)} ms.${end}`;
 }
@@ -214,7 +215,21 @@ function makeModes() {
     return group;
 }
 
+/* An error of the whole motion; answers to earlier requests come too late. */
+function showError({id, estimate: {error, at, isTrusted}}) {
+    if (id !== state.asked)
+        return;
+    const unit = data.runs[0].points.length > 0 ? " m" : "";
+    byId("error").textContent = isTrusted ? `Estimated error of the motion: ${error.toExponential(1)}${unit}, largest at t = ${at.toPrecision(4)} s.`
+        : "A finer motion takes another path: the tolerance or step is too large, or the motion chaotic.";
+    document.documentElement.dataset.verified = String(id);
+}
+
 function takeAnswer(answer) {
+    if (answer.estimate) {
+        showError(answer);
+        return;
+    }
     if (answer.modes !== undefined) {
         showModes(answer);
         return;
@@ -243,7 +258,7 @@ function ask(pull = null) {
     state.askedAt = performance.now();
     document.documentElement.dataset.state = "computing";
     const drawn = data.runs[0];
-    state.worker.postMessage({...requestOf(values, options, live), id: state.asked, pull, drawing: countNumbers(drawn),
+    state.worker.postMessage({...requestOf(values, options, live), id: state.asked, pull, points: drawn.points.length, drawing: countNumbers(drawn),
                               applied: drawn.applied.reduce((count, force) => count + force.count, 0)});
 }
 
@@ -319,7 +334,7 @@ function makeLayout() {
     document.documentElement.classList.add("live");
     document.querySelector("main").append(panel);
     byId("picture").append(failure);
-    panel.append(facts);
+    panel.append(facts, Object.assign(newElement("p", "hint", ""), {id: "error"}));
     if (live.canPull)
         panel.append(newElement("p", "hint", "Drag a named point to pull it."));
     sliders.id = "sliders";

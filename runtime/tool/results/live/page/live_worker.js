@@ -1,17 +1,18 @@
 /*
  * Computes motions beside the page, in a module of WebAssembly. Messages to it: first {module: packed bytes}, then
  * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol, fromStatics, pull: null or {point, from, speed, hand}};
- * while a point is pulled {hand: [x, y, z]}, {isShown: true} after each part of the motion, and {release: true}. It answers each with the
+ * while a point is pulled {hand: [x, y, z]}, {isShown: true} after each part of the motion, and {release: id}. It answers each with the
  * motion or with why it has failed. Of several waiting requests only the newest is computed. When no request has come for
- * a while, it also sends the modes {id, modes: [[frequency, damping], ...], message} for the values of the last motion.
+ * a while, it also sends the modes {id, modes: [[frequency, damping], ...], message} for the values of the last motion, and an
+ * estimate of its error {id, estimate: {error, at, isTrusted}}.
  */
 "use strict";
 
 const SLICE = 12; /* time between two looks for messages [ms] */
-const QUIET = 60; /* time without a request after which modes are computed, so that they do not delay a motion [ms] */
+const QUIET = 60; /* time without a request after which modes and error are computed, so that they do not delay a motion [ms] */
 const PATIENCE = 300; /* a motion that has taken longer is given up for a newer request [ms] */
 
-const engine = {module: null, live: 0, waiting: null, isRunning: false, columns: null, quiet: 0, isReleased: false, isShown: true};
+const engine = {module: null, live: 0, waiting: null, isRunning: false, columns: null, quiet: 0, judged: null, released: 0, isShown: true};
 
 /* The C library would print to files, which a page does not have; it takes this answer as an error. */
 function wasiFunctions(module) {
@@ -56,7 +57,7 @@ function listColumns() {
         {name: textAt(call("column_name", i)), unit: textAt(call("column_unit", i)), group: call("column_group", i)}));
 }
 
-function begin(asked) {
+function setValues(asked) {
     numbersAt(call("parameters"), asked.p.length).set(asked.p);
     numbersAt(call("inputs"), asked.x.length).set(asked.x);
     wholesAt(call("given"), asked.given.length).set(asked.given);
@@ -68,7 +69,6 @@ function begin(asked) {
     }
     call("plan_pull", asked.pull ? asked.pull.point : -1, asked.pull ? asked.pull.from : 0);
     call("move_hand", ...(asked.pull ? asked.pull.hand : [0, 0, 0]));
-    return call("begin", asked.until, asked.every, asked.step, asked.tol, asked.fromStatics ? 1 : 0);
 }
 
 function listCurves() {
@@ -84,7 +84,8 @@ function answerDone(asked, began, isPartial) {
     engine.columns = engine.columns || listColumns();
     const rows = numbersAt(call("rows"), count * width).slice(), drawing = numbersAt(call("drawing"), asked.drawing).slice();
     const applied = numbersAt(call("applied"), count * asked.applied).slice();
-    const [steps, rejected, energyError, t, hasEnded] = numbersAt(call("facts"), 5);
+    const [steps, rejected, energyError, t, hasEnded, share] = numbersAt(call("facts"), 6);
+    engine.judged = isPartial || asked.pull ? null : {asked: {...asked, until: t}, rows: rows.slice(), share};
     postMessage({
         id: asked.id, isDone: true, isPartial, isPulled: asked.pull !== null, columns: engine.columns, curves: listCurves(), count, rows, drawing, applied, p: asked.used.p, start: asked.used.start,
         message: textAt(call("message")), steps, rejected, energyError, t, hasEnded, seconds: 1e-3 * (performance.now() - began),
@@ -110,10 +111,10 @@ function lastTime() {
 async function followHand(asked, began) {
     const {from, speed} = asked.pull;
     let status = 1, sent = 0;
-    Object.assign(engine, {isReleased: false, isShown: true});
+    engine.isShown = true;
     while (status === 1 && lastTime() < from)
         status = call("advance");
-    for (const started = performance.now(); status === 1 && !engine.isReleased && !engine.waiting;) {
+    for (const started = performance.now(); status === 1 && engine.released !== asked.id && !engine.waiting;) {
         const goal = from + 1e-3 * (performance.now() - started) * speed;
         for (const end = performance.now() + SLICE; status === 1 && lastTime() < goal && performance.now() < end;)
             status = call("advance");
@@ -128,25 +129,67 @@ async function followHand(asked, began) {
     return status;
 }
 
-async function compute(asked) {
-    const began = performance.now();
-    let status = begin(asked);
-    asked.used = {p: numbersAt(call("parameters"), asked.p.length).slice(), start: numbersAt(call("used_start"), 2 * asked.n).slice()};
-    if (asked.pull && status === 1)
-        status = await followHand(asked, began);
+/* Computes to the end, or until `isLate`; returns the status of the module. */
+async function finish(status, isLate) {
     while (status === 1) {
         for (const end = performance.now() + SLICE; status === 1 && performance.now() < end;)
             status = call("advance");
         if (status !== 1)
             break;
         await pause();
-        if (engine.waiting && performance.now() - began > PATIENCE)
-            return;
+        if (isLate())
+            break;
     }
+    return status;
+}
+
+async function compute(asked) {
+    const began = performance.now();
+    setValues(asked);
+    let status = call("begin", asked.until, asked.every, asked.step, asked.tol, asked.fromStatics ? 1 : 0);
+    asked.used = {p: numbersAt(call("parameters"), asked.p.length).slice(), start: numbersAt(call("used_start"), 2 * asked.n).slice()};
+    if (asked.pull && status === 1)
+        status = await followHand(asked, began);
+    status = await finish(status, () => engine.waiting && performance.now() - began > PATIENCE);
+    if (status === 1)
+        return;
     if (status === 0)
         answerDone(asked, began, false);
     else
         postMessage({id: asked.id, isDone: false, message: textAt(call("message"))});
+}
+
+/* The largest distance of points at a row of two motions, or of coordinates in a model without points. */
+function distanceOf(a, i, b, j, {n, points}) {
+    const width = call("column_count"), far = (column) => a[i * width + column] - b[j * width + column];
+    const ofPoint = (_, k) => Math.hypot(...[0, 1, 2].map((axis) => far(1 + 2 * n + 9 * k + axis)));
+    return Math.max(...(points > 0 ? Array.from({length: points}, ofPoint) : Array.from({length: n}, (_, k) => Math.abs(far(1 + k)))));
+}
+
+const NEAR = 0.05; /* part of the way of the motion; motions that differ by more do not estimate an error */
+
+/* The error of a motion from its difference to a finer one, as `sim --verify` estimates it. */
+function errorOf({asked, rows, share}, finer) {
+    const width = call("column_count");
+    let largest = 0, at = 0, way = 0;
+    for (let i = 0; i < Math.min(rows.length, finer.length) / width && rows[i * width] === finer[i * width]; i++) {
+        const distance = distanceOf(rows, i, finer, i, asked);
+        way = Math.max(way, distanceOf(rows, i, rows, 0, asked));
+        if (distance > largest) {
+            largest = distance;
+            at = rows[i * width];
+        }
+    }
+    return {error: largest / (1 - share), at, isTrusted: largest <= NEAR * way};
+}
+
+/* Repeats the last motion more accurately, unless a request comes. */
+async function verify(judged) {
+    const {asked} = judged;
+    setValues(asked);
+    const status = await finish(call("begin_finer", asked.until, asked.every, asked.fromStatics ? 1 : 0), () => engine.waiting);
+    if (status === 0)
+        postMessage({id: asked.id, estimate: errorOf(judged, numbersAt(call("rows"), call("row_count") * call("column_count")))});
 }
 
 function sendModes(id) {
@@ -164,24 +207,40 @@ async function guard(id, work) {
     }
 }
 
+/* What takes its time after a motion. */
+async function review(id) {
+    const {judged} = engine;
+    engine.isRunning = true;
+    await guard(id, async () => {
+        sendModes(id);
+        if (judged)
+            await verify(judged);
+    });
+    engine.isRunning = false;
+    if (engine.waiting)
+        computeAll();
+}
+
 async function computeAll() {
     engine.isRunning = true;
     let id = 0;
     while (engine.waiting) {
         const asked = engine.waiting;
-        engine.waiting = null;
+        Object.assign(engine, {waiting: null, judged: null});
         id = asked.id;
         await guard(id, () => compute(asked));
     }
     engine.isRunning = false;
-    engine.quiet = setTimeout(() => guard(id, () => sendModes(id)), QUIET);
+    engine.quiet = setTimeout(() => review(id), QUIET);
 }
 
 onmessage = async ({data}) => {
-    if (data.hand)
+    if (data.hand && engine.waiting)
+        engine.waiting.pull = engine.waiting.pull && {...engine.waiting.pull, hand: data.hand};
+    else if (data.hand)
         call("move_hand", ...data.hand);
     else if (data.release)
-        engine.isReleased = true;
+        engine.released = data.release;
     else if (data.isShown)
         engine.isShown = true;
     else
