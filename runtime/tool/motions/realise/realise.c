@@ -111,9 +111,9 @@ static enum status check_smoothness(const struct work *work) {
     const struct model *model = model_of(work);
     const struct refdyn_model *emitted = work->scene->model;
     if (model->state_count > 0)
-        return complain(work, model->states[0].place,
-                        format_text("%s: a continuous state, which --realise does not allow",
-                                    model->states[0].name));
+        return complain(
+            work, model->states[0].place,
+            format_text("%s: a continuous state, which --realise does not allow", model->states[0].name));
     for (int i = 0; i < model->event_count; i++)
         if (model->events[i].is_impact || model->events[i].contact >= 0)
             return complain(
