@@ -21,6 +21,7 @@ NEEDED = ["M", "h", "Q", "u", "v", "phi", "psi", "k", "r", "rd", "C", "d", "cour
 COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
 FUNCTIONS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax".split()
 RANDOM = [6, 33, 48, 118, 301] if LONG else [6, 48, 301]
+BRANCHED = [2, 14, 32] if LONG else [14]  # some of their bodies carry several branches
 # Loops, trees, beams and a platform; the other models have what these, the tests' own models and the random ones have, too.
 FEW = ("branched", "bricard", "fivebar", "gantry", "planar", "slidercrank", "spinup")
 CASES = [(path, ()) for path in all_models() if path != REFERENCE and (LONG or path.stem in FEW)]
@@ -39,6 +40,7 @@ CASES += [(TESTS / "models" / "trees.lua", (*SWEEPS, "--set", f"kind={kind}", "-
 CASES += [(path, SWEEPS) for path in all_models() if LONG and path != REFERENCE]
 # The beam of cantilever.lua has hardly any mass: its accelerations of 1e10 cancel, and folded constants with them.
 CASES += [(path, ()) for path in few_models_of_tests() if path.stem != "cantilever"] + [(seed, ()) for seed in RANDOM]
+CASES += [(seed, SWEEPS) for seed in BRANCHED]
 NAMES = [f"random {path}" if isinstance(path, int) else " ".join([path.stem, *options]) for path, options in CASES]
 EXACT = 1e-13    # of the largest entry: numerical rotations are orthogonal to 1e-16
 SOLVED = 1e-9    # the same for ill-conditioned equations
