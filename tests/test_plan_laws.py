@@ -10,7 +10,7 @@ from program import LONG, MODELS, TESTS, refdyn
 
 pytestmark = pytest.mark.skipif("NLopt" not in refdyn("--version").stdout, reason="built without NLopt")
 
-# ---- The two-link arm on a line: tests/models/line_arm.lua ----
+# ---- The two-link arm on a line: tests/models/plans/line_arm.lua ----
 
 L1, L2, M1, M2, C1, C2, I1, I2, G = 0.8, 0.6, 5, 3, 0.4, 0.3, 0.3, 0.12, 9.81
 FROM, TO = numpy.array([0.9, -0.5]), numpy.array([0.4, 0.9])
@@ -100,7 +100,7 @@ def plan(folder, model, fields, *arguments, before="", status=0):
     return json.loads((folder / "plan.json").read_text()), done.stderr
 
 
-ARM = TESTS / "models" / "line_arm.lua"
+ARM = TESTS / "models" / "plans" / "line_arm.lua"
 SPEEDS = "local vary = {} for i = 1, 39 do vary['v' .. i] = rd.within(0.05, 4, 0.8) end"
 CONTROL = """local vary, last = { T = rd.within(0.5, 4, 2) }, PIECES - 2
 for i = 1, last - 1 do local x = i / last vary['c' .. i] = rd.within(0, 1, 10 * x^3 - 15 * x^4 + 6 * x^5) end"""
