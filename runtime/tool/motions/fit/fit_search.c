@@ -137,6 +137,7 @@ static double freedom_of(const struct least_squares *problem) {
 
 /* ---- Climbing from part to part ---- */
 
+/* The change of chi^2 from the solution to v that the derivatives predict. */
 static double change_to(const struct least_squares *problem, const double *v) {
     double sum = 0;
     for (int i = 0; i < problem->rows; i++) {
@@ -168,10 +169,10 @@ static bool is_known(const struct fit_search *search, const struct least_squares
 
 static void add_waypoint(struct fit_search *search, const double *u) {
     struct waypoint *point = &search->waypoints[search->waypoint_count++];
-    const size_t size = (size_t)search->fit->count * sizeof *u;
+    const size_t count = (size_t)search->fit->count;
     point->part = search->part;
-    point->u = format_allocate((size_t)search->fit->count, sizeof *u);
-    memcpy(point->u, u, size);
+    point->u = format_allocate(count, sizeof *u);
+    memcpy(point->u, u, count * sizeof *u);
 }
 
 /* Solves roughly for this part of the data. */
