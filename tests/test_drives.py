@@ -182,8 +182,8 @@ def test_rigid_arm_against_pinocchio(tmp_path):
                    for i, (name, after) in enumerate(zip(names, names[1:] + names[:1])))
     (tmp_path / "course.lua").write_text(model.replace("  hold = ", "  constraints = function(s)\n    return {\n" + rows + "    }\n  end,\n  hold = "))
     every = 4e-3
-    coarse, report, _ = realise(tmp_path / "course.lua", tmp_path, "--until", 1, "--every", every, "--mesh", 0.01)
-    fine, _, _ = realise(tmp_path / "course.lua", tmp_path, "--until", 1, "--every", every / 4, "--mesh", 0.01)
+    coarse, report, _ = realise(tmp_path / "course.lua", tmp_path, "--set", "driven=true", "--until", 1, "--every", every, "--mesh", 0.01)
+    fine, _, _ = realise(tmp_path / "course.lua", tmp_path, "--set", "driven=true", "--until", 1, "--every", every / 4, "--mesh", 0.01)
     assert report["growing"] + report["centre"] + report["decaying"] == 0 and abs(coarse["t"][0] - fine["t"][0]) < 1e-12
 
     def torques(row):
