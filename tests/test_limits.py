@@ -180,6 +180,15 @@ def test_plot_draws_bounds(tmp_path):
     refdyn("plot", tmp_path / "run.csv", "--panel", "limits", "-o", tmp_path / "none.svg", status=1)
 
 
+@pytest.mark.parametrize("method", ["rk8", "radau9"])
+def test_before_a_jump_in_time(method, tmp_path):
+    """A value that rises until it jumps at a time event has its extreme just before the jump, and one that falls afterwards has its at the end."""
+    more = ', {{ "saw", rd.where(rd.less(s.t, 0.73), s.t, -s.t), from = -0.8, to = 0.7 }}'.replace("{{", "{").replace("}}", "}")
+    _, _, summary = motion(written(tmp_path, more=more), "--until", 1, "--method", method)
+    limit = next(limit for limit in summary["limits"] if limit["name"] == "saw")
+    assert abs(limit["largest"] - 0.73) < 1e-9 and abs(limit["smallest"] + 1) < 1e-9 and abs(limit["t"] - 0.7) < 1e-8 and abs(limit["duration"] - 0.23) < 1e-8
+
+
 def test_rounding_is_not_beyond(tmp_path):
     """A value that rounds about its bound holds the limit, in motions and in batches."""
     model = written(tmp_path, more=', {{ "one", rd.sin(7 * s.t)^2 + rd.cos(7 * s.t)^2, to = 1 }}'.replace("{{", "{").replace("}}", "}"))
