@@ -6,7 +6,7 @@ import re
 import numpy
 import pytest
 
-from program import MODELS, SOURCE, TESTS, check, close, read_run, refdyn
+from program import LONG, MODELS, SOURCE, TESTS, check, close, read_run, refdyn
 
 DRIVES = TESTS / "models" / "drives"
 HUB = SOURCE / "docs" / "drives" / "hub_link.lua"
@@ -167,6 +167,43 @@ def test_rigid_arm_against_inverse_dynamics(tmp_path):
         check([close(name, run[name][:-1], mean, 1e-5, scale=abs(tau).max())])
 
 
+@pytest.mark.skipif(not LONG, reason="tests/long runs it, with Pinocchio (`pip install pin`)")
+def test_rigid_arm_against_pinocchio(tmp_path):
+    """A robot of seven joints from URDF, imported with drives: tau is the inverse dynamics of the motion. Means over a cell of `every` are those
+    of Pinocchio's torques by Boole's rule at the states of a run with a quarter of it."""
+    pytest.importorskip("pinocchio")
+    from urdf_by_pinocchio import Reference
+    text = re.sub(r"<dynamics damping=.*?/>", "", (TESTS / "robots" / "seven.urdf").read_text())
+    (tmp_path / "seven.urdf").write_text(text)
+    refdyn("import", tmp_path / "seven.urdf", "--drives", "-o", tmp_path / "seven.lua")
+    model, reference = (tmp_path / "seven.lua").read_text(), Reference(text)
+    names = reference.coordinates
+    rows = "".join(f'      rd.position {{ s.q.{name} + 0.3 * s.q.{after} - rd.parameter("c{i}", s.start.q.{name} + 0.3 * s.start.q.{after}, "") - {0.3 + 0.07 * i} * rd.smoothstep(s.t, 0, 1, 9) }},\n'
+                   for i, (name, after) in enumerate(zip(names, names[1:] + names[:1])))
+    (tmp_path / "course.lua").write_text(model.replace("  hold = ", "  constraints = function(s)\n    return {\n" + rows + "    }\n  end,\n  hold = "))
+    every = 4e-3
+    coarse, report, _ = realise(tmp_path / "course.lua", tmp_path, "--set", "driven=true", "--until", 1, "--every", every, "--mesh", 0.01)
+    fine, _, _ = realise(tmp_path / "course.lua", tmp_path, "--set", "driven=true", "--until", 1, "--every", every / 4, "--mesh", 0.01)
+    assert report["growing"] + report["centre"] + report["decaying"] == 0 and abs(coarse["t"][0] - fine["t"][0]) < 1e-12
+
+    def torques(row):
+        q, qd, qdd = ([fine[name + ending][row] for name in names] for ending in ("", "_d", "_dd"))
+        found = reference.values(q, qd)
+        return numpy.array(found["M"]) @ qdd - found["f"]
+
+    tau = numpy.array([torques(row) for row in range(len(fine["t"]))])
+    cells = (len(tau) - 1) // 4
+    means = sum(weight * tau[k::4][:cells] for k, weight in enumerate((7, 32, 12, 32, 7))) / 90
+    found = numpy.array([coarse[f"drive_{name}"][:cells] for name in names]).T
+    assert abs(found - means).max() < 1e-8 * abs(tau).max()
+    for row in range(100, len(tau) - 100, 97):
+        q, qd, qdd = ([fine[name + ending][row] for name in names] for ending in ("", "_d", "_dd"))
+        own = json.loads(refdyn("eval", tmp_path / "seven.lua").stdout)["coordinates"]
+        (tmp_path / "state.json").write_text(json.dumps({key: [dict(zip(names, values))[name] for name in own] for key, values in (("q", q), ("qd", qd), ("qdd", qdd))}))
+        inverse = json.loads(refdyn("eval", tmp_path / "seven.lua", "--state", tmp_path / "state.json").stdout)["inverse"]
+        assert abs(numpy.array([inverse[own.index(name)] for name in names]) - tau[row]).max() < 1e-12 * abs(tau).max()
+
+
 def test_closed_loop(tmp_path):
     """The rows of the loop hold in the motion that is played, too."""
     _, report, _ = realise(DRIVES / "closed_loop.lua", tmp_path, "--until", 1.5, "--every", 1e-3)
@@ -187,8 +224,12 @@ def test_start_that_the_drives_hold(tmp_path):
 
 
 def test_limits_of_drives(tmp_path):
-    said = realise(DRIVES / "two_links.lua", tmp_path, "--until", 1, "--every", 1e-3, "--set", "T=0.5")[2]
-    assert "warning: drive a_psi: its largest force, 82.7" in said and "exceeds the limit of 70" in said and "drive b_psi: its" not in said
+    """Warnings and summary have the limits of sim, here over the rows of the motion."""
+    run, _, said = realise(DRIVES / "two_links.lua", tmp_path, "--until", 1, "--every", 1e-3, "--set", "T=0.5")
+    assert re.search(r"warning: drive_a_psi exceeds its limits: 82\.7\S* N m at t = \S+ s; allowed is at most 70; ", said) and "drive_b_psi exceeds" not in said
+    limit, = json.loads((tmp_path / "summary.json").read_text())["limits"]
+    beyond = run["drive_a_psi"] > 70
+    assert abs(limit["t"] - run["t"][beyond][0]) < 2e-3 and abs(limit["duration"] - beyond.sum() * 1e-3) < 4e-3 and abs(limit["violation"] - 12.7) < 0.1
 
 
 # ---- More drives than rows ----

@@ -106,6 +106,35 @@ def test_to_the_time_of_a_stop(tmp_path):
     assert abs(limit["duration"] - (numpy.arccos(-0.95) - numpy.arccos(-0.9)) / 5) < 1e-7
 
 
+def test_equilibria(tmp_path):
+    """At rest: coordinates, points, courses, and the forces that hold coordinates, of their rows and drives."""
+    text = """local rd = require "refdyn"
+return rd.model {
+  name = "held", gravity = { 0, -9.81, 0 },
+  links = {
+    { "a", joint = "psi", mass = 5, center = { 0.4, 0, 0 }, inertia = { zz = 0.3 }, start = { psi = 0.1 },
+      limits = { psi = { from = -1, to = 0.2, force = 30 } } },
+    { "b", on = "a", at = { 0.8, 0, 0 }, joint = "psi", mass = 3, center = { 0.3, 0, 0 }, inertia = { zz = 0.1 }, start = { psi = 0.5 } },
+  },
+  points = { E = { on = "b", at = { 0.6, 0, 0 } } },
+  drives = { { "b_psi", limit = 5 } },
+  hold = { "a_psi", "b_psi" },
+  limits = function(s) return { { "low", column = "E_y", to = 0.2 }, { "sum", s.q.a_psi + 2 * s.q.b_psi, from = 0.6 }, { "fast", column = "a_psi_d", to = 1 } } end,
+}"""
+    (tmp_path / "held.lua").write_text(text)
+    done = refdyn("statics", tmp_path / "held.lua", "-o", tmp_path / "held.json")
+    result = json.loads((tmp_path / "held.json").read_text())
+    turn = 3 * 9.81 * 0.3 * numpy.cos(0.6)
+    exact = {"a_psi": 0.1, "force_a_psi": (5 * 0.4 + 3 * 0.8) * 9.81 * numpy.cos(0.1) + turn, "drive_b_psi": turn, "low": 0.8 * numpy.sin(0.1) + 0.6 * numpy.sin(0.6),
+             "sum": 1.1, "fast": 0}
+    limits = {limit["name"]: limit for limit in result["limits"]}
+    assert limits.keys() == exact.keys() and all(abs(limits[name]["value"] - value) < 1e-9 for name, value in exact.items())
+    beyond = {"force_a_psi": 30, "drive_b_psi": 5, "low": 0.2}
+    assert {name: limit["violation"] > 0 for name, limit in limits.items()} == {name: name in beyond for name in exact}
+    assert all(abs(limits[name]["violation"] - (exact[name] - most)) < 1e-9 and f"warning: {name} exceeds its limits: " in done.stderr for name, most in beyond.items())
+    refdyn("sim", tmp_path / "held.lua", "--from", tmp_path / "held.json", "--until", 0.01, "-o", tmp_path / "run.csv")
+
+
 def test_outputs_of_the_linear_model(tmp_path):
     """A value with bounds is an output."""
     model = written(tmp_path, SLIDES.replace("  events = function", "  courses = function(s) return {{ height = s.q.a_x }} end,\n  events = function"))
@@ -149,6 +178,15 @@ def test_plot_draws_bounds(tmp_path):
     assert [name in text for name in ("Limit: a_x<", "Limit: mixed<", "Limit: fast<", "Limit: hold<")] == [True] * 4
     assert text.count("#e8b0b0") == text.count("stroke-dasharray") == 9  # each bound of the first six limits has both
     refdyn("plot", tmp_path / "run.csv", "--panel", "limits", "-o", tmp_path / "none.svg", status=1)
+
+
+@pytest.mark.parametrize("method", ["rk8", "radau9"])
+def test_before_a_jump_in_time(method, tmp_path):
+    """A value that rises until it jumps at a time event has its extreme just before the jump, and one that falls afterwards has its at the end."""
+    more = ', {{ "saw", rd.where(rd.less(s.t, 0.73), s.t, -s.t), from = -0.8, to = 0.7 }}'.replace("{{", "{").replace("}}", "}")
+    _, _, summary = motion(written(tmp_path, more=more), "--until", 1, "--method", method)
+    limit = next(limit for limit in summary["limits"] if limit["name"] == "saw")
+    assert abs(limit["largest"] - 0.73) < 1e-9 and abs(limit["smallest"] + 1) < 1e-9 and abs(limit["t"] - 0.7) < 1e-8 and abs(limit["duration"] - 0.23) < 1e-8
 
 
 def test_rounding_is_not_beyond(tmp_path):

@@ -7,7 +7,7 @@ import xml.etree.ElementTree
 import numpy as np
 import pytest
 
-from program import REFERENCE, TESTS, evaluate, refdyn
+from program import REFERENCE, SOURCE, TESTS, evaluate, refdyn
 from python_package import package, same  # noqa: F401 (a fixture)
 
 ROBOTS = TESTS / "robots"
@@ -66,6 +66,13 @@ def test_limits(package, seven):
         seven.limits["elbw"]
     free = package.Model(REFERENCE, n_rfe=1)
     assert np.isinf(free.limits.effort).all() and repr(free.limits) == "<refdyn limits of 0 of 4 coordinates>" and "shoulder: lower=" in repr(seven.limits)
+
+
+def test_named_limits(package):
+    """Those of drives and of the function `limits`, by name, with their columns."""
+    limits = package.Model(SOURCE / "docs" / "drives" / "hub_link.lua", limit=3.25).limits
+    assert dict(limits.named) == {"drive_hub_psi": ("drive_hub_psi", -3.25, 3.25), "aim": ("miss", -0.01, 0.01)}
+    assert limits.named["aim"].column == "miss" and pickle.loads(pickle.dumps(limits)).named == limits.named
 
 
 def test_links_as_beams(package):

@@ -276,6 +276,29 @@ def test_nothing_comes_from_a_network(page, said):
     assert "Permission is hereby granted, free of charge" in text and "Copyright (c) 2010-2019 three.js authors" in text
 
 
+def test_limits_are_marked(tmp_path):
+    """A dashed line at each bound within the chart, and a band where the motion is beyond it; no mark on what has no bound."""
+    (tmp_path / "swing.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "swing", gravity = { 0, -9.81, 0 }, links = {'
+                                        '{ "a", joint = "psi", mass = 1, center = { 0.7, 0, 0 }, inertia = { zz = 0.1 }, limits = { psi = { from = -2.1, to = 9 } } },'
+                                        '{ "b", joint = "x", mass = 1, start_rate = { x = 0.3 } } } }')
+    refdyn("sim", tmp_path / "swing.lua", "--until", 3, "-o", tmp_path / "swing.h5")
+    view(tmp_path / "swing.h5", "-o", tmp_path / "swing.html")
+    script = """return page.charts.map((chart) => {
+        const pixels = chart.pen.getImageData(0, 0, chart.canvas.width, chart.canvas.height).data;
+        const ratio = chart.canvas.height / CHART_HEIGHT, y = pixelY(chart, -2.1) * ratio;
+        let above = 0, below = 0;
+        for (let i = 0; i < pixels.length; i += 4)
+            if (pixels[i] > pixels[i + 1] + 60 && pixels[i] > pixels[i + 2] + 60)
+                Math.floor(i / 4 / chart.canvas.width) < y - 3 ? above++ : below++;
+        return [chart.title, chart.curves.map((curve) => curve.bounds), above, below];
+    });"""
+    said, console = browser.ask(tmp_path / "swing.html", script)
+    charts = {title: rest for title, *rest in said}
+    assert not [line for line in console if "rror" in line]
+    assert charts["Turns [rad]"][0] == [[{"column": "a_psi", "from": -2.1, "to": 9}]] and charts["Slides [m]"] == [[[]], 0, 0]
+    assert charts["Turns [rad]"][1] == 0 and charts["Turns [rad]"][2] > 200
+
+
 def test_equal_calls_give_equal_bytes(runs, page):
     assert write_page(runs, "again.html").read_bytes() == page.read_bytes()
 

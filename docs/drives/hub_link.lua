@@ -4,7 +4,7 @@ local rd       = require "refdyn"
 local n        = rd.option("n_rfe", 9)                                  -- 9: eight springs; 1: a rigid link
 local degree   = rd.option("degree", 9)                                 -- of the time law
 local feedback = rd.option("feedback", false)                           -- a controller corrects the torque while it is played
-local limit    = rd.option("limit", 4)                                  -- of the drive [N m]
+local limit    = rd.option("limit", 4.0)                               -- of the drive [N m]
 local p        = rd.parameters {
   { "T", 1, "s" }, { "phi", rd.pi / 2, "rad" }, { "eta", 0, "s" }, { "J", 0.02, "kg m^2" }, { "m_tip", 0.1, "kg" },
   { "Kp", 100, "N m/rad" }, { "Kd", 5, "N m s/rad" },

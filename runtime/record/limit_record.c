@@ -256,6 +256,32 @@ int record_limits_pass(struct record_limits *limits) {
     return status == REFDYN_OK && !is_shown ? refdyn_integrator_look(integrator, t_now) : status;
 }
 
+/* The part of a straight line between two values that is beyond the bound, and where it begins. */
+static double part_beyond(const struct record_bound *bound, double before, double after, double *begin) {
+    const bool was_beyond = record_is_beyond(bound, before), is_beyond = record_is_beyond(bound, after);
+    const double outer = was_beyond ? before : after, crossed = outer > bound->to ? bound->to : bound->from,
+                 share = was_beyond == is_beyond ? 0 : (crossed - before) / (after - before);
+    *begin = was_beyond ? 0 : share;
+    return was_beyond == is_beyond ? (double)is_beyond : was_beyond ? share : 1 - share;
+}
+
+void record_limits_take(struct record_limits *limits) {
+    const double t = limits->table.integrator->t, length = isfinite(limits->t) ? t - limits->t : 0;
+    record_table_fill(&limits->table);
+    for (int i = 0; i < limits->count; i++) {
+        struct record_limit *limit = &limits->list[i];
+        const double value = limits->table.values[limit->place];
+        double begin,
+            part = part_beyond(&limit->bound, length > 0 ? limits->samples[i] : value, value, &begin);
+        widen(limit, (struct point){t, value});
+        limit->duration += part * length;
+        if (part > 0 && isnan(limit->t_first))
+            limit->t_first = t - (1 - begin) * length;
+        limits->samples[i] = value;
+    }
+    limits->t = t;
+}
+
 /* ---- Reports ---- */
 
 /* The number within 1e-15 of the value that has the fewest digits, 15 to 17: "0.94" for 0.9400000000000001.

@@ -206,6 +206,9 @@ void record_limits_clear(struct record_limits *limits);
 /* Adds the last step, up to the shown state. Returns a status of the runtime; the integrator shows the same
  * state as before. */
 int record_limits_pass(struct record_limits *limits);
+/* For a motion that is known at some times alone: adds the values of the integrator's state, with straight
+ * lines from those before. */
+void record_limits_take(struct record_limits *limits);
 /* Prints a warning for each limit that was exceeded. */
 void record_limits_print(const struct record_limits *limits, FILE *out);
 /* Writes list "limits" if the model has limits. */

@@ -152,6 +152,10 @@ static void check_look(enum refdyn_method method) {
           rig.integrator.t == rig.integrator.t_begin);
     CHECK(refdyn_integrator_look(&rig.integrator, 0.5) == REFDYN_OK && rig.integrator.t == 0.5);
     CHECK(largest_difference(at_output, rig.integrator.q, 3) < 1e-9);
+    memcpy(at_output, rig.integrator.q, sizeof at_output);
+    CHECK(refdyn_integrator_look_at_state(&rig.integrator, rig.integrator.t_begin) == REFDYN_OK &&
+          refdyn_integrator_look_at_state(&rig.integrator, 0.5) == REFDYN_OK &&
+          memcmp(at_output, rig.integrator.q, sizeof at_output) == 0);
     CHECK(refdyn_integrator_look(&rig.integrator, rig.integrator.t_end + 1e-9) == REFDYN_BAD_TIME);
     CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_begin, 0)) == REFDYN_BAD_TIME);
     CHECK(refdyn_integrator_look(&rig.integrator, NAN) == REFDYN_BAD_TIME && rig.integrator.t == 0.5);

@@ -218,7 +218,7 @@ static void check_coordinates(struct reading *reading, const json_t *array) {
 static bool is_of_result(const char *key) {
     static const char *const keys[] = {"name",    "at",   "points",    "hold_force", "residual",  "rows",
                                        "lambda",  "phi",  "stability", "criterion",  "potential", "unstable",
-                                       "neutral", "held", "modes",     "contacts"};
+                                       "neutral", "held", "modes",     "contacts",   "limits"};
     return text_index(key, keys, sizeof keys / sizeof keys[0]) >= 0;
 }
 

@@ -137,7 +137,8 @@ class Model:
         vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value", "parameter"),
                           inputs=named(description["inputs"], "value", "input"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
                           q0=constant(description["q"]), qd0=constant(description["qd"]), joints=types.MappingProxyType(ByName("joint", joints)), imported=imported,
-                          limits=urdf.Limits(tuple(self._units["coordinates"]), self._units["coordinates"], description["limits"]), state_names=tuple(description["states"]), **lists)
+                          limits=urdf.Limits(tuple(self._units["coordinates"]), self._units["coordinates"], description["limits"], description["bounds"]),
+                          state_names=tuple(description["states"]), **lists)
         self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
         self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
         self._order = named(description["parameters"], "anchored")

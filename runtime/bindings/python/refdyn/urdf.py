@@ -64,18 +64,30 @@ class Limit(NamedTuple):
     effort: float
 
 
+class Bounds(NamedTuple):
+    """Bounds of a column of motions; infinite where there is none."""
+
+    column: str
+    lower: float
+    upper: float
+
+
 class Limits(Mapping[str, Limit]):
-    """Limits of the coordinates, from the model's field `limits` or a URDF file: `arm.limits["elbow"].upper`.
+    """Limits of the coordinates, from the field `limits` of links or a URDF file: `arm.limits["elbow"].upper`.
 
     `lower`, `upper`, `velocity` and `effort` are arrays in the order of `coordinates`, infinite where there is no limit.
-    `units` has their units by coordinate. Motions are compared with limits and not changed by them.
+    `units` has their units by coordinate. `named` has all limits that motions are compared with, also those of drives and of the model's
+    function `limits`: `arm.limits.named["tip_speed"].upper`. Motions are not changed by limits.
     """
 
     __module__ = "refdyn"
 
-    def __init__(self, coordinates: Sequence[str], units: Mapping[str, str], entries: Sequence[Mapping[str, float]]) -> None:
+    def __init__(self, coordinates: Sequence[str], units: Mapping[str, str], entries: Sequence[Mapping[str, float]],
+                 bounds: Sequence[Mapping[str, Any]]) -> None:
         self.coordinates = tuple(coordinates)
-        self._made_of = self.coordinates, dict(units), list(entries)
+        self._made_of = self.coordinates, dict(units), list(entries), list(bounds)
+        self.named: Mapping[str, Bounds] = types.MappingProxyType(
+            {bound["name"]: Bounds(bound["column"], bound.get("from", -np.inf), bound.get("to", np.inf)) for bound in bounds})
         self.lower, self.upper, self.velocity, self.effort = (
             fixed([entry.get(key, none) for entry in entries]) for key, none in (("from", -np.inf), ("to", np.inf), ("rate", np.inf), ("force", np.inf)))
         self.units: Mapping[str, Mapping[str, str]] = types.MappingProxyType({name: types.MappingProxyType(units_of(units[name])) for name in coordinates})

@@ -363,7 +363,8 @@ static const struct option_rule import_rules[] = {
     {"joints", "FILE.json", OPTION_TEXT, "write the names of the joints and of their coordinates as JSON",
      NULL, NULL},
     {"drives", NULL, OPTION_FLAG,
-     "each joint has an input, limited to the joint's effort, and is one of the model's drives (default: "
+     "each joint has an input, limited to the joint's effort, and with --set driven=true is a drive "
+     "(default: "
      "nothing drives the joints)",
      NULL, NULL},
     {"floating", NULL, OPTION_FLAG, "the root moves freely (default: it is fixed to the ground)", NULL, NULL},

@@ -440,7 +440,16 @@ static const char *input_name(const struct writer *w, const struct robot_joint *
     return format_text("%s_%s", joint->kind == JOINT_PRISMATIC ? "f" : "tau", coordinate(w, joint));
 }
 
+static bool has_any_drive(const struct writer *w) {
+    for (int i = 0; i < w->robot->joint_count; i++)
+        if (has_drive(w, &w->robot->joints[i]))
+            return true;
+    return false;
+}
+
 static void write_inputs(const struct writer *w) {
+    if (has_any_drive(w))
+        fputs("local driven = rd.option(\"driven\", false)\n", w->out);
     for (int k = 0; k < w->robot->link_count; k++) {
         const int joint = w->robot->links[w->robot->order[k]].joint;
         if (joint >= 0 && has_drive(w, &w->robot->joints[joint]))
@@ -541,20 +550,17 @@ static void write_hold(struct writer *w) {
     close_entry(w);
 }
 
-/* The same joints can perform a programme; each limit of force bounds its drive. */
+/* With the option `driven`, the same joints can perform a programme; each limit of force bounds its drive. */
 static void write_drives(struct writer *w) {
-    bool has_any = false;
+    w->column = fprintf(w->out, "  drives = driven and {");
+    w->indent = 3;
+    w->is_first = true;
     for (int k = 0; k < w->robot->link_count; k++) {
         const int joint = w->robot->links[w->robot->order[k]].joint;
-        if (joint < 0 || !has_drive(w, &w->robot->joints[joint]))
-            continue;
-        if (!has_any)
-            open_list(w, "drives");
-        has_any = true;
-        put(w, "\"%s\"", coordinate(w, &w->robot->joints[joint]));
+        if (joint >= 0 && has_drive(w, &w->robot->joints[joint]))
+            put(w, "\"%s\"", coordinate(w, &w->robot->joints[joint]));
     }
-    if (has_any)
-        close_entry(w);
+    fputs(" } or nil,\n", w->out);
 }
 
 static struct writer writer_of(const struct robot *robot, const struct model_choice *choice, FILE *out) {
@@ -623,6 +629,7 @@ void import_write_model(const struct robot *robot, const struct model_choice *ch
     write_courses(&w);
     write_mimics(&w);
     write_hold(&w);
-    write_drives(&w);
+    if (has_any_drive(&w))
+        write_drives(&w);
     fputs("}\n", out);
 }

@@ -31,6 +31,10 @@ struct equilibrium {
 
 enum status equilibria_find(struct scene *scene, const struct options *options,
                             struct equilibrium *equilibrium);
+/* Writes list "limits": the values of the model's limits at the equilibrium; warns of those that are
+ * exceeded. */
+void equilibria_put_limits(const struct scene *scene, const struct equilibrium *equilibrium,
+                           struct document *document);
 /* The state of --at: "statics" (default), "initial" or the path of a STATE.json. */
 const char *equilibria_place(const struct options *options);
 /* Sets q and qd from that state, the rates of an equilibrium being 0, and marks the coordinates to hold in

@@ -246,6 +246,7 @@ static enum status find_and_print(struct scene *scene, const struct options *opt
     format_document_open(&document);
     format_put_open(&document, NULL, '{');
     put_equilibrium(&document, scene, &record);
+    equilibria_put_limits(scene, &equilibrium, &document);
     format_put_close(&document, '}');
     record_print_notes(&record, stderr);
     return scene_finish(scene, &document);

@@ -7,14 +7,14 @@
  * where E is the effort of the first guess. The start cannot be fixed: modes that grow and do not depend on
  * the additional drives fix it, at a distance from rest that decays with the time before the programme.
  *
- * The conditions of the minimum are linear equations of the changes x of the nodes, of the free values s of
- * the intervals, and of multipliers l of the equations of the intervals, in the order
+ * The minimum satisfies linear equations of three kinds of unknowns: the changes x of the nodes, the free
+ * values s of the intervals, and the multipliers l of the equations of the intervals. They are in the order
  *
  *     start, x_0, s_0, l_1, x_1, s_1, l_2, ..., x_N, end,
  *
- * in which they couple neighbours only. A multiplier p of its own for each residual r of a weight w, with
- * r - p/w^2 = 0, keeps the large weights out of the matrix. Band elimination with row exchanges solves them:
- * the conditions of growing modes are at the end, those of decaying ones at the start.
+ * in which the equations couple neighbours only. Each residual r of a weight w has a multiplier p with
+ * r - p/w^2 = 0, which keeps the large weights out of the matrix. Band elimination with row exchanges solves
+ * the equations: the conditions of growing modes are at the end, those of decaying ones at the start.
  */
 #include <lapacke.h>
 #include <math.h>

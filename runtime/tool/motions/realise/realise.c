@@ -56,6 +56,7 @@ struct work {
     int cells;
     double playback;           /* largest error of the motion played back from rest [m, rad] */
     struct record_table table; /* the columns of the output */
+    struct record_limits limits;
     double cpu_s;
 };
 
@@ -499,6 +500,8 @@ static int write_rows(struct work *work, struct refdyn_integrator *integrator, s
         if (status != REFDYN_OK)
             return status;
         record_table_fill(table);
+        if (work->limits.count > 0)
+            record_limits_take(&work->limits);
         for (int d = 0; d < work->problem.drives; d++)
             table->values[column_of(work, d)] =
                 work->means[(i < work->cells ? i : work->cells - 1) * work->problem.drives + d];
@@ -522,6 +525,7 @@ static enum status write_motion(struct work *work, const struct refdyn_options *
         status = show(work, &integrator, work->solution.motion.t[0]);
     if (status == REFDYN_OK) {
         simulate_table_start(&work->table, &integrator, scene->compiled.spatial);
+        simulate_limits_start(&work->limits, simulate_memory(NULL), scene, &integrator);
         if (simulate_row_sink_begin(rows, &work->table))
             status = write_rows(work, &integrator, rows);
         else
@@ -532,19 +536,6 @@ static enum status write_motion(struct work *work, const struct refdyn_options *
     if (status != REFDYN_OK && status != RECORD_NOT_WRITTEN)
         return scene_numbers_failed(scene, status, integrator.t, integrator.q, integrator.qd);
     return status == REFDYN_OK ? STATUS_DONE : STATUS_FAULT;
-}
-
-/* Warns of drives whose force exceeds a limit. */
-static void print_limits(const struct work *work) {
-    const struct model *model = model_of(work);
-    for (int i = 0; i < model->bound_count; i++)
-        for (int d = 0; d < work->problem.drives; d++) {
-            const struct input *input = &model->inputs[model->drives[d].input];
-            if (strcmp(model->bounds[i].column, input->name) == 0 && work->peak[d] > model->bounds[i].to)
-                fprintf(stderr,
-                        "refdyn: warning: drive %s: its largest force, %.6g %s, exceeds the limit of %.6g\n",
-                        model->drives[d].name, work->peak[d], input->unit, model->bounds[i].to);
-        }
 }
 
 static void print_summary(const struct work *work) {
@@ -570,7 +561,7 @@ static void print_summary(const struct work *work) {
             work->mesh_change);
     fprintf(stderr, "playback     from rest, error at most %.3g\n", work->playback);
     fprintf(stderr, "time         %.3g s CPU\n", work->cpu_s);
-    print_limits(work);
+    record_limits_print(&work->limits, stderr);
 }
 
 static void put_summary(const struct work *work, struct document *document) {
@@ -600,6 +591,7 @@ static enum status write_summary(const struct work *work, struct target *target)
     format_document_open(&document);
     format_put_open(&document, NULL, '{');
     put_summary(work, &document);
+    record_limits_put(&work->limits, &writer);
     record_table_put_units(&work->table, &writer);
     format_put_close(&document, '}');
     if (!format_document_close(&document, target->file))

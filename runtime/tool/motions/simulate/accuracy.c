@@ -248,14 +248,8 @@ static void go(struct trial *trial, struct record_table *table, struct row_sink 
 }
 
 static void start_limits(struct trial *trial, const struct scene *scene) {
-    const struct model *model = &scene->generation.model;
-    struct record_bound *bounds = format_allocate((size_t)model->bound_count, sizeof *bounds);
-    for (int i = 0; i < model->bound_count; i++)
-        bounds[i] = (struct record_bound){model->bounds[i].name, model->bounds[i].column,
-                                          model->bounds[i].from, model->bounds[i].to};
-    record_limits_start(&trial->limits, simulate_memory(&trial->motion), &trial->motion.integrator,
-                        scene->compiled.spatial, bounds, model->bound_count);
-    if (model->bound_count > 0)
+    simulate_limits_start(&trial->limits, simulate_memory(&trial->motion), scene, &trial->motion.integrator);
+    if (trial->limits.count > 0)
         trial->motion.record.limits = &trial->limits;
 }
 

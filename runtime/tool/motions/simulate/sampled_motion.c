@@ -321,7 +321,7 @@ static struct record_memory memory_of(struct memory *arena) {
 }
 
 struct record_memory simulate_memory(struct motion *motion) {
-    return memory_of(&motion->arena);
+    return memory_of(motion ? &motion->arena : &format_memory);
 }
 
 int simulate_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
@@ -425,6 +425,17 @@ void simulate_release(struct motion *motion) {
 void simulate_table_start(struct record_table *table, struct refdyn_integrator *integrator,
                           const struct refdyn_spatial *spatial) {
     record_table_start(table, memory_of(&format_memory), integrator, spatial);
+}
+
+void simulate_limits_start(struct record_limits *limits, struct record_memory memory,
+                           const struct scene *scene, struct refdyn_integrator *integrator) {
+    const struct model *model = &scene->generation.model;
+    struct record_bound *bounds =
+        memory.get(memory.context, ((size_t)model->bound_count + 1) * sizeof *bounds);
+    for (int i = 0; i < model->bound_count; i++)
+        bounds[i] = (struct record_bound){model->bounds[i].name, model->bounds[i].column,
+                                          model->bounds[i].from, model->bounds[i].to};
+    record_limits_start(limits, memory, integrator, scene->compiled.spatial, bounds, model->bound_count);
 }
 
 void simulate_table_header(const struct record_table *table, FILE *out) {

@@ -70,6 +70,9 @@ bool simulate_gsl_has(const char *method);
 /* record_table_start with memory of the program. */
 void simulate_table_start(struct record_table *table, struct refdyn_integrator *integrator,
                           const struct refdyn_spatial *spatial);
+/* record_limits_start with the limits of the model. */
+void simulate_limits_start(struct record_limits *limits, struct record_memory memory,
+                           const struct scene *scene, struct refdyn_integrator *integrator);
 void simulate_table_header(const struct record_table *table, FILE *out);
 /* Writes the values as a line. */
 void simulate_table_row(const struct record_table *table, FILE *out);
@@ -128,7 +131,7 @@ enum status simulate_check_times(const struct scene *scene, const struct options
  * restores the parameters and inputs of the scene. */
 int simulate_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,
                    double until, double every);
-/* Memory that lasts as long as the motion. */
+/* Memory that lasts as long as the motion; NULL: as the program. */
 struct record_memory simulate_memory(struct motion *motion);
 /* Lets a method of GSL take the steps. Call it after simulate_start. Returns a status of the runtime. */
 int simulate_by_gsl(struct motion *motion, const char *method);

@@ -130,6 +130,25 @@ void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tre
     put_courses(out, run, rows);
 }
 
+static void put_bound(FILE *out, const char *key, double bound) {
+    if (isfinite(bound))
+        fprintf(out, ",\"%s\":%.9g", key, bound);
+    else
+        fprintf(out, ",\"%s\":null", key);
+}
+
+void view_bounds_put(FILE *out, const struct model *model) {
+    fputs("\"bounds\":[", out);
+    for (int i = 0; i < model->bound_count; i++) {
+        fprintf(out, "%s{\"column\":", i ? "," : "");
+        format_json_text(out, model->bounds[i].column);
+        put_bound(out, "from", model->bounds[i].from);
+        put_bound(out, "to", model->bounds[i].to);
+        fputc('}', out);
+    }
+    fputc(']', out);
+}
+
 /* ---- Applied forces ---- */
 
 /* Drives on coordinates, and forces and torques at points. The model's formulas are evaluated at the

@@ -152,6 +152,8 @@ static void put_read_run(FILE *out, const struct viewing *viewing, const struct 
     fprintf(out, ",\"up\":%d,\n", view_upward(generation));
     view_drawn_model_put(out, generation, NULL);
     fputs(",\n", out);
+    view_bounds_put(out, &generation->model);
+    fputs(",\n", out);
     view_drawn_run_put(out, run, &generation->tree, &rows);
     fputs(",\n", out);
     view_applied_forces_put(out, generation, run, &rows);

@@ -23,6 +23,9 @@ struct drawn_rows view_drawn_run_rows(const struct run *run, int share);
 void view_drawn_run_put(FILE *out, const struct run *run, const struct tree *tree,
                         const struct drawn_rows *rows);
 
+/* Writes the limits of the model: columns and bounds, null where there is none. */
+void view_bounds_put(FILE *out, const struct model *model);
+
 /* An applied force: a drive has one formula, a force or torque at a point has three. */
 struct applied_force {
     const char *name, *kind; /* kind: "drive", "force" or "torque" */

@@ -10,12 +10,17 @@ const MARGIN = {left: 52, right: 10, top: 8, bottom: 22}, CHART_HEIGHT = 150, KE
 
 function timeCurves(runs, kind) {
     return runs.flatMap((run, index) => run.courses.filter((course) => course.kind === kind)
-        .map((course) => ({name: course.name, run: index, x: run.t, y: course.values})));
+        .map((course) => ({name: course.name, run: index, x: run.t, y: course.values, bounds: boundsOf(run, course.name)})));
+}
+
+/* Limits of the model for a column. */
+function boundsOf(run, column) {
+    return run.bounds.filter((bound) => bound.column === column);
 }
 
 function coordinateCurves(runs, isTurn) {
     return runs.flatMap((run, index) => run.frames.flatMap((frame, i) => frame.isTurn === isTurn
-        ? [{name: run.coordinates[i], run: index, x: run.t, y: run.q[i]}] : []));
+        ? [{name: run.coordinates[i], run: index, x: run.t, y: run.q[i], bounds: boundsOf(run, run.coordinates[i])}] : []));
 }
 
 /* A point's path: one of its components over another one. */
@@ -212,10 +217,36 @@ function drawCurve(chart, curve, colour) {
     pen.strokeStyle = colour;
     pen.lineWidth = chart.curves.length > chart.palette.length ? 0.8 : 1.6;
     pen.lineJoin = "round";
+    strokePath(chart, curve);
+}
+
+function strokePath(chart, curve) {
+    const {pen} = chart;
     pen.beginPath();
     for (let i = 0; i < curve.x.length; i++)
         pen.lineTo(pixelX(chart, curve.x[i]), pixelY(chart, curve.y[i]));
     pen.stroke();
+}
+
+/* A limit as a dashed line, and what is beyond it as a broad band. isAbove: the limit is the largest value. */
+function drawLimit(chart, curve, limit, isAbove) {
+    const {pen, box} = chart;
+    if (limit === null || limit < chart.y.low || limit > chart.y.high)
+        return;
+    const y = pixelY(chart, limit);
+    pen.save();
+    pen.strokeStyle = pageColour("--beyond");
+    pen.lineWidth = 1;
+    pen.setLineDash([4, 3]);
+    strokePath(chart, {x: [chart.x.low, chart.x.high], y: [limit, limit]});
+    pen.beginPath();
+    pen.rect(box.left, isAbove ? box.top : y, box.width, isAbove ? y - box.top : box.top + box.height - y);
+    pen.clip();
+    pen.setLineDash([]);
+    pen.lineWidth = 4;
+    pen.globalAlpha = 0.5;
+    strokePath(chart, curve);
+    pen.restore();
 }
 
 function drawChart(chart) {
@@ -224,6 +255,11 @@ function drawChart(chart) {
     chart.pen.globalAlpha = 0.3;
     chart.previous.forEach((curve, i) => drawCurve(chart, curve, colourOf(chart, curve, i, chart.palette)));
     chart.pen.globalAlpha = 1;
+    for (const curve of chart.curves)
+        for (const bound of chart.isPower ? [] : curve.bounds || []) {
+            drawLimit(chart, curve, bound.from, false);
+            drawLimit(chart, curve, bound.to, true);
+        }
     chart.curves.forEach((curve, i) => drawCurve(chart, curve, colourOf(chart, curve, i, chart.palette)));
 }
 
