@@ -1,4 +1,5 @@
 """How the tests open a page: headless Chromium without a network, with WebGL rendered in software."""
+import base64
 import fcntl
 import json
 import os
@@ -9,6 +10,7 @@ import select
 import subprocess
 import tempfile
 import time
+import zlib
 
 from program import LEAN
 
@@ -17,6 +19,12 @@ OPTIONS = ["--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swif
            "--disable-background-networking", "--host-resolver-rules=MAP * ~NOTFOUND", "--window-size=1400,900"]
 
 SHOWN = "document.documentElement.dataset.state === 'shown'"
+
+
+def program_of(text):
+    """The bytes of the script that a page unpacks and runs."""
+    packed = re.search(r'<script type="application/json" id="program">(.*?)</script>', text, re.S)[1]
+    return zlib.decompress(base64.b64decode(json.loads(packed)))
 
 
 def run(page, fragment, *options):
