@@ -54,7 +54,7 @@ struct climber {
     double part;        /* of the data; 0 before the first solution */
     double misfit;      /* chi^2 for each degree of freedom of this part */
     double scatter;     /* its standard deviation if the model is right */
-    bool is_settled;    /* least squares ended because no step was worth its while */
+    bool is_settled;    /* least squares had all derivatives, and ended as no step was worth its while */
     bool is_done;       /* has reached all data, or failed, or repeats the path of another one */
 };
 
@@ -181,7 +181,7 @@ static void climb(struct fit_search *search, double part, struct climber *climbe
         .u = climber->u, .decrease_least = decrease_rough, .rounds_most = ROUNDS_ROUGH};
     search->part = climber->part = fmin(part, 1);
     search->from = climber->from;
-    climber->is_settled = solve(search, &problem) == FIT_DONE;
+    climber->is_settled = solve(search, &problem) == FIT_DONE && search->fit->lost == 0;
     climber->misfit = problem.chi2 / freedom_of(&problem);
     climber->scatter = sqrt(2 / freedom_of(&problem));
     climber->is_done = !is_drawn(search) || !isfinite(climber->misfit) || is_known(search, &problem);
