@@ -372,9 +372,11 @@ static void set_given_state(struct scene *scene) {
         memcpy(scene->q, state->q, size);
     if (state->qd)
         memcpy(scene->qd, state->qd, (size_t)joints * sizeof(double));
-    for (int i = 0; i < state->state_count; i++)
-        scene->qd[refdyn_find_name(model->coordinates, model->n, state->states[i].name)] =
-            state->states[i].value;
+    for (int i = 0; i < state->state_count; i++) {
+        const int place = refdyn_find_name(model->coordinates, model->n, state->states[i].name);
+        if (place >= 0)
+            scene->qd[place] = state->states[i].value;
+    }
     if (!state->qd && state->state_count == 0)
         return;
     state->qd = format_allocate((size_t)model->n, sizeof *state->qd);
