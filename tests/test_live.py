@@ -375,7 +375,7 @@ def test_the_motion_of_a_pulled_cart(tmp_path):
         assert page.ask("return byId('pulled').hidden") is False
         set_value(page, "cart_x", 0.1)
         assert page.ask("return byId('pulled').hidden") is True
-        (tmp_path / "start.json").write_text(page.ask("return stateText(state.motion.start)"))
+        (tmp_path / "start.json").write_text(page.ask("return stateText(state.motion.start, live)"))
         assert farthest(page, tmp_path) < 1e-9
     t, x, rate = (rows[:, names.index(name)] for name in ("t", "cart_x", "cart_x_d"))
     assert t[-1] == 3 and rate[-1] == rate[-2]

@@ -1,11 +1,12 @@
 """`arm.plan` of the Python package: the same values as the program, measures, cases, infeasible tasks, messages."""
 import json
 import math
+import re
 
 import numpy as np
 import pytest
 
-from program import refdyn
+from program import SOURCE, refdyn
 from python_package import package  # noqa: F401
 from test_plan import FREE, PEAK, limit, plan, slide
 
@@ -33,6 +34,12 @@ def test_result_is_that_of_the_program(arm, tmp_path):
     run = arm.simulate(found.t_end, parameters=found.parameters, tol=1e-9)
     assert abs(float(run.cart_x[-1]) - 1) < 1e-9 and float(run.force_cart_x.max()) < 20 + 1e-6
     assert repr(found) == f"<refdyn plan: {found.objective:.6g}>\n  T            {found.objective:.6g}\n  active       force_cart_x"
+
+
+def test_the_program_of_the_page(package):
+    """docs/python.md; the wheel, in which test_python.py runs the others, has no NLopt."""
+    program = next(text for text in re.findall(r"^```python\n(.*?)^```", (SOURCE / "docs" / "python.md").read_text(), re.M | re.S) if ".plan(" in text)
+    exec(program, {"refdyn": package})
 
 
 def test_measures_cases_and_options(package, arm):

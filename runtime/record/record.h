@@ -50,7 +50,11 @@ void record_put_state(const struct refdyn_model *model, const double *q, const d
  * If an earlier column already has a name, the later one is prefixed with its kind: point_, input_ ... */
 
 /* groups of columns that are computed together: the state, points, residuals ... */
-enum { RECORD_BLOCKS = 11, RECORD_STATES = 5 /* the block of continuous states */ };
+enum {
+    RECORD_BLOCKS = 11,
+    RECORD_STATES = 5,
+    RECORD_INPUTS = 6 /* the blocks of continuous states and inputs */
+};
 
 /* Columns of one dataset in an HDF5 file. */
 struct record_part {

@@ -1,11 +1,9 @@
 /* The columns of a motion in a live page: those of a table but the inputs of the hand. */
 #include "runtime/tool/results/live/module/live_module.h"
 
-enum { INPUT_GROUP = 5 }; /* of a column */
-
 /* The columns before the hand's. */
 int live_columns_before_hand(const struct live *live) {
-    return live->table.ends[INPUT_GROUP] - live_model.hand_input_count;
+    return live->table.ends[RECORD_INPUTS] - live_model.hand_input_count;
 }
 
 static int place_in_table(const struct live *live, int column) {
@@ -26,7 +24,7 @@ EXPORT(live_column_unit) const char *live_column_unit(struct live *live, int col
 }
 
 /* The group of the column, in the order of record.h: 0 state, 1 points, 2 residuals, 3 energy, 4 forces,
- * 5 inputs, 6 courses, 7 accelerations ... */
+ * 5 continuous states, 6 inputs, 7 courses, 8 accelerations ... */
 EXPORT(live_column_group) int live_column_group(struct live *live, int column) {
     int group = 0;
     while (place_in_table(live, column) >= live->table.ends[group])

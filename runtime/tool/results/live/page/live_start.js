@@ -54,7 +54,7 @@ function columnOf(numbers, width, count, column) {
 
 /* Kinds of courses by the group of their column, as charts know them. */
 function kindOf(column) {
-    const kinds = {2: column.name.slice(0, 3), 3: "energy", 4: "force", 5: "course", 6: "course"};
+    const kinds = {2: column.name.slice(0, 3), 3: "energy", 4: "force", 5: "course", 6: "course", 7: "course"};
     return kinds[column.group] || null;
 }
 
