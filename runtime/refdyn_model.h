@@ -44,6 +44,7 @@ struct refdyn_name {
                        default parameters */
 };
 
+/** Marks in `parent` of struct refdyn_model. */
 enum {
     REFDYN_STATE =
         -2 /**< as the parent of a coordinate: a continuous state z of a controller or a drive. z is

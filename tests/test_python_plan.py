@@ -64,7 +64,7 @@ def test_contradicting_limits(package, arm):
 @pytest.mark.parametrize("change, kind, text", [
     ({"vary": {"T": 2}}, ValueError, "vary: T: 2; must be (from, to) or (from, to, start)"),
     ({"vary": "T"}, TypeError, "vary: str; must be a dictionary such as {'T': (0.5, 2)}"),
-    ({"vary": {"T": (2, 1)}}, ValueError, "vary.T: rd.within(2, 1): the range must ascend"),
+    ({"vary": {"T": (2, 1)}}, ValueError, "vary.T: rd.within: from 2 to 1; the range must ascend"),
     ({"vary": {"Tx": (1, 2)}}, ValueError, "vary.Tx: unknown name; did you mean 'T'?"),
     ({"minimise": 3}, TypeError, "minimise: int; must be a name, or made by refdyn.at_end, refdyn.integral or refdyn.largest"),
     ({"for_all": {"m": 3}}, ValueError, "for_all: m: 3; must be a list of numbers"),
