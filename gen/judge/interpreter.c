@@ -380,16 +380,26 @@ static void step_slots(struct state *state, int loop) {
             state->slots[s] = state->values[g->slots[s].next];
 }
 
+/* The coordinates of a run's elements, and whether an element is the last, have values in all loops over this
+ * run, and in no others. */
+static bool is_symbol_of(const struct state *state, expression e, int run) {
+    if (state->g->nodes[e].loop != ANY_LOOP)
+        return false;
+    const struct symbol *s = expr_as_symbol(state->g, e);
+    return run == (s->kind == SYMBOL_LAST ? s->index : state->arguments.plan->rolled->frames[s->index].run);
+}
+
 /* Computes this loop's values for one element; those of earlier loops over the run are available. */
 static void run_iteration(struct state *state, int loop, int r) {
     const struct graph *g = state->g;
+    const int run = g->loops[loop].run;
     for (expression e = 0; e < g->loops[loop].end; e++) {
         const uint16_t home = g->nodes[e].loop;
         if (!state->needed[e] || !home)
             continue;
-        if (home == loop || home == ANY_LOOP)
+        if (home == loop || is_symbol_of(state, e, run))
             compute(state, e, r);
-        else if (g->loops[home].run == g->loops[loop].run)
+        else if (home != ANY_LOOP && g->loops[home].run == run)
             state->values[e] = state->by_element[e][r];
         if (home == loop)
             state->by_element[e][r] = state->values[e];
