@@ -265,9 +265,9 @@ enum refdyn_stabilise {
  * are checked where they are used). */
 int refdyn_equations(struct refdyn_workspace *work, double t, const double *q, const double *qd);
 /**
- * Computes qdd (n) from the equations in the workspace, by the generalized programme motion equations
+ * Computes qdd (n) from the equations in the workspace, by the generalized programme motion equations:
  *
- *     (M_i + P^T M_d) qdd = f_i + P^T f_d,   K qdd = k,   P = -K_d^-1 K_i
+ *     (M_i + P^T M_d) qdd = f_i + P^T f_d,   K qdd = k,   P = -K_d^-1 K_i.
  *
  * The partition is chosen at the first call, kept while its condition stays within ten times the value at the
  * choice, and changed otherwise. Redundant rows are left out; they follow the first `rank` entries of

@@ -201,8 +201,8 @@ def test_wheel_on_a_bare_debian(wheel, tmp_path):
     given.mkdir()
     run(wheel[1], "-m", "pip", "download", "-q", "-d", given, f"{wheel[0]}[batch]", timeout=600)
     shutil.copytree(MODELS, given / "models")
-    texts = [text for _, text in blocks("python") if "inputs=None" not in text]
-    (given / "page.py").write_text("\n".join(text for text in texts if "arm.live(" not in text))
+    lacking = ("inputs=None", "arm.live(", ".plan(")
+    (given / "page.py").write_text("\n".join(text for _, text in blocks("python") if not any(word in text for word in lacking)))
     for name, text in blocks("xml"):
         (given / name).write_text(text)
     (given / "commands").write_text("""cd /given && python3 -m venv v && v/bin/pip install -q --no-index --find-links . 'refdyn[batch]' && v/bin/python page.py
@@ -219,7 +219,11 @@ def test_methods_of_gsl_are_not_in_the_wheel(package):
 
 def test_planning_is_not_in_the_wheel(package, tmp_path):
     done = subprocess.run([package.prefix / "bin" / "refdyn", "plan", REFERENCE, tmp_path / "plan.lua", "-o", tmp_path / "plan.json"], capture_output=True, text=True)
-    assert done.returncode == 1 and done.stderr == "refdyn: plan needs NLopt; build refdyn with it\n"
+    command = "pip install . -C cmake.define.REFDYN_NLOPT=ON"
+    assert done.returncode == 1 and done.stderr == f"refdyn: plan needs NLopt; install Debian's libnlopt-dev and build refdyn again (for Python: {command})\n"
+    assert command in (SOURCE / "docs" / "python.md").read_text()
+    with pytest.raises(package.ModelError, match=f"^plan needs NLopt; .*{re.escape(command)}"):
+        package.Model(REFERENCE).plan(vary={"m_E": (1, 2)}, t_end=1, minimise="m_E")
 
 
 def test_imports_are_light(package, wheel):
@@ -989,3 +993,5 @@ def test_four_commands(tmp_path):
     script = blocks("sh")[0][1]
     assert len(script.splitlines()) == 4
     assert run("bash", "-e", "-c", script, cwd=copy, timeout=1500).split()[-1] == "m"
+    has_nlopt = subprocess.run(["pkg-config", "--exists", "nlopt"]).returncode == 0
+    assert ("NLopt" in run(copy / "v" / "bin" / "refdyn", "--version")) == has_nlopt

@@ -194,6 +194,30 @@ def test_a_first_tier_that_fails(place):
     assert said == "" and len(place.libraries()) == 1 and not place.folders()
 
 
+def test_limits_by_tcc(place):
+    """A missing limit is infinite. tcc compiles this number like the other compilers: the model has its first tier."""
+    (place.folder / "slide.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "slide", gravity = { 0, 0, 0 }, links = { { "cart", joint = { "x", "y" }, mass = 2.1, limits = { x = { to = 0.7 }, y = { from = -0.3 } } } } }
+""")
+    place.program("tcc")
+    place.program("cc")
+    place.run("eval", "slide.lua")
+    assert len(place.calls("tcc")) == 1 and not place.calls("cc")
+    place.run("gen", "slide.lua", "-o", ".")
+    (place.folder / "print.c").write_text("""#include "slide.h"
+#include <stdio.h>
+int main(void) {
+    for (int i = 0; i < slide_limit_count; i++)
+        printf("%g %g %g %g\\n", slide_limits[i].from, slide_limits[i].to, slide_limits[i].rate, slide_limits[i].force);
+    return 0;
+}
+""")
+    for words in (["tcc"], ["gcc", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"], ["clang", "-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror"],
+                  ["g++", "-x", "c++", "-std=c++17", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]):
+        subprocess.run([*words, "-I", HEADER, "print.c", "slide.c", "-o", "print", "-lm"], cwd=place.folder, check=True)
+        assert subprocess.check_output([place.folder / "print"], text=True) == "-inf 0.7 inf inf\n-0.3 inf inf inf\n"
+
+
 def test_compile_says_where_the_optimised_library_will_be(place):
     description = json.loads(place.run("compile", PENDULUM)[0])
     assert description["library"] != description["optimised"] and pathlib.Path(description["library"]).exists()
@@ -358,6 +382,13 @@ def test_notice_of_a_long_compilation(place):
     _, said = place.run("eval", MODELS / "crane.lua", env=no_background)
     assert said == ""
     assert on_terminal(place, "eval", PENDULUM, env=no_background) == ""
+
+
+def test_notice_of_a_long_question(place):
+    """The program also says that it waits for the answer to its first question: whether the compiler is gcc."""
+    place.program("cc", 'case "$*" in *-fsyntax-only*) sleep 0.8 ;; esac')
+    _, said = place.run("eval", PENDULUM, env={"REFDYN_BACKGROUND": "0", "REFDYN_NOTICES": "1"})
+    assert said.startswith("refdyn: asking cc whether it is gcc ...\n")
 
 
 # ---- --watch ----

@@ -8,9 +8,9 @@
  * each point.
  *
  * Springs and dampers of an element's three turns psi, theta, phi act on strains, in a form that is symmetric
- * in the turns (theory, sect. 3.4). The strains are the components of the rotation vector of R = Rz Ry Rx to
- * second order in the turns (Baker, Campbell, Hausdorff), w_psi = psi - theta phi / 2, w_theta = theta + psi
- * phi / 2, w_phi = phi - psi theta / 2.
+ * in the turns (theory, sect. 3.4). The strains are the components of the rotation vector of R = Rz Ry Rx. To
+ * second order in the turns (Baker, Campbell, Hausdorff) they are
+ *   w_psi = psi - theta phi / 2, w_theta = theta + psi phi / 2, w_phi = phi - psi theta / 2.
  */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"

@@ -1,10 +1,10 @@
 /*
  * The model: what a Lua file says, in plain C, after reading and before any derivation.
  *
- * The author's functions need the names of all coordinates, so that it is filled in two steps:
- *   read_scene      options, parameters, inputs, links, points, names of dependent and held coordinates
- *   expand          frames and coordinates (tree.h)
- *   read_programme  forces, drives and constraint rows, by calling the author's functions
+ * The author's functions need the names of all coordinates. These steps fill the model:
+ *   read_scene      options, parameters, inputs, links, points, names of dependent and held coordinates;
+ *   expand          frames and coordinates (tree.h);
+ *   read_programme  forces, drives and constraint rows, by calling the author's functions.
  * Quantities are expressions in parameters. Those of forces and rows may also depend on time, inputs,
  * coordinates and points. Units are SI units and radians.
  */

@@ -65,7 +65,7 @@ static struct vector_arrays add_arrays(const struct writer *w, const char *name,
 
 static const struct vector_arrays no_arrays = {{NOTHING, NOTHING, NOTHING}};
 
-/* The rows of each stage for the columns of its own joints are straight-line values. */
+/* The rows of each stage for the columns of the joints at this stage are straight-line values. */
 static void set_own_entries(const struct writer *w, int array, int order) {
     const struct derivation *d = w->b->d;
     const struct tree *tree = d->kinematics.tree;

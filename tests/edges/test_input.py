@@ -118,8 +118,8 @@ def test_an_empty_operand():
 
 
 STATES = {
-    "unknown key": ('{\n"t": 0,\n"Qd": [1, 2]\n}', 3, "Qd: unknown key of a state (t, q, qd, inputs, parameters); the nearest is qd"),
-    "key in capitals": ('{"t": 0,\n"Q": [1, 2]}', 2, "Q: unknown key of a state (t, q, qd, inputs, parameters); the nearest is q"),
+    "unknown key": ('{\n"t": 0,\n"Qd": [1, 2]\n}', 3, "Qd: unknown key of a state (t, q, qd, states, inputs, parameters); the nearest is qd"),
+    "key in capitals": ('{"t": 0,\n"Q": [1, 2]}', 2, "Q: unknown key of a state (t, q, qd, states, inputs, parameters); the nearest is q"),
     "key twice": ('{"q": [1, 2],\n"q": [1, 3]}', 2, "state: duplicate object key near '\"q\"'; must be one JSON object of finite numbers"),
     "input twice": ('{"inputs": {"push": 1,\n"push": 2}}', 2, "state: duplicate object key near '\"push\"'; must be one JSON object of finite numbers"),
     "unknown input": ('{"inputs":\n{"pusch": 1}}', 2, "pusch: unknown input; the nearest is push"),
@@ -153,7 +153,7 @@ def test_wrong_state(which, model, tmp_path):
     for command in (["eval", "--state"], ["sim", "--until", "1", "--from"], ["modes", "--at"]):
         done = refdyn(command[0], model, *command[1:], state, status=1)
         place = f"{state}:{line}" if line else state
-        own = fact.replace("qd, inputs", "qd, qdd, inputs") if command[0] == "eval" else fact
+        own = fact.replace("qd, states", "qd, qdd, states") if command[0] == "eval" else fact
         assert done.stderr == f"{place}: {own}\n" and done.stdout == ""
 
 
@@ -167,7 +167,7 @@ def test_accelerations_of_a_state(model, tmp_path):
         assert done.stderr == (f"{state}:1: {fact}\n" if fact else "")
         for command in (["sim", "--until", "1", "--from"], ["modes", "--at"]):
             done = refdyn(command[0], model, *command[1:], state, status=1)
-            assert done.stderr == f"{state}:1: qdd: unknown key of a state (t, q, qd, inputs, parameters); the nearest is qd\n"
+            assert done.stderr == f"{state}:1: qdd: unknown key of a state (t, q, qd, states, inputs, parameters); the nearest is qd\n"
 
 
 def test_a_state_of_impossible_values(model, tmp_path):

@@ -6,9 +6,9 @@
  * forces h(qd), have the symmetric bilinear form b(a, v) = (b(a + v) - b(a - v))/4, exact for any length of
  * v. With v = dq:
  *
- *   d(rd) = C dqd + d(qd, v)          since both are r'', contracted with qd and v
- *   d(T)  = qd.M dqd - qd.h(qd, v)    by Christoffel's symbols, of which two cancel
- *   d(V)  = power(v) - v.Q(v)         Q without its forces that have no potential, at rates v
+ *   d(rd) = C dqd + d(qd, v)          since both are r'', contracted with qd and v;
+ *   d(T)  = qd.M dqd - qd.h(qd, v)    by Christoffel's symbols, of which two cancel;
+ *   d(V)  = power(v) - v.Q(v)         Q without its forces that have no potential, at rates v.
  *
  * Central differences are used for courses, which are arbitrary formulas, for multipliers and for event
  * indicators.

@@ -223,7 +223,7 @@ static bool is_of_result(const char *key) {
 }
 
 static void read_member(struct reading *reading, struct state *state, const char *key, json_t *value) {
-    static const char *const keys[] = {"t", "q", "qd", "inputs", "parameters", "qdd"};
+    static const char *const keys[] = {"t", "q", "qd", "states", "inputs", "parameters", "qdd"};
     const bool takes_qdd = reading->takes_accelerations;
     int line = locate_line(reading->text, key, NULL, -1);
     if (strcmp(key, "t") == 0) {
@@ -246,8 +246,8 @@ static void read_member(struct reading *reading, struct state *state, const char
         check_coordinates(reading, value);
     else if (!is_of_result(key) && !is_of_model(reading, line, key))
         unknown_name(reading, line,
-                     takes_qdd ? "key of a state (t, q, qd, qdd, inputs, parameters)"
-                               : "key of a state (t, q, qd, inputs, parameters)",
+                     takes_qdd ? "key of a state (t, q, qd, qdd, states, inputs, parameters)"
+                               : "key of a state (t, q, qd, states, inputs, parameters)",
                      key, keys, sizeof keys / sizeof keys[0] - !takes_qdd);
 }
 

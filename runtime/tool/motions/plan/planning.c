@@ -352,7 +352,10 @@ static enum status run_plan(const struct options *given) {
         return options_usage_error(given->command,
                                    given->operand_count < 2 ? "PLAN.lua is missing" : "one PLAN.lua only");
     if (!plan_has_optimiser()) {
-        fprintf(stderr, "refdyn: plan needs NLopt; build refdyn with it\n");
+        fputs(
+            "refdyn: plan needs NLopt; install Debian's libnlopt-dev and build refdyn again (for Python: pip "
+            "install . -C cmake.define.REFDYN_NLOPT=ON)\n",
+            stderr);
         return STATUS_FAULT;
     }
     enum status status = STATUS_FAULT;

@@ -118,19 +118,12 @@ static bool build_run(struct build *build, const struct toolchain *chain, const 
 static bool run_first(const struct build *build, const struct toolchain *first,
                       const struct emitted *emitted) {
     struct job job = {.log = format_text("%s.log", build->library)};
-    struct process process;
-    struct notice notice;
     compile_job_add_words(&job, first->words);
     for (int i = 0; i < emitted->count; i++)
         if (is_source(emitted->files[i].name))
             compile_job_add_word(&job, system_scratch_file(&build->scratch, emitted->files[i].name));
     compile_job_add_words(&job, (const char *[]){"-o", build->library, "-lm", NULL});
-    system_notice_start(&notice, format_text("compiling %s", emitted->name));
-    const bool is_good =
-        system_process_start(&process, &build->scratch, job.argv, NULL, job.log, NULL) == 0 &&
-        system_process_wait(&process, 1, &notice) == 0 && process.result == 0;
-    system_notice_end(&notice);
-    return is_good;
+    return compile_job_succeeds(&build->scratch, &job, format_text("compiling %s", emitted->name));
 }
 
 static bool open_build(struct build *build, const char *parent, const char *prefix) {

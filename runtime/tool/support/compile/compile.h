@@ -149,7 +149,7 @@ void compile_cache_close(struct cache *cache);
 bool compile_cache_claim(const struct cache *cache, const char *key, struct scratch *claimed);
 void compile_cache_unclaim(struct scratch *claimed);
 /* Waits for the lock of the cache, which this program then holds until it ends: one program works at a time.
- *  */
+ */
 void compile_cache_queue(const struct cache *cache);
 
 /* One run of the compiler: the words of $CC, flags, then its task; NULL at the end. */
@@ -162,6 +162,8 @@ struct job {
 /* `words` ends with NULL. */
 void compile_job_add_word(struct job *job, const char *word);
 void compile_job_add_words(struct job *job, const char *const *words);
+/* Runs one job and returns whether it succeeded; `what` is the notice of a long wait. Reports no failure. */
+bool compile_job_succeeds(const struct scratch *scratch, const struct job *job, const char *what);
 /* Runs all jobs, two at a time. After a failure, which is reported with the compiler's output, no new one
  * starts. Returns whether all succeeded. */
 bool compile_jobs_run(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb);

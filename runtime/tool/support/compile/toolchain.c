@@ -94,14 +94,11 @@ static void question_job(struct job *job, const struct toolchain *chain, const s
     compile_job_add_words(job, (const char *[]){"-fsyntax-only", job->source, NULL});
 }
 
-/* The compiler's output is not shown. */
 bool compile_toolchain_is_gcc(const struct toolchain *chain, const struct scratch *scratch) {
     struct job job;
-    struct process process;
     question_job(&job, chain, scratch);
     return system_scratch_write(scratch, "question.c", gcc_question, strlen(gcc_question)) &&
-           system_process_start(&process, scratch, job.argv, NULL, job.log, NULL) == 0 &&
-           system_process_wait(&process, 1, NULL) == 0 && process.result == 0;
+           compile_job_succeeds(scratch, &job, format_text("asking %s whether it is gcc", chain->words[0]));
 }
 
 /* ---- The first tier ---- */
@@ -142,6 +139,16 @@ void compile_job_add_word(struct job *job, const char *word) {
 void compile_job_add_words(struct job *job, const char *const *words) {
     for (; *words; words++)
         compile_job_add_word(job, *words);
+}
+
+bool compile_job_succeeds(const struct scratch *scratch, const struct job *job, const char *what) {
+    struct process process;
+    struct notice notice;
+    system_notice_start(&notice, what);
+    const bool is_good = system_process_start(&process, scratch, job->argv, NULL, job->log, NULL) == 0 &&
+                         system_process_wait(&process, 1, &notice) == 0 && process.result == 0;
+    system_notice_end(&notice);
+    return is_good;
 }
 
 static void show_log(const struct job *job) {
