@@ -30,6 +30,39 @@ def test_help_and_version():
         assert len(texts) > 1 and len(set(texts)) == len(texts) and not any("%" in text for text in texts), texts
 
 
+SLIDER = """local rd = require "refdyn"
+local m = rd.parameter("m", 2.3, "kg")
+return rd.model { name = "slider", gravity = { 0, 0, 0 },
+  links = { { "cart", joint = "x", mass = m, spring = { x = 31 }, limits = { x = { force = 20 } } } },
+  points = { E = "cart" }, drives = { { "cart_x" } },
+  constraints = function(s) return { rd.drive { "cart_x", 0.3 * rd.smoothstep(s.t, 0, rd.parameter("T", 1.3, "s"), 5), name = "push" } } end }
+"""
+
+
+def test_results_state_the_version(tmp_path):
+    """Under one key in all JSON; the results of statics and modes stay states, and the same call gives the same bytes."""
+    (tmp_path / "slider.lua").write_text(SLIDER)
+    (tmp_path / "sweep.lua").write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = { m = rd.grid(1, 2, 3) }, t_end = 0.1 }')
+    (tmp_path / "plan.lua").write_text('local rd = require "refdyn"\nreturn rd.plan { vary = { T = rd.within(0.5, 3) }, t_end = "T", minimise = "T" }')
+    commands = {
+        "eval.json": ["eval", PENDULUM], "statics.json": ["statics", PENDULUM], "modes.json": ["modes", PENDULUM], "linear.json": ["linearise", PENDULUM],
+        "again.json": ["modes", PENDULUM, "--at", "statics.json"], "more.json": ["linearise", PENDULUM, "--at", "again.json"],
+        "plan.json": ["plan", "slider.lua", "plan.lua"],
+    }
+    for name, words in commands.items():
+        refdyn(*words, "-o", name, cwd=tmp_path)
+        first = (tmp_path / name).read_bytes()
+        refdyn(*words, "-o", name, cwd=tmp_path)
+        assert (tmp_path / name).read_bytes() == first, name
+    refdyn("sim", "slider.lua", "--until", 1, "--parameters", "plan.json", "-o", "run.csv", "--summary", "sim.json", cwd=tmp_path)
+    refdyn("sim", "slider.lua", "--until", 1, "--realise", "-o", "real.csv", "--summary", "realise.json", cwd=tmp_path)
+    refdyn("batch", "slider.lua", "sweep.lua", "-o", "runs.csv", "--summary", "batch.json", cwd=tmp_path)
+    refdyn("sim", PENDULUM, "--until", 1, "-o", "pendulum.csv", cwd=tmp_path)
+    refdyn("fit", PENDULUM, "pendulum.csv", "--vary", "upper_theta", "--noise", "E_z=1e-3", "-o", "fit.json", cwd=tmp_path)
+    for name in [*commands, "sim.json", "realise.json", "real.start.json", "batch.json", "fit.json"]:
+        assert json.loads((tmp_path / name).read_text())["refdyn"] == VERSION, name
+
+
 def test_values_that_nothing_reads(tmp_path):
     (tmp_path / "m.lua").write_text("""local rd = require "refdyn"
 local load, spare = rd.parameter("load", 1, "kg"), rd.parameter("spare", 3)

@@ -303,7 +303,7 @@ def test_simulated_motion(model, arguments, number, tmp_path):
 @pytest.mark.quick
 def test_keys_and_count(tmp_path):
     found, said = analyse(MODELS / "stepped.lua", "--modes", 2)
-    assert list(found) == "name coordinates at q qd t inputs parameters points held phi residual unstable modes".split()
+    assert list(found) == "refdyn name coordinates at q qd t inputs parameters points held phi residual unstable modes".split()
     assert list(found["modes"][0]) == "frequency omega damping eigenvalue shape points".split()
     assert len(found["modes"]) == 2 and len(modes(MODELS / "stepped.lua")) > 2
     assert found["q"] == json.loads(refdyn("statics", MODELS / "stepped.lua").stdout)["q"]

@@ -601,6 +601,7 @@ def test_attributes_tell_the_model(arm, ball):
     values = json.loads(found.parameters)
     assert values["m_E"] == 3 and values["d"] == arm.parameters["d"] and "xc" not in values and "m_E" in json.loads(arm.modes(modes=1).parameters)
     assert ball.simulate(0.01).psi_1.long_name == "psi of fall"
+    assert {data.attrs["refdyn"] for data in (found, arm.simulate(0.01, verify=True), arm.statics(), arm.modes(modes=1), ball.linearise(at="initial"))} == {VERSION}
 
 
 def test_a_dataset_owns_its_values_and_its_form(arm):

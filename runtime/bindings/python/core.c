@@ -463,6 +463,8 @@ static int module_exec(PyObject *module) {
     PyObject *methods = list_methods();
     if (status == 0)
         status = PyModule_AddObjectRef(module, "METHODS", methods);
+    if (status == 0)
+        status = PyModule_AddStringConstant(module, "VERSION", REFDYN_VERSION);
     Py_XDECREF(methods);
     return status;
 }

@@ -467,6 +467,12 @@ static enum status open_targets(struct scene *scene, const struct options *optio
     return scene->result && (scene->summary || !summary) ? STATUS_DONE : STATUS_FAULT;
 }
 
+void scene_document_open(struct document *document) {
+    format_document_open(document);
+    format_put_open(document, NULL, '{');
+    format_put_text(document, "refdyn", REFDYN_VERSION);
+}
+
 enum status scene_finish(struct scene *scene, struct document *document) {
     if (!format_document_close(document, scene->result->file))
         return scene_numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);

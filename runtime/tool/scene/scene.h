@@ -121,6 +121,8 @@ enum status scene_run(const struct options *options, unsigned needs, const char 
 
 /* Protects the model and all files that it requires: no target may be one of them. */
 void scene_spare_sources(const struct scene *scene, struct targets *targets);
+/* Opens the document of a result and its object, which has the version of the program as `refdyn`. */
+void scene_document_open(struct document *document);
 /* Ends the document and makes it the result. Returns STATUS_NUMBERS if one of its numbers is not finite. */
 enum status scene_finish(struct scene *scene, struct document *document);
 

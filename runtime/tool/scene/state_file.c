@@ -216,9 +216,9 @@ static void check_coordinates(struct reading *reading, const json_t *array) {
 
 /* Keys that `statics` and `modes` write in addition to the state: their results are states, too. */
 static bool is_of_result(const char *key) {
-    static const char *const keys[] = {"name",    "at",   "points",    "hold_force", "residual",  "rows",
-                                       "lambda",  "phi",  "stability", "criterion",  "potential", "unstable",
-                                       "neutral", "held", "modes",     "contacts",   "limits"};
+    static const char *const keys[] = {"refdyn",   "name",    "at",   "points",    "hold_force", "residual",
+                                       "rows",     "lambda",  "phi",  "stability", "criterion",  "potential",
+                                       "unstable", "neutral", "held", "modes",     "contacts",   "limits"};
     return text_index(key, keys, sizeof keys / sizeof keys[0]) >= 0;
 }
 

@@ -2,6 +2,7 @@
 from typing import Any, final
 
 METHODS: tuple[str, ...]
+VERSION: str
 
 @final
 class Library:

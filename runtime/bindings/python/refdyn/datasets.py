@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from .core import VERSION
 from .names import has_masked
 from .program import text_of
 from .recorded import Columns
@@ -65,9 +66,9 @@ def plain(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def attributes(model: Model, parameters: Mapping[str, float], inputs: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """Returns the attributes that name the model of a dataset, its options and its values."""
+    """Returns the attributes that name the version of the package, the model of a dataset, its options and its values."""
     constants = {name: float(np.reshape(value, ())) for name, value in (inputs or {}).items() if name != "t" and np.size(value) == 1}
-    return plain({"model": model._name, "options": dict(model.options), "parameters": {**model._fixed, **parameters}, "inputs": constants or None})
+    return plain({"refdyn": VERSION, "model": model._name, "options": dict(model.options), "parameters": {**model._fixed, **parameters}, "inputs": constants or None})
 
 
 # ---- Equilibria and modes ----

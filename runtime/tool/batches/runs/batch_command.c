@@ -297,8 +297,7 @@ static bool write_hdf5(struct results *results, const struct batch_setup *setup,
 static bool write_summary(const struct batch_setup *setup, const struct batch_count *count,
                           struct target *target) {
     struct document document;
-    format_document_open(&document);
-    format_put_open(&document, NULL, '{');
+    scene_document_open(&document);
     format_put_whole(&document, "cases", count->cases);
     format_put_whole(&document, "failed", count->failed);
     if (setup->structures.count > 0 && setup->structures.list[0].needs & NEEDS_STATICS) {

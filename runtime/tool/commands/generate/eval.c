@@ -136,9 +136,8 @@ static void put_energy(struct document *document, const struct scene *scene) {
 
 static enum status print_state(struct scene *scene, const double *qdd) {
     struct document document;
-    format_document_open(&document);
+    scene_document_open(&document);
     double *room = format_allocate_matrix(scene->model->n, 1);
-    format_put_open(&document, NULL, '{');
     format_put_text(&document, "name", scene->model->name);
     int *all = format_allocate((size_t)scene->model->n, sizeof *all);
     for (int i = 0; i < scene->model->n; i++)

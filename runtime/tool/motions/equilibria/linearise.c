@@ -34,9 +34,8 @@ static void warn_of_idle_inputs(const struct record_linear_model *linear, const 
 static enum status print_model(struct scene *scene, const struct record_linear_model *linear, const char *at,
                                const int *held) {
     struct document document;
-    format_document_open(&document);
+    scene_document_open(&document);
     const struct record_writer writer = scene_writer(&document);
-    format_put_open(&document, NULL, '{');
     format_put_text(&document, "name", scene->model->name);
     scene_put_coordinates(&document, "coordinates", scene->model, NULL);
     format_put_text(&document, "at", at);

@@ -60,9 +60,8 @@ static void print_table(const struct analysis *analysis) {
 static enum status print_analysis(const struct analysis *analysis) {
     struct scene *scene = analysis->scene;
     struct document document;
-    format_document_open(&document);
+    scene_document_open(&document);
     const struct record_writer writer = scene_writer(&document);
-    format_put_open(&document, NULL, '{');
     format_put_text(&document, "name", scene->model->name);
     scene_put_coordinates(&document, "coordinates", scene->model, NULL);
     format_put_text(&document, "at", analysis->at);

@@ -243,8 +243,7 @@ static enum status find_and_print(struct scene *scene, const struct options *opt
         return status;
     struct document document;
     const struct record_equilibrium record = record_of(scene, &equilibrium);
-    format_document_open(&document);
-    format_put_open(&document, NULL, '{');
+    scene_document_open(&document);
     put_equilibrium(&document, scene, &record);
     equilibria_put_limits(scene, &equilibrium, &document);
     format_put_close(&document, '}');

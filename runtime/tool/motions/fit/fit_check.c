@@ -117,8 +117,7 @@ static void print_check(const struct fit *fit, const double *from, const struct 
 static enum status write_check(const struct fit *fit, const struct fit_certainty *asked, int further,
                                const struct fit_certainty *best) {
     struct document document;
-    format_document_open(&document);
-    format_put_open(&document, NULL, '{');
+    scene_document_open(&document);
     format_put_text(&document, "name", fit->scene->model->name);
     fit_put_errors(&document, fit, asked);
     fit_put_groups(&document, asked);

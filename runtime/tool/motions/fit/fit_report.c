@@ -273,8 +273,7 @@ enum status fit_report_write(struct fit *fit, const struct fit_solution *solutio
     const double freedom = fmax(solution->rows - fit->count, 1);
     double *u = all_unknowns(fit, solution), *r;
     const int held_out = validate(fit, u, &r);
-    format_document_open(&document);
-    format_put_open(&document, NULL, '{');
+    scene_document_open(&document);
     format_put_text(&document, "name", fit->scene->model->name);
     put_kinds(&document, fit, u, "values", FIT_OF_MODEL, FIT_OF_MODEL);
     put_kinds(&document, fit, u, "sensors", FIT_OFFSET, FIT_DELAY);

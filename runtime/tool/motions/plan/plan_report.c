@@ -128,8 +128,7 @@ static double end_of(const struct plan *plan, const struct plan_point *point) {
 static enum status write(struct plan *plan, const struct plan_result *result, const double *multipliers) {
     const struct plan_point *point = &result->best;
     struct document document;
-    format_document_open(&document);
-    format_put_open(&document, NULL, '{');
+    scene_document_open(&document);
     format_put_text(&document, "name", plan->scene->model->name);
     format_put_open(&document, "parameters", '{');
     for (int k = 0; k < plan->count; k++)

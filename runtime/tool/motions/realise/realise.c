@@ -588,8 +588,7 @@ static void put_summary(const struct work *work, struct document *document) {
 static enum status write_summary(const struct work *work, struct target *target) {
     struct document document;
     const struct record_writer writer = scene_writer(&document);
-    format_document_open(&document);
-    format_put_open(&document, NULL, '{');
+    scene_document_open(&document);
     put_summary(work, &document);
     record_limits_put(&work->limits, &writer);
     record_table_put_units(&work->table, &writer);
@@ -613,8 +612,7 @@ static enum status write_start(struct work *work) {
     if (!target)
         return STATUS_FAULT;
     scene->state.t = work->solution.motion.t[0];
-    format_document_open(&document);
-    format_put_open(&document, NULL, '{');
+    scene_document_open(&document);
     scene_put_state(&document, scene);
     format_put_close(&document, '}');
     if (!format_document_close(&document, target->file) || !system_target_finish(target))

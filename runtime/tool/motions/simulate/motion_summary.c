@@ -145,8 +145,7 @@ static void put_summary(struct document *document, const struct summary *summary
 
 enum status simulate_summary_write(const struct summary *summary, struct target *target) {
     struct document document;
-    format_document_open(&document);
-    format_put_open(&document, NULL, '{');
+    scene_document_open(&document);
     put_summary(&document, summary);
     const struct scene *scene = summary->trial->motion.scene;
     const struct record_writer writer = scene_writer(&document);

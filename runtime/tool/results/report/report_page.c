@@ -351,7 +351,7 @@ void report_diagram_draw(FILE *out, const char *title, const struct study *studi
 /* ---- The page ---- */
 
 static const char head[] =
-    "<meta charset=\"utf-8\">\n<style>\n"
+    "<meta charset=\"utf-8\">\n<meta name=\"generator\" content=\"refdyn " REFDYN_VERSION "\">\n<style>\n"
     "body { font: 15px/1.45 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #222 }\n"
     "table { border-collapse: collapse; margin: 0.6em 0 }\n"
     "th, td { padding: 0.15em 0.8em 0.15em 0; border-bottom: 1px solid #ddd; text-align: right }\n"

@@ -80,7 +80,9 @@ void view_page_put(FILE *out, const struct view_page *page) {
     char *packed = view_pack(program, strlen(program));
     fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n", out);
     put_policy(out, page, program, style);
-    fputs("<meta name=\"viewport\" content=\"width=device-width\">\n<title>", out);
+    fputs("<meta name=\"viewport\" content=\"width=device-width\">\n"
+          "<meta name=\"generator\" content=\"refdyn " REFDYN_VERSION "\">\n<title>",
+          out);
     format_xml_text(out, page->title);
     fprintf(out, "</title>\n<style>%s</style>\n</head>\n<body>\n%s", style, view_body);
     put_data_script(out, "data", page->data);
