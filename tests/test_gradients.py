@@ -6,7 +6,7 @@ import re
 import numpy
 import pytest
 
-from program import LONG, MODELS, REFERENCE, TESTS, refdyn, settings
+from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, refdyn, settings
 from random_scenes import damped_scene
 from test_step import Stepper
 
@@ -175,6 +175,16 @@ def test_compared_with_differences_of_tight_runs(number, tmp_path):
             exact = numpy.array([(float(a[column]) - float(b[column])) / (2 * change) for a, b in zip(*sides)])
             size = max(numpy.max(numpy.abs(exact)), 1e-5 * numpy.max(numpy.abs(found[column])) / abs(value), 1e-9 / abs(value))
             assert numpy.max(numpy.abs(found[f"d_{column}_by_{name}"] - exact)) < 5e-4 * size, (column, name)
+
+
+def test_kinks_that_steps_meet_by_chance(tmp_path):
+    """The force of a motor stops growing. A step that was too long ends near this kink, and the next one passes it without an event."""
+    model, arguments = SOURCE / "docs" / "control" / "motor.lua", ["--until", 0.1, "--every", 0.002, "--tol", 1e-10]
+    for R in numpy.linspace(0.8, 1.1, 120 if LONG else 30):
+        found, said = derive(model, "--set", f"R={R}", *arguments, names=["R", "i"], folder=tmp_path)
+        assert "warning" not in said, (R, said)
+        sides = [derive(model, "--set", f"R={R + change}", *arguments, names=["J"], folder=tmp_path)[0]["rotor_psi_d"] for change in (1e-5, -1e-5)]
+        assert largest(found["d_rotor_psi_d_by_R"], (sides[0] - sides[1]) / 2e-5) < 1e-5
 
 
 # ---- Lanes and threads ----

@@ -454,7 +454,7 @@ def test_fits_and_plans(tmp_path):
     refdyn("sim", model, "--until", 0.1, "--every", 0.002, "--tol", 1e-10, "-o", tmp_path / "run.csv")
     refdyn("fit", MOTOR, tmp_path / "run.csv", "--set", "R=0.9", "--vary", "R,i", "--noise", "rotor_psi_d=1e-3", "--tol", 1e-10, "-o", tmp_path / "fit.json")
     found = json.loads((tmp_path / "fit.json").read_text())
-    assert all(abs(found["values"][name] - value) < 0.01 * found["standard_errors"][name] for name, value in (("i", 1.5), ("R", 0.8)))
+    assert abs(found["values"]["i"] - 1.5) < 1e-5 and abs(found["values"]["R"] - 0.8) < 1e-5 and found["starts_tried"] == 1
     plan.write_text('''local rd = require "refdyn"
 return rd.plan { vary = { i = rd.within(-20, 20) }, t_end = 0.05, minimise = "i", within = { rd.at_end("rotor_psi_d", { from = 14 }) }, starts = 5 }
 ''')

@@ -55,13 +55,13 @@ static int has_places(struct recorded_steps *recorded, int count) {
 
 /* ---- Steps of a motion ---- */
 
-/* Adds the due events of the motion as places. */
-static void add_due(struct refdyn_pattern *pattern, const struct refdyn_state_events *events,
+/* Adds events that are due at the waypoint as places. */
+static void add_due(struct refdyn_pattern *pattern, const int *due, int count,
                     struct refdyn_waypoint *waypoint) {
     waypoint->first_due = pattern->place_count;
-    waypoint->due_count = events->due_count;
-    for (int k = 0; k < events->due_count; k++)
-        pattern->places[pattern->place_count++] = events->due[k];
+    waypoint->due_count = count;
+    for (int k = 0; k < count; k++)
+        pattern->places[pattern->place_count++] = due[k];
 }
 
 /* Does the last step end where the caller or the end of the motion has asked for it? */
@@ -96,8 +96,25 @@ static int note_waypoint(struct recorded_steps *recorded, const struct refdyn_mo
         waypoint->is_switch =
             fabs(motion->time_events.switched - step->t_end) <= refdyn_motion_resolution(motion, step->t_end);
     }
-    add_due(pattern, events, waypoint);
+    add_due(pattern, events->due, events->due_count, waypoint);
     return pattern->waypoint_count - 1;
+}
+
+/* A kink that the motion has passed at the beginning of a step is farther from it in the copies, which end a
+ * step there. So it is due at the end of the step before. Returns 0 without memory. */
+static int note_passed(struct recorded_steps *recorded, const struct refdyn_state_events *events) {
+    struct refdyn_pattern *pattern = &recorded->pattern;
+    if (events->passed_count == 0 || pattern->step_count == 0 ||
+        pattern->steps[pattern->step_count - 1].waypoint >= 0)
+        return 1;
+    struct refdyn_repeated_step *before = &pattern->steps[pattern->step_count - 1];
+    struct refdyn_waypoint *waypoint = add_waypoint(recorded);
+    if (!waypoint || !has_places(recorded, events->passed_count))
+        return 0;
+    *waypoint = (struct refdyn_waypoint){.t = before->t};
+    before->waypoint = pattern->waypoint_count - 1;
+    add_due(pattern, events->passed, events->passed_count, waypoint);
+    return 1;
 }
 
 static void note(void *context, const struct refdyn_motion *motion, const struct refdyn_ahead *ahead) {
@@ -105,7 +122,8 @@ static void note(void *context, const struct refdyn_motion *motion, const struct
     const struct refdyn_step *step = &motion->step;
     if (recorded->status)
         return;
-    const int waypoint = note_waypoint(recorded, motion, ahead);
+    const int is_noted = note_passed(recorded, &motion->state_events),
+              waypoint = is_noted ? note_waypoint(recorded, motion, ahead) : -2;
     struct refdyn_repeated_step *taken = waypoint > -2 && ahead ? add_step(recorded) : NULL;
     recorded->aligned = ahead ? recorded->aligned : motion->programme.aligned;
     if (!taken && !ahead && waypoint >= 0)

@@ -228,6 +228,18 @@ static int take_samples(struct refdyn_state_events *events, struct refdyn_step *
     return status;
 }
 
+/* Kinks are passed once in a step, those of a refused attempt and of the next one in any order. */
+static void add_passed(struct refdyn_state_events *events, int i) {
+    int k = events->passed_count;
+    for (; k > 0 && events->passed[k - 1] >= i; k--)
+        if (events->passed[k - 1] == i)
+            return;
+    memmove(events->passed + k + 1, events->passed + k,
+            (size_t)(events->passed_count - k) * sizeof *events->passed);
+    events->passed[k] = i;
+    events->passed_count++;
+}
+
 /* A kink at the beginning of the step is passed. Nothing happens there unless rows turn. */
 static int is_passed(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double theta,
                      double least) {
@@ -237,6 +249,7 @@ static int is_passed(struct refdyn_state_events *events, const struct refdyn_ste
     if (refdyn_kinks_may_turn_rows(events, step, i))
         return 0;
     events->side[i] = -events->side[i];
+    add_passed(events, i);
     return 1;
 }
 

@@ -465,7 +465,9 @@ struct refdyn_state_events {
     int *towards;     /* (count) the side to which the last crossing that was found leads */
     int *due;         /* (due_count) those that happen at the end of the last step, ascending */
     int due_count, due_named; /* of those due, events */
-    int *returns;             /* (count) short steps that have stayed at a kink whose jump leads back */
+    int *passed;              /* (passed_count) kinks just after the beginning of the step, ascending */
+    int passed_count;
+    int *returns;    /* (count) short steps that have stayed at a kink whose jump leads back */
     double *samples; /* ((REFDYN_EVENT_SAMPLES + 1) x count) values at the beginning and in the step */
     double *sizes;   /* (count) largest |value| since the start: below a part of it, that of a kink is zero */
     double *zeros;   /* (count) counts as zero in the step: a value at its beginning that is just beyond */

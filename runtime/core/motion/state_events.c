@@ -40,6 +40,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->side_end = layout_ints(layout, count);
     events->towards = layout_ints(layout, count);
     events->due = layout_ints(layout, count);
+    events->passed = layout_ints(layout, count);
     events->returns = layout_ints(layout, count);
     events->samples = layout_doubles(layout, (REFDYN_EVENT_SAMPLES + 1) * count);
     events->sizes = layout_doubles(layout, count);
@@ -270,7 +271,7 @@ static void place_zeros(struct refdyn_state_events *events) {
 }
 
 int refdyn_state_events_begin(struct refdyn_state_events *events, const struct refdyn_step *step) {
-    events->tries = events->early_tries = 0;
+    events->tries = events->early_tries = events->passed_count = 0;
     if (events->count == 0)
         return REFDYN_OK;
     if (events->looks_again && events->due_count == 0)

@@ -138,7 +138,7 @@ struct fit {
     long motions;   /* computed in all, copies included */
     int end_status; /* of the last motion: a status of the runtime, and the time reached [s] */
     double end_t;
-    int lost; /* residuals without a derivative in the last evaluation */
+    int lost; /* residuals without a derivative in the last evaluation of J */
     struct progress progress;
 };
 
@@ -217,6 +217,7 @@ struct least_squares {
     const double *lower, *upper; /* (count) bounds of the unknowns */
     double step_most;            /* largest change of an unknown in one step */
     double decrease_least;       /* ends when the derivatives predict a smaller decrease of chi^2 */
+    bool takes_last;             /* takes this last step as well if it decreases chi^2 */
     int rounds_most;
     enum fit_outcome (*residuals)(void *context, const double *u, double *r, double *J);
     void *context;

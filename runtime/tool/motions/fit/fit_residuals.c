@@ -349,7 +349,7 @@ enum fit_outcome fit_residuals(struct fit *fit, double until, const double *unkn
                                size_t apart) {
     struct entry place = {r, J, apart, 0, fit->count};
     enum fit_outcome outcome = FIT_DONE;
-    fit->lost = 0;
+    fit->lost = J ? 0 : fit->lost;
     for (int i = 0; i < fit->data_count && outcome == FIT_DONE; i++)
         if (!fit->data[i].is_held_out)
             outcome = residuals_of(fit, &fit->data[i], until, unknowns, &place);

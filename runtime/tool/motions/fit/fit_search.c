@@ -298,7 +298,8 @@ static struct fit_data *thin(const struct fit *fit) {
 
 /* Solves for all data from the best rough solution. */
 static void finish(struct fit_search *search, struct fit_solution *solution) {
-    struct least_squares problem = {.decrease_least = decrease_least, .rounds_most = ROUNDS};
+    struct least_squares problem = {
+        .decrease_least = decrease_least, .takes_last = true, .rounds_most = ROUNDS};
     problem.u = solution->u = search->best.u;
     search->part = 1;
     solution->outcome = solve(search, &problem);
@@ -358,6 +359,7 @@ static enum fit_outcome find_starts(struct held_out *held, int rows) {
                                     .upper = bounds_of(held->fit, false) + first,
                                     .step_most = step_most,
                                     .decrease_least = decrease_least,
+                                    .takes_last = true,
                                     .rounds_most = ROUNDS,
                                     .residuals = held_out_residuals,
                                     .context = held,

@@ -20,6 +20,9 @@ static const double gain_least = 1e-3;
 /* The search also ends when the predicted decrease is a smaller part of chi^2: below the error of the motion.
  */
 static const double decrease_part = 1e-9;
+/* The search is stuck if the derivatives predict a larger decrease, a third of a standard error, and larger
+ * than this part of chi^2, but no step decreases it. */
+static const double stuck_least = 0.1, stuck_part = 1e-6;
 
 /* A round: the factors of J, and scratch for steps. */
 struct round {
@@ -29,6 +32,7 @@ struct round {
     bool *is_held;          /* (count) at a bound that the step would cross */
     double *d, *tried, *r;  /* (count), (count), (rows) */
     double *matrix, *right; /* (2 count x count), (2 count) */
+    bool has_moved;         /* a step was taken */
 };
 
 static double *scratch(int size) {
@@ -120,27 +124,34 @@ static bool make_step(struct round *round, double lambda) {
     return isfinite(largest);
 }
 
-/* Tries steps until one is good. Sets *is_last if none is worth trying. */
+/* Tries steps until one is good. Sets *is_last if none, or no further one, is worth trying. */
 static enum fit_outcome advance(struct round *round, struct least_squares *problem, double *lambda,
                                 bool *is_last) {
-    const double least = fmax(problem->decrease_least, decrease_part * problem->chi2);
+    const double least = fmax(problem->decrease_least, decrease_part * problem->chi2),
+                 stuck = fmax(stuck_least, stuck_part * problem->chi2);
+    double most = 0; /* of the decreases that were predicted in vain */
+    round->has_moved = false;
     for (;;) {
         if (!make_step(round, *lambda))
             return FIT_FAILED;
         const double predicted = predict(round);
         *is_last = predicted <= least;
-        if (*is_last)
-            return FIT_DONE;
+        if (*is_last && (most > 0 || !problem->takes_last))
+            return most > stuck ? FIT_STUCK : FIT_DONE;
         const enum fit_outcome outcome = problem->residuals(problem->context, round->tried, round->r, NULL);
         if (outcome == FIT_STOPPED)
             return outcome;
-        const double chi2 = outcome == FIT_DONE ? square_of(round->r, problem->rows) : INFINITY;
-        if (problem->chi2 - chi2 >= gain_least * predicted) {
-            *is_last = problem->chi2 - chi2 <= least;
+        const double chi2 = outcome == FIT_DONE ? square_of(round->r, problem->rows) : INFINITY,
+                     decrease = problem->chi2 - chi2;
+        round->has_moved = decrease >= gain_least * predicted;
+        if (round->has_moved) {
+            *is_last = *is_last || decrease <= least;
             memcpy(problem->u, round->tried, (size_t)problem->count * sizeof *problem->u);
             *lambda *= lambda_falls;
-            return FIT_DONE;
         }
+        if (round->has_moved || *is_last)
+            return FIT_DONE;
+        most = fmax(most, predicted);
         *lambda *= lambda_grows;
         if (*lambda > lambda_most)
             return FIT_STUCK;
@@ -177,7 +188,7 @@ enum fit_outcome least_squares_solve(struct least_squares *problem) {
         hold_at_bounds(&round);
         if (outcome == FIT_DONE)
             outcome = advance(&round, problem, &lambda, &is_last);
-        if (outcome == FIT_DONE) {
+        if (outcome == FIT_DONE && round.has_moved) {
             outcome = problem->residuals(problem->context, problem->u, problem->r, problem->J);
             problem->chi2 = outcome == FIT_DONE ? square_of(problem->r, problem->rows) : INFINITY;
         }
