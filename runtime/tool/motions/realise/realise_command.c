@@ -174,14 +174,16 @@ static const char *first_given(const struct options *options, const char *const 
 
 enum status realise_check_options(const struct options *options) {
     static const char *const of_realise[] = {"before", "after", "mesh", NULL};
-    static const char *const not_realise[] = {"play",   "inputs", "accuracy", "derivatives", "lanes",
+    static const char *const not_realise[] = {"play",   "inputs", "accuracy", "derivatives",
                                               "verify", "stop",   "step",     NULL};
     const bool is_realised = options_has(options, "realise");
     const char *wrong = first_given(options, is_realised ? not_realise : of_realise);
+    if (is_realised && options_number(options, "lanes") > 1)
+        wrong = "lanes";
     if (wrong && is_realised)
         return options_usage_error(options->command, "--realise excludes --%s", wrong);
     if (wrong)
-        return options_usage_error(options->command, "--%s needs --realise", wrong);
+        return options_error(options, wrong, " needs --realise");
     return STATUS_DONE;
 }
 
