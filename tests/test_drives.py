@@ -396,6 +396,79 @@ def test_wrong_usage(arguments, message):
     assert message in refdyn("sim", HUB, "--until", 1, *arguments, status=2).stderr
 
 
+LOADS = """local rd = require "refdyn"
+return rd.sweep { vary = { m_tip = { 0.063, 0.117 }, n_rfe = { 3, 6 }, hub_psi = { 0, 0.1 } }, t_end = 1, every = 1e-2, realise = true,
+  before = 0.31, after = 0.3, mesh = 0.045, keep = { final = true, history = { "drive_hub_psi", "tip_x" }, extremes = { "drive_hub_psi" }, limits = true } }
+"""
+
+
+def test_batch_of_loads(tmp_path):
+    """A case has the numbers of `sim --realise` to the bit, on one process and on three; a start off the programme is a case with its reason."""
+    h5py = pytest.importorskip("h5py")
+    (tmp_path / "loads.lua").write_text(LOADS)
+    refdyn("batch", HUB, tmp_path / "loads.lua", "--threads", 1, "-o", tmp_path / "one.h5")
+    refdyn("batch", HUB, tmp_path / "loads.lua", "--threads", 3, "-o", tmp_path / "runs.h5")
+    run, report, _ = realise(HUB, tmp_path, "--until", 1, "--every", 1e-2, "--before", 0.31, "--after", 0.3, "--mesh", 0.045, "--set", "n_rfe=6", "--set", "m_tip=0.117")
+    with h5py.File(tmp_path / "runs.h5") as file, h5py.File(tmp_path / "one.h5") as one:
+        one.visititems(lambda name, item: name == "cpu_s" or not isinstance(item, h5py.Dataset) or numpy.testing.assert_array_equal(item[()], file[name][()]))
+        values = {name: file["cases"][name].asstr()[()].astype(float) if file["cases"][name].dtype.kind == "O" else file["cases"][name][()] for name in file["cases"]}
+        case = next(i for i in range(8) if (values["m_tip"][i], values["n_rfe"][i], values["hub_psi"][i]) == (0.117, 6, 0))
+        assert list(file["status"]) == [int(start != 0) for start in values["hub_psi"]]
+        assert all(bool(start) == reason.endswith("the residual of polar is 0.1; --from held starts at the equilibrium that the drives hold")
+                   for start, reason in zip(values["hub_psi"], file["reason"].asstr()[()]))
+        numbers = {name: file["realise"][name][case] for name in file["realise"]}
+        assert numbers.pop("peak_hub_psi") == report["peak"]["hub_psi"] and numbers.pop("cosine_1") == report["cosines"][0]
+        assert numbers == {name: report[name] for name in numbers} and len(numbers) == 9
+        for name in ("drive_hub_psi", "tip_x"):
+            assert numpy.array_equal(file["history"][name][case], run[name]) and len(run[name]) == 162
+        assert numpy.array_equal(file["history/t"][()], run["t"]) and file["final/t"][case] == run["t"][-1] and file["final/tip_y"][case] == run["tip_y"][-1]
+        largest = max(range(len(run["t"])), key=lambda i: run["drive_hub_psi"][i])
+        assert list(file["extremes/drive_hub_psi"][case][2:]) == [run["drive_hub_psi"][largest], run["t"][largest]]
+        assert file["limits/drive_hub_psi"][case][5] == 0 and numpy.isnan(file["history/tip_x"][()][values["hub_psi"] != 0]).all()
+    refdyn("sim", "--case", case, "--of", tmp_path / "runs.h5", "-o", tmp_path / "case.csv")
+    again = read_run(tmp_path / "case.csv")
+    assert set(again) == set(run) and all(numpy.array_equal(again[name], run[name]) for name in run)
+
+
+def test_batch_without_tails(tmp_path):
+    """Each case then has its own tails: outputs cover the programme alone, and the largest force that of the whole motion."""
+    (tmp_path / "loads.lua").write_text(LOADS.replace("before = 0.31, after = 0.3,", "").replace("n_rfe = { 3, 6 }, hub_psi = { 0, 0.1 }", "J = 0.02")
+                                        .replace('history = { "drive_hub_psi", "tip_x" }, ', "").replace(", limits = true", ""))
+    refdyn("batch", HUB, tmp_path / "loads.lua", "--set", "n_rfe=3", "-o", tmp_path / "runs.csv")
+    runs = read_run(tmp_path / "runs.csv")
+    _, report, _ = realise(HUB, tmp_path, "--until", 1, "--every", 1e-2, "--mesh", 0.045, "--set", "n_rfe=3", "--set", "m_tip=0.063")
+    assert list(runs["t"]) == [1, 1] and runs["peak_hub_psi"][0] == report["peak"]["hub_psi"] > 2.9 and report["playback_error"] == runs["playback_error"][0]
+
+
+def test_batch_from_the_equilibrium(tmp_path):
+    """`from = "held"`: the reference manipulator begins each case at rest, held by its drives, and the loads grow with the mass."""
+    (tmp_path / "loads.lua").write_text("""local rd = require "refdyn"
+return rd.sweep { vary = { m_E = { 1.3, 2.9 } }, t_end = 1.9, every = 1e-2, realise = true, from = "held" }""")
+    refdyn("batch", MODELS / "manipulator.lua", tmp_path / "loads.lua", "--set", "driven=true", "-o", tmp_path / "runs.csv")
+    runs = read_run(tmp_path / "runs.csv")
+    _, report, _ = realise(MODELS / "manipulator.lua", tmp_path, "--set", "driven=true", "--set", "m_E=2.9", "--from", "held", "--until", 1.9, "--every", 1e-2)
+    assert runs["peak_effector_z"][1] == report["peak"]["effector_z"] > 2 * runs["peak_effector_z"][0] and max(runs["playback_error"]) < 5e-6
+
+
+@pytest.mark.parametrize(("change", "arguments", "status", "message"), [
+    (("", ""), ["--lanes", 2], 2, "--realise excludes --lanes"),
+    (("realise = true,", ""), [], 1, "loads.lua:3: before needs --realise"),
+    (("limits = true", 'derivatives = { "m_tip" }'), [], 1, "loads.lua:3: keep: --realise excludes keep.derivatives"),
+    (("realise = true", "realise = 1"), [], 1, "realise: a number; must be true or false"),
+    (("before = 0.31", "before = -1"), [], 1, "before: value -1; must be positive"),
+    (("hub_psi = { 0, 0.1 }", "degree = { 3, 9 }, hub_psi = 0"), ["--from", "held", "--tol", 0], 2, "--tol"),
+])
+def test_wrong_batches(change, arguments, status, message, tmp_path):
+    (tmp_path / "loads.lua").write_text(LOADS.replace(*change))
+    assert message in refdyn("batch", HUB, tmp_path / "loads.lua", *arguments, "-o", tmp_path / "runs.h5", status=status).stderr
+
+
+def test_batch_of_a_model_without_drives(tmp_path):
+    (tmp_path / "loads.lua").write_text(LOADS.replace("vary = { m_tip = { 0.063, 0.117 }, n_rfe = { 3, 6 }, hub_psi = { 0, 0.1 } }", "vary = { m_E = { 1, 2 } }"))
+    said = refdyn("batch", MODELS / "manipulator.lua", tmp_path / "loads.lua", "-o", tmp_path / "runs.csv", status=1).stderr
+    assert re.fullmatch(r".*manipulator.lua:\d+: drives: the model has none; --realise needs a drive for each row of the programme\n", said) and not (tmp_path / "runs.csv").exists()
+
+
 def test_models_without_drives_are_the_same(tmp_path):
     """No drive adds an input or a function to a model without them."""
     refdyn("gen", MODELS / "manipulator.lua", "-o", tmp_path)

@@ -654,3 +654,20 @@ def test_drives(package):
         link.simulate(1, before=0.1)
     with pytest.raises(ValueError, match="^realise excludes accuracy$"):
         link.simulate(1, realise=True, accuracy=1e-3)
+
+
+def test_drives_over_loads(package):
+    """`batch` with `realise`: the report's numbers are variables along the axes of the grid, and one warning has the reasons of refused cases."""
+    link = package.Model(HUB, n_rfe=4)
+    options = {"every": 1e-2, "realise": True, "before": 0.3, "after": 0.2}
+    runs = link.batch(package.grid(m_tip=[0.07, 0.13], T=[0.9, 1.0]), 1, keep={"history": ["drive_hub_psi"], "limits": True}, threads=2, **options)
+    one = link.simulate(1, parameters={"m_tip": 0.13, "T": 0.9}, **options)
+    report = json.loads(one.realise)
+    assert runs.peak_hub_psi.dims == ("m_tip", "T") and runs.peak_hub_psi.attrs["units"] == "N m"
+    assert float(runs.peak_hub_psi[1, 0]) == report["peak"]["hub_psi"] and float(runs.playback_error[1, 0]) == report["playback_error"] < 2e-4
+    assert same(runs.drive_hub_psi_history[1, 0], one.drive_hub_psi) and float(runs.limit_drive_hub_psi_beyond_s[0, 1]) == 0
+    with pytest.warns(package.ModelWarning, match="1 of 2 cases failed(?s:.*)the residual of polar is 0.2"):
+        assert list(link.batch({"hub_psi": [0, 0.2]}, 1, **options).status) == [0, 1]
+    assert list(link.batch({"m_tip": [0.1]}, 1, from_="held", **options).status) == [0]
+    with pytest.raises(ValueError, match="^from_: 'held' is not one of initial, statics, and not a file"):
+        link.batch({"m_tip": [0.1]}, 1, from_="held")

@@ -428,6 +428,18 @@ static enum status make_ready(struct scene *scene, const struct options *options
     return STATUS_DONE;
 }
 
+enum status scene_set_values(struct scene *scene, struct named_value *values, int count) {
+    const struct values given = {.list = values, .count = count};
+    apply_values(scene, &given);
+    apply_inputs(scene, values, count);
+    if (refdyn_check_parameters(&scene->work) == REFDYN_REFUSED)
+        return complain_of_values(scene);
+    scene->state.found = values;
+    scene->state.found_count = count;
+    set_state(scene);
+    return STATUS_DONE;
+}
+
 enum status scene_refuse(struct scene *scene, const struct row *row, const char *fact) {
     message_error(&scene->generation.messages, row->place, "%s: %s", row->name, fact);
     print_messages(scene);

@@ -115,6 +115,9 @@ enum status scene_read(struct scene *scene, const struct options *options, bool 
 enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
                        const char *state_path);
 void scene_close(struct scene *scene);
+/* Sets parameters, inputs and start values (NAME, NAME_d) of an open scene, and what follows from them. Names
+ * that it does not read have no effect. Reports values that the model refuses. */
+enum status scene_set_values(struct scene *scene, struct named_value *values, int count);
 /* Opens a scene, calls `work`, and closes it. */
 enum status scene_run(const struct options *options, unsigned needs, const char *state_path,
                       enum status (*work)(struct scene *scene, const struct options *options));

@@ -16,7 +16,7 @@ from .program import text_of, warn
 if TYPE_CHECKING:
     import xarray
 
-KEPT = ("final", "at", "extremes", "norms", "history", "derivatives")
+KEPT = ("final", "at", "extremes", "norms", "history", "derivatives", "limits")
 NUMBER = re.compile(r"(?<![\w.\[])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")  # numbers are left out when reasons are compared
 SHOWN_REASONS = 5
 
@@ -115,8 +115,8 @@ def kept(keep: Mapping[str, Any]) -> str:
     for name, value in keep.items():
         if name not in KEPT:
             raise ValueError(f"keep: {not_one_of(name, KEPT)}")
-        if name == "final":
-            fields.append(f"final = {'true' if value else 'false'}")
+        if name in ("final", "limits"):
+            fields.append(f"{name} = {'true' if value else 'false'}")
         elif name == "at":
             times = np.atleast_1d(reals("keep: at", value))
             fields.append(f"at = {{ {', '.join(text_of('keep: at', time) for time in times)} }}")

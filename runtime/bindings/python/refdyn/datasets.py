@@ -256,7 +256,7 @@ def of_runs(model: Model, path: str, summary: str, attrs: Mapping[str, Any]) -> 
             if varied.dtype.kind == "O":
                 varied.values = of_options(model, name, varied.values)
             names[name] = put(variables, name + ("_start" if is_start else ""), "case", varied)
-        for group in ("final", "at", "extremes", "norms", "history", "derivatives", "limits"):
+        for group in ("final", "at", "extremes", "norms", "history", "derivatives", "limits", "realise"):
             put_group(variables, group, file.get(group, {}))
         return dataset(variables, attrs={**attrs, **plain(json.load(summary_file))}), names
 

@@ -340,7 +340,7 @@ class Model:
         """Computes a motion until t_end [s]. The columns of `refdyn sim` become variables along t with units, the summary attributes.
 
         tol        tolerance: bound on the local error (1e-6), for motions without a fixed `step`
-        from_      "initial", "statics" or the name of a STATE.json; q, qd and t define another start instead
+        from_      "initial", "statics", with realise also "held", or the name of a STATE.json; q, qd and t define another start instead
         inputs     constant values, by name or as an array; by name with times `t` also samples, each valid until the next
         stop       a condition that ends the motion, "E_z<2", or several
         derivatives  parameters, inputs and start values (NAME or NAME_d of a coordinate): for each column a variable d_COLUMN with its
@@ -349,7 +349,7 @@ class Model:
         options    further options of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way;
                    realise=True with before, after, mesh: the model's drives perform the programme, with their mean forces as drive_NAME
         """
-        check_place("from_", from_, [name for name, value in (("q", q), ("qd", qd), ("t", t)) if value is not None])
+        check_place("from_", from_, [name for name, value in (("q", q), ("qd", qd), ("t", t)) if value is not None], options)
         if isinstance(options.get("accuracy"), (bool, np.bool_)):
             raise TypeError(f"accuracy: {options['accuracy']}; must be a number, the bound on the error of the motion")
         inputs = by_order("input", inputs, self.inputs, "; samples need their times, inputs={'t': times, 'NAME': values}")
@@ -399,10 +399,12 @@ class Model:
                    same in all cases: a dictionary of arrays, a data frame, refdyn.sample(...), or refdyn.grid(...), whose names become dimensions instead of `case`
         t_end      end of the motions [s]
         keep       what is kept of each motion, as in a sweep file: {"final": True, "at": times, "extremes": names, "norms": names,
-                   "history": names}, with names of columns of `simulate`. Default: the final state
+                   "history": names, "limits": True}, with names of columns of `simulate`. Default: the final state
         sweep      a sweep file, which defines what varies and what is kept; it replaces `cases` and `keep`
         progress   True shows a bar on sys.stderr if the batch takes more than a second
-        options    further options of `refdyn batch`: step, step_max, every, stabilise, singular, start, hold, release, way
+        options    further options of `refdyn batch`: step, step_max, every, stabilise, singular, start, hold, release, way;
+                   realise=True with before, after, mesh: the model's drives perform the programme of each case, with the numbers of
+                   its report as variables
 
         Variables have the names of the columns of RUNS.csv: the varied values, `status`, `reason`, final values, NAME_min ...
         Histories are NAME_history, along t; values at times NAME_at, along t_at. Values that a case lacks are NaN. One warning
@@ -416,7 +418,7 @@ class Model:
             raise ValueError("keep: the sweep file defines what is kept; write it there")
         if cases is not None and t_end is None:
             raise TypeError("batch: t_end is missing; add the end of the motions [s]")
-        check_place("from_", from_ or "initial", [])
+        check_place("from_", from_ or "initial", [], options)
         cases = cases_.by_names_of_results(cases, self.coordinates, {name for kind in ("parameter", "input", "option", "coordinate") for name in self._kinds[kind]})
         varied = cases_.columns(cases) if cases is not None else {}
         with program.private_folder() as folder:
@@ -616,9 +618,9 @@ def runs_by_name(model: str, runs: Any) -> dict[str, xarray.Dataset]:
     return dict(runs)
 
 
-def check_place(argument: str, place: str, others: Sequence[str]) -> None:
+def check_place(argument: str, place: str, others: Sequence[str], options: Mapping[str, Any] = {}) -> None:
     """Checks the place where a motion starts or modes are computed, and that only one place is given."""
-    places = ("initial", "statics")
+    places = ("initial", "statics", *(("held",) if options.get("realise") else ()))
     if place not in places and not os.path.isfile(place):
         near = nearest(place, places)
         raise ValueError(f"{argument}: {place!r} is not one of {', '.join(places)}, and not a file" + (f"; did you mean {near!r}?" if near else ""))

@@ -67,8 +67,9 @@ OWN_OPTIONS = ("until", "from", "output", "summary", "inputs", "stop", "table", 
 
 # Further options of commands, which calls pass on.
 OF_MOTIONS = ("step_max", "stabilise", "singular", "start", "hold", "release", "way")
-OF_SIM = (*OF_MOTIONS, "accuracy", "verify", "fold", "realise", "before", "after", "mesh")
-OF_BATCH, OF_FIT = (*OF_MOTIONS, "step", "every"), (*OF_MOTIONS, "step", "lanes")
+OF_REALISE = ("realise", "before", "after", "mesh")
+OF_SIM = (*OF_MOTIONS, "accuracy", "verify", "fold", *OF_REALISE)
+OF_BATCH, OF_FIT = (*OF_MOTIONS, "step", "every", *OF_REALISE), (*OF_MOTIONS, "step", "lanes")
 
 
 def further(options: Mapping[str, Any], call: Callable[..., Any], known: Collection[str]) -> Mapping[str, Any]:

@@ -12,229 +12,6 @@
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
 
-/* ---- Numbers of a case ---- */
-
-/* The last outputs of a value with bounds. */
-struct limit_track {
-    double t[2], value[2]; /* the last but one, the last */
-    int count;             /* of outputs so far, at most 2 */
-};
-
-/* Fills the numbers that a batch keeps of one case from the states of its motion. A recorder belongs to one
- * thread and one structure, and records one case after another. */
-struct recorder {
-    const struct kept *kept;
-    const struct runs_layout *layout;
-    struct record_table table;
-    int *places;                 /* (item_count) columns of the table, -1 if this structure has none */
-    struct record_bound *bounds; /* (item_count) of limits */
-    struct limit_track *tracks;  /* (item_count) the last outputs of limits */
-    double *values;              /* (layout->width) of the case */
-    double *before;              /* (item_count) squares at the previous output, for norms */
-    double t_before;
-    bool keeps_ends_alone;
-    struct case_derivatives *derivatives; /* NULL: none are kept */
-};
-
-static const struct bound *find_bound(const struct model *read, const char *name) {
-    for (int i = 0; i < read->bound_count; i++)
-        if (strcmp(read->bounds[i].name, name) == 0)
-            return &read->bounds[i];
-    return NULL;
-}
-
-/* Looks up the items' columns in the table, and selects the blocks that it must compute. */
-static void find_places(struct recorder *recorder, const struct model *read) {
-    const struct kept *kept = recorder->kept;
-    struct record_table *table = &recorder->table;
-    bool *wanted = format_allocate((size_t)table->count, sizeof *wanted);
-    for (int i = 0; i < recorder->layout->item_count; i++) {
-        const struct bound *bound = kept->kinds[i] == KEPT_LIMIT ? find_bound(read, kept->columns[i]) : NULL;
-        const char *column = bound ? bound->column : kept->columns[i];
-        if (bound)
-            recorder->bounds[i] = (struct record_bound){bound->name, bound->column, bound->from, bound->to};
-        recorder->places[i] =
-            kept->kinds[i] == KEPT_LIMIT && !bound ? -1 : text_index(column, table->names, table->count);
-        if (recorder->places[i] >= 0)
-            wanted[recorder->places[i]] = true;
-    }
-    record_table_want(table, wanted);
-}
-
-static void recorder_start(struct recorder *recorder, const struct kept *kept,
-                           const struct runs_layout *layout, struct refdyn_integrator *integrator,
-                           const struct model *read) {
-    *recorder = (struct recorder){.kept = kept, .layout = layout};
-    simulate_table_start(&recorder->table, integrator, NULL);
-    recorder->places = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->places);
-    recorder->before = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->before);
-    recorder->values = format_allocate((size_t)layout->width + 1, sizeof *recorder->values);
-    recorder->bounds = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->bounds);
-    recorder->tracks = format_allocate((size_t)layout->item_count + 1, sizeof *recorder->tracks);
-    find_places(recorder, read);
-    recorder->keeps_ends_alone = true;
-    for (int i = 0; i < layout->item_count; i++)
-        recorder->keeps_ends_alone &= kept->kinds[i] == KEPT_FINAL || kept->kinds[i] == KEPT_DERIVATIVE;
-}
-
-/* Begins a case: all its values are unknown (NaN). */
-static void recorder_clear(struct recorder *recorder) {
-    for (int i = 0; i < recorder->layout->width; i++)
-        recorder->values[i] = NAN;
-    for (int i = 0; i < recorder->layout->item_count; i++)
-        recorder->tracks[i].count = 0;
-}
-
-/* extremes: smallest value, its time, largest value, its time. A NaN stays. */
-static void widen(double *extremes, double value, double t, bool is_first) {
-    if (is_first || !(value >= extremes[0])) {
-        extremes[0] = value;
-        extremes[1] = t;
-    }
-    if (is_first || !(value <= extremes[2])) {
-        extremes[2] = value;
-        extremes[3] = t;
-    }
-}
-
-/* Root mean square: integrates x^2 by the trapezoidal rule, and at the end divides by the time and takes the
- * root. */
-static void add_square(struct recorder *recorder, int item, double value, double t, bool is_first,
-                       bool is_last) {
-    double *sum = recorder->values + recorder->layout->items[item].offset;
-    const double square = value * value;
-    *sum = is_first ? 0 : *sum + (t - recorder->t_before) * (square + recorder->before[item]) / 2;
-    recorder->before[item] = square;
-    if (is_last && t > recorder->kept->times.t[0])
-        *sum = sqrt(*sum / (t - recorder->kept->times.t[0]));
-}
-
-/* The vertex of the parabola through three outputs, if the middle one is the largest or the smallest. Where
- * one of the two slopes is far steeper than the other, the value may jump, and the output itself counts. */
-static bool vertex(const struct limit_track *track, double t, double value, double *t_vertex,
-                   double *vertex) {
-    const double steepest = 0.1, h0 = track->t[1] - track->t[0], h1 = t - track->t[1];
-    const double s0 = (track->value[1] - track->value[0]) / h0, s1 = (value - track->value[1]) / h1;
-    const double curvature = (s1 - s0) / (h0 + h1), slope = (s0 * h1 + s1 * h0) / (h0 + h1);
-    const double away = -slope / (2 * curvature);
-    *t_vertex = track->t[1] + away;
-    *vertex = track->value[1] + away * (slope + away * curvature);
-    return track->count == 2 && s0 * s1 < 0 && fabs(s0) > steepest * fabs(s1) &&
-           fabs(s1) > steepest * fabs(s0);
-}
-
-/* Adds an output to a limit: extremes by parabolas through three outputs, times beyond it by straight lines.
- */
-static void add_to_limit(struct recorder *recorder, int item, double value, double t) {
-    double *to = recorder->values + recorder->layout->items[item].offset, t_vertex, at_vertex;
-    struct limit_track *track = &recorder->tracks[item];
-    const struct record_bound *bound = &recorder->bounds[item];
-    widen(to, value, t, track->count == 0);
-    if (track->count == 2 && vertex(track, t, value, &t_vertex, &at_vertex))
-        widen(to, at_vertex, t_vertex, false);
-    const bool is_out = record_is_beyond(bound, value);
-    if (track->count == 0)
-        to[5] = 0;
-    if (track->count == 0 && is_out)
-        to[4] = t;
-    if (track->count > 0) {
-        const double t0 = track->t[1], v0 = track->value[1],
-                     bound_near = fmax(v0, value) > bound->to ? bound->to : bound->from;
-        const bool was_out = record_is_beyond(bound, v0);
-        const double crossing =
-            is_out == was_out ? t : fmin(fmax(t0 + (t - t0) * (bound_near - v0) / (value - v0), t0), t);
-        if (!was_out && is_out && isnan(to[4]))
-            to[4] = crossing;
-        if (was_out || is_out)
-            to[5] += is_out == was_out ? t - t0 : was_out ? crossing - t0 : t - crossing;
-    }
-    *track = (struct limit_track){.t = {track->t[1], t},
-                                  .value = {track->value[1], value},
-                                  .count = track->count < 2 ? track->count + 1 : 2};
-}
-
-static void record(struct recorder *recorder, int item, double value, int number) {
-    const struct seen_times *times = &recorder->kept->times;
-    double *to = recorder->values + recorder->layout->items[item].offset;
-    const int output = times->output[number], at = times->at[number];
-    switch (recorder->kept->kinds[item]) {
-    case KEPT_FINAL:
-        *to = value;
-        break;
-    case KEPT_AT:
-        if (at >= 0)
-            to[at] = value;
-        break;
-    case KEPT_EXTREMES:
-        if (output >= 0)
-            widen(to, value, times->t[number], number == 0);
-        break;
-    case KEPT_NORM:
-        if (output >= 0)
-            add_square(recorder, item, value, times->t[number], number == 0, number == times->count - 1);
-        break;
-    case KEPT_HISTORY:
-        if (output >= 0)
-            to[output] = value;
-        break;
-    case KEPT_LIMIT:
-        if (output >= 0)
-            add_to_limit(recorder, item, value, times->t[number]);
-        break;
-    case KEPT_DERIVATIVE: /* runs_derive */
-        break;
-    }
-}
-
-/* Records the integrator's state at the time `number` of seen_times. */
-static void recorder_see(struct recorder *recorder, int number) {
-    const struct seen_times *times = &recorder->kept->times;
-    if (recorder->keeps_ends_alone && number < times->count - 1)
-        return;
-    record_table_fill(&recorder->table);
-    for (int i = 0; i < recorder->layout->item_count; i++)
-        if (recorder->places[i] >= 0)
-            record(recorder, i, recorder->table.values[recorder->places[i]], number);
-    if (times->output[number] >= 0)
-        recorder->t_before = times->t[number];
-}
-
-/* Records the state at which an event has ended the case, between two recorded times. */
-static void record_end(struct recorder *recorder, int item, double value, double t) {
-    double *to = recorder->values + recorder->layout->items[item].offset;
-    const enum kept_kind kind = recorder->kept->kinds[item];
-    if (kind == KEPT_FINAL)
-        *to = value;
-    else if (kind == KEPT_EXTREMES)
-        widen(to, value, t, false);
-    else if (kind == KEPT_NORM)
-        add_square(recorder, item, value, t, false, true);
-    else if (kind == KEPT_LIMIT)
-        add_to_limit(recorder, item, value, t);
-}
-
-/* Records the end of a case that an event has ended at t, and completes extremes and norms. */
-static void recorder_end(struct recorder *recorder, double t) {
-    record_table_fill(&recorder->table);
-    for (int i = 0; i < recorder->layout->item_count; i++)
-        if (recorder->places[i] >= 0)
-            record_end(recorder, i, recorder->table.values[recorder->places[i]], t);
-}
-
-/* Marks as unknown what a case that failed at t has of its end and of its whole motion. */
-static void recorder_fail(struct recorder *recorder, double t) {
-    for (int i = 0; i < recorder->layout->item_count; i++) {
-        const struct kept_item *item = &recorder->layout->items[i];
-        const enum kept_kind kind = recorder->kept->kinds[i];
-        if (kind == KEPT_AT || kind == KEPT_HISTORY)
-            continue;
-        for (int k = 0; k < item->size; k++)
-            recorder->values[item->offset + k] = NAN;
-        if (kind == KEPT_FINAL && strcmp(item->name, "t") == 0)
-            recorder->values[item->offset] = t;
-    }
-}
-
 /* ---- Computation ---- */
 
 /* What all threads share while one structure is computed. */
@@ -261,8 +38,10 @@ static struct recorder *recorder_of(struct running *running, const struct refdyn
         return recorder;
     pthread_mutex_lock(&running->lock);
     const struct refdyn_batch batch = runs_describe(running->setup, running->structure);
-    recorder_start(recorder, &running->setup->kept, &running->setup->layout, one->integrator,
-                   &running->structure->scene.generation.model);
+    struct record_table *table = format_allocate(1, sizeof *table);
+    simulate_table_start(table, one->integrator, NULL);
+    runs_recorder_start(recorder, &running->setup->kept, &running->setup->layout, table,
+                        &running->structure->scene.generation.model);
     recorder->derivatives = runs_derivatives_start(recorder->kept, recorder->layout, &batch, one->integrator);
     pthread_mutex_unlock(&running->lock);
     return recorder;
@@ -271,8 +50,8 @@ static struct recorder *recorder_of(struct running *running, const struct refdyn
 static int see(void *context, const struct refdyn_batch_case *one, int number) {
     struct recorder *recorder = recorder_of(context, one);
     if (number == 0)
-        recorder_clear(recorder);
-    recorder_see(recorder, number);
+        runs_recorder_clear(recorder);
+    runs_recorder_see(recorder, number);
     return 0;
 }
 
@@ -347,22 +126,33 @@ static bool is_refused_at_start(const struct refdyn_batch_result *result) {
     return result->status == REFDYN_REFUSED && result->stage != REFDYN_AT_STEPS;
 }
 
+/* Stores a record and counts its case. */
+static void take_record(struct running *running, const struct case_record *record) {
+    struct batch_count *count = running->count;
+    running->is_broken = running->is_broken || !running->sink->take(running->sink->context, record);
+    count->cases++;
+    count->failed += record->status != STATUS_DONE;
+    count->cases_cpu_s += record->cpu_s;
+    count->steps += record->steps;
+    show_progress(running);
+}
+
 static int end_case(void *context, const struct refdyn_batch_case *one,
                     const struct refdyn_batch_result *result) {
     struct running *running = context;
     struct recorder *recorder = recorder_of(running, one);
     char reason[REASON_LENGTH] = "";
     if (result->stage != REFDYN_AT_STEPS)
-        recorder_clear(recorder);
+        runs_recorder_clear(recorder);
     const bool is_ended = result->status == REFDYN_EVENT_ENDS, has_failed = result->status && !is_ended;
     if (is_ended) {
         describe_end(one, result, reason);
-        recorder_end(recorder, result->t);
+        runs_recorder_end(recorder, result->t);
     }
     const bool is_refused = is_refused_at_start(result);
     if (has_failed && !is_refused) {
         describe_failure(running, one, result, reason);
-        recorder_fail(recorder, result->t);
+        runs_recorder_fail(recorder, result->t);
     }
     if (is_refused)
         scene_refused_fact(&running->structure->scene, one->integrator->work, reason);
@@ -377,11 +167,7 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
                                        .reason = reason,
                                        .values = recorder->values};
     pthread_mutex_lock(&running->lock);
-    running->is_broken = running->is_broken || !running->sink->take(running->sink->context, &record);
-    running->count->cases++;
-    running->count->failed += has_failed;
-    running->count->cases_cpu_s += result->cpu_s;
-    running->count->steps += one->integrator->statistics.steps;
+    take_record(running, &record);
     running->count->steps_alone += result->steps_alone;
     if (result->unstable)
         note(&running->count->unstable, one->number);
@@ -389,7 +175,6 @@ static int end_case(void *context, const struct refdyn_batch_case *one,
         note(&running->count->beyond, one->number);
     if (result->stage != REFDYN_AT_STATICS && one->integrator->start_is_far)
         note(&running->count->far, one->number);
-    show_progress(running);
     const bool is_broken = running->is_broken;
     pthread_mutex_unlock(&running->lock);
     return is_broken;
@@ -433,6 +218,14 @@ struct refdyn_batch runs_describe(const struct batch_setup *setup, const struct 
                                  .column_count = structure->column_count};
 }
 
+/* The record of a case that another process has computed, whose time is not that of this process. */
+static bool take_realised(void *context, const struct case_record *record) {
+    struct running *running = context;
+    running->count->cpu_started -= record->cpu_s;
+    take_record(running, record);
+    return !running->is_broken;
+}
+
 static int run_cases(struct running *running, struct structure *structure, long *numbers) {
     struct refdyn_batch batch = runs_describe(running->setup, structure);
     batch.count = list_open_cases(running, structure, numbers);
@@ -442,6 +235,10 @@ static int run_cases(struct running *running, struct structure *structure, long 
     batch.output = see;
     batch.end = end_case;
     batch.stop = is_interrupted;
+    if (options_has(&structure->options, "realise")) {
+        runs_realise_cases(running->setup, structure, numbers, batch.count, take_realised, running);
+        return REFDYN_OK;
+    }
     return batch.count > 0 ? refdyn_batch_run(&batch, NULL) : REFDYN_OK;
 }
 

@@ -16,6 +16,7 @@
 
 #include "gen/read/read.h"
 #include "runtime/tool/batches/runs/runs.h"
+#include "runtime/tool/motions/realise/realise.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/format/format.h"
 
@@ -24,7 +25,7 @@
 bool runs_for_each_file(const struct batch_setup *setup, bool call(void *context, const char *path),
                         void *context) {
     const struct cases *cases = &setup->sweep.cases;
-    const char *state = options_state_path(options_text(&setup->options, "from"));
+    const char *state = realise_state_path(&setup->options);
     if (state && !call(context, state))
         return false;
     for (int i = 0; i < cases->width; i++)
@@ -55,7 +56,8 @@ static void put_sources(struct document *document, const struct batch_setup *set
 }
 
 /* The options of the motions, by their names on the command line. */
-static const char *const number_options[] = {"until", "every", "step", "step-max", "tol", "lanes"},
+static const char *const number_options[] = {"until", "every",  "step",  "step-max", "tol",
+                                             "lanes", "before", "after", "mesh"},
                          *const text_options[] = {"method",    "from",     "hold",  "release",       "way",
                                                   "stabilise", "singular", "start", "accelerations", "loops"};
 enum {
@@ -70,6 +72,8 @@ static void put_options(struct document *document, const struct batch_setup *set
     for (int i = 0; i < options->setting_count; i++)
         format_put_text(document, options->settings[i].name, options->settings[i].value);
     format_put_close(document, '}');
+    if (options_has(options, "realise"))
+        format_put_truth(document, "realise", true);
     for (int i = 0; i < NUMBERS; i++)
         if (options_has(options, number_options[i]))
             format_put_number(document, number_options[i], options_number(options, number_options[i]));
@@ -85,6 +89,8 @@ void runs_read_options(const json_t *from, struct options *options) {
     options->settings = format_allocate(json_object_size(set) + 1, sizeof *options->settings);
     json_object_foreach(set, name, value) options->settings[options->setting_count++] =
         (struct setting){.name = name, .value = json_is_string(value) ? json_string_value(value) : ""};
+    if (json_is_true(json_object_get(from, "realise")))
+        options_set_flag(options, "realise");
     for (int i = 0; i < NUMBERS; i++)
         if (json_number_value(json_object_get(from, number_options[i])) > 0)
             options_set_number(options, number_options[i],
@@ -270,9 +276,11 @@ static enum status choose_threads(struct batch_setup *setup) {
     return STATUS_DONE;
 }
 
-/* Fixed steps, and steps with gains that depend on their length, are computed one motion at a time. */
-static bool may_use_lanes(const struct refdyn_options *integration) {
-    return integration->tol > 0 && integration->gain_share == 0;
+/* Fixed steps, steps with gains that depend on their length, and programmes that drives perform are computed
+ * one motion at a time. */
+static bool may_use_lanes(const struct batch_setup *setup) {
+    return setup->integration.tol > 0 && setup->integration.gain_share == 0 &&
+           !options_has(&setup->options, "realise");
 }
 
 /* By default each lane has at least two cases, since a step in lanes takes as long for one case as for all.
@@ -289,7 +297,7 @@ static int suitable_lanes(const struct batch_setup *setup) {
 /* Call it after the structures are sorted. */
 static void choose_lanes(struct batch_setup *setup) {
     const double asked = options_number(&setup->options, "lanes");
-    setup->lanes = !may_use_lanes(&setup->integration) ? 1 : asked > 0 ? (int)asked : suitable_lanes(setup);
+    setup->lanes = !may_use_lanes(setup) ? 1 : asked > 0 ? (int)asked : suitable_lanes(setup);
     options_set_number(&setup->options, "lanes", setup->lanes);
     for (int i = 0; i < setup->structures.count; i++)
         options_set_number(&setup->structures.list[i].options, "lanes", setup->lanes);
@@ -338,6 +346,21 @@ static enum status read_cases(struct batch_setup *setup) {
                                &setup->options);
 }
 
+/* What excludes --realise in a batch, besides options. */
+static enum status check_realise(const struct batch_setup *setup) {
+    const struct options *options = &setup->options;
+    const struct cases *cases = &setup->sweep.cases;
+    const enum status status = realise_check_options(options);
+    if (status != STATUS_DONE || !options_has(options, "realise"))
+        return status;
+    if (setup->sweep.keep.derivatives.count > 0)
+        return options_error(options, "keep", ": --realise excludes keep.derivatives");
+    for (int i = 0; i < cases->width; i++)
+        if (cases->columns[i].kind == VARIED_SAMPLES)
+            return options_usage_error(options->command, "--realise excludes files of inputs");
+    return STATUS_DONE;
+}
+
 static enum status check_motion(struct batch_setup *setup) {
     struct options *options = &setup->options;
     const char *method = options_text(options, "method");
@@ -348,7 +371,9 @@ static enum status check_motion(struct batch_setup *setup) {
                              method);
     if (options_text(options, "hold") && !options_is(options, "from", "statics"))
         return options_error(options, "hold", ": needs --from statics");
-    const enum status status = simulate_options(options, &setup->integration);
+    enum status status = check_realise(setup);
+    if (status == STATUS_DONE)
+        status = simulate_options(options, &setup->integration);
     setup->integration.balance = 0; /* no result has it, and it needs the power at each stage */
     return status;
 }
@@ -379,14 +404,20 @@ static enum status check_times(const struct batch_setup *setup) {
 }
 
 static enum status lay_out(struct batch_setup *setup) {
-    const double t = setup->structures.list[0].scene.state.t,
-                 every = options_number(&setup->options, "every");
+    const struct options *options = &setup->options;
+    const double t = setup->structures.list[0].scene.state.t, until = options_number(options, "until");
+    double every = options_number(options, "every"), before = 0, after = 0;
     const int count = setup->structures.count;
     const enum status status = check_times(setup);
     if (status != STATUS_DONE)
         return status;
-    setup->kept.times = runs_seen_times_make(&setup->memory, &setup->sweep.keep, t,
-                                             options_number(&setup->options, "until"), every);
+    setup->sweep.keep.realise = options_has(options, "realise");
+    if (setup->sweep.keep.realise) { /* outputs are where the cells of the drive forces begin */
+        every = record_distance(until - t, every);
+        realise_tails(options, every, &before, &after);
+    }
+    setup->kept.times =
+        runs_seen_times_make(&setup->memory, &setup->sweep.keep, t - before, until + after, every);
     const struct refdyn_model **models = memory_get(&setup->memory, (size_t)count * sizeof *models);
     const struct model **read = memory_get(&setup->memory, (size_t)count * sizeof *read);
     for (int i = 0; i < count; i++) {

@@ -7,6 +7,7 @@
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
+#include "runtime/tool/motions/realise/realise.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/system/system.h"
 
@@ -182,9 +183,9 @@ static const char *find_file(const struct case_files *files, struct memory *memo
  * its content has the hash that the batch recorded.
  */
 static bool find_files(const struct case_files *files, struct batch_setup *setup) {
-    const char *from = options_text(&setup->options, "from");
+    const char *from = realise_state_path(&setup->options);
     struct cases *cases = &setup->sweep.cases;
-    if (options_state_path(from)) {
+    if (from) {
         const char *file = find_file(files, &setup->memory, from);
         if (!file)
             return false;
@@ -269,6 +270,29 @@ static enum status leave_part(struct again *again) {
     return STATUS_NUMBERS;
 }
 
+static int begin_realised(void *context, struct record_table *table) {
+    struct again *again = context;
+    again->has_rows = true;
+    simulate_table_header(table, again->rows->file);
+    return REFDYN_OK;
+}
+
+static int put_realised(void *context, struct record_table *table, int number) {
+    (void)number;
+    simulate_table_row(table, ((struct again *)context)->rows->file);
+    return REFDYN_OK;
+}
+
+static enum status realise(struct again *again) {
+    struct realise_work work;
+    struct realise_rows rows = {.context = again, .begin = begin_realised, .put = put_realised};
+    const enum status status =
+        runs_realise_case(&again->setup, &again->setup.structures.list[0], 0, &work, &rows);
+    if (status != STATUS_DONE)
+        return status;
+    return system_target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
+}
+
 static enum status move(struct again *again) {
     struct structure *structure = &again->setup.structures.list[0];
     struct refdyn_batch batch = runs_describe(&again->setup, structure);
@@ -334,7 +358,7 @@ enum status runs_case_again(const struct options *options) {
     const char *path;
     enum status status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
     if (status == STATUS_DONE)
-        status = move(&again);
+        status = options_has(&again.setup.options, "realise") ? realise(&again) : move(&again);
     system_targets_release(&again.targets);
     runs_setup_close(&again.setup);
     if (again.has_folder)

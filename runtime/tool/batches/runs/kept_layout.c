@@ -1,6 +1,7 @@
 /* The layout of the numbers that a batch keeps of a case, and the times at which it records states. */
 #include "runtime/tool/batches/runs/runs.h"
 #include "gen/base/base.h"
+#include "runtime/tool/motions/realise/realise.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 
 #include <math.h>
@@ -53,12 +54,12 @@ struct listing {
 
 static void add_item(struct listing *listing, enum kept_kind kind, const char *column, const char *unit) {
     static const char *const groups[] = {"final",   "at",          "extremes", "norms",
-                                         "history", "derivatives", "limits"};
+                                         "history", "derivatives", "limits",   "realise"};
     static const char *const axes[] = {NULL,        "at/t", "extremes/which", NULL,
-                                       "history/t", NULL,   "limits/which"};
+                                       "history/t", NULL,   "limits/which",   NULL};
     struct runs_layout *layout = listing->layout;
     struct kept *kept = listing->kept;
-    const int sizes[] = {1, 0, EXTREMES, 1, kept->times.output_count, 1, RUNS_LIMIT_SIZE};
+    const int sizes[] = {1, 0, EXTREMES, 1, kept->times.output_count, 1, RUNS_LIMIT_SIZE, 1};
     int size = sizes[kind];
     for (int i = 0; kind == KEPT_AT && i < kept->times.count; i++)
         size += kept->times.at[i] >= 0;
@@ -131,6 +132,14 @@ static void add_limits(struct listing *listing, const struct model *read, const 
     }
 }
 
+static void add_realised(struct listing *listing, const struct model *read) {
+    struct realise_number *numbers;
+    const int count = realise_list_numbers(read, NULL, &numbers);
+    for (int i = 0; i < count; i++)
+        if (!has_item(listing, KEPT_REALISE, numbers[i].name))
+            add_item(listing, KEPT_REALISE, numbers[i].name, numbers[i].unit);
+}
+
 static void add_model(struct listing *listing, const struct keep *keep, const struct refdyn_model *model,
                       const struct model *read) {
     struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
@@ -147,6 +156,8 @@ static void add_model(struct listing *listing, const struct keep *keep, const st
     add_derivatives(listing, &keep->derivatives, &table, model);
     if (keep->limits)
         add_limits(listing, read, &table);
+    if (keep->realise)
+        add_realised(listing, read);
 }
 
 /* ---- Axes ---- */

@@ -67,7 +67,16 @@ struct seen_times {
     int output_count;
 };
 
-enum kept_kind { KEPT_FINAL, KEPT_AT, KEPT_EXTREMES, KEPT_NORM, KEPT_HISTORY, KEPT_DERIVATIVE, KEPT_LIMIT };
+enum kept_kind {
+    KEPT_FINAL,
+    KEPT_AT,
+    KEPT_EXTREMES,
+    KEPT_NORM,
+    KEPT_HISTORY,
+    KEPT_DERIVATIVE,
+    KEPT_LIMIT,
+    KEPT_REALISE
+};
 enum { RUNS_LIMIT_SIZE = 6 }; /* numbers of a limit: as for extremes, first time beyond, time beyond */
 
 /* What each item of a layout is. */
@@ -80,6 +89,44 @@ struct kept {
 
 /* Derivatives of the final states of one structure's cases (case_derivatives.c). */
 struct case_derivatives;
+
+/* Recorders (case_recorder.c). */
+
+/* The last outputs of a value with bounds. */
+struct limit_track {
+    double t[2], value[2]; /* the last but one, the last */
+    int count;             /* of outputs so far, at most 2 */
+};
+
+/* Fills the numbers that a batch keeps of one case from the states of its motion. A recorder belongs to one
+ * thread and one structure, and records one case after another. */
+struct recorder {
+    const struct kept *kept;
+    const struct runs_layout *layout;
+    struct record_table *table;
+    int *places;                 /* (item_count) columns of the table, -1 if this structure has none */
+    struct record_bound *bounds; /* (item_count) of limits */
+    struct limit_track *tracks;  /* (item_count) the last outputs of limits */
+    double *values;              /* (layout->width) of the case */
+    double *before;              /* (item_count) squares at the previous output, for norms */
+    double t_before;
+    bool keeps_ends_alone;
+    struct case_derivatives *derivatives; /* NULL: none are kept */
+};
+
+/* Starts a recorder of the states of `table`, which computes only what is kept. */
+void runs_recorder_start(struct recorder *recorder, const struct kept *kept, const struct runs_layout *layout,
+                         struct record_table *table, const struct model *read);
+/* Begins a case: all its values are unknown (NaN). */
+void runs_recorder_clear(struct recorder *recorder);
+/* Records the values that the table has, at the time `number` of seen_times. */
+void runs_recorder_take(struct recorder *recorder, int number);
+/* Fills the table with the integrator's state and records it. */
+void runs_recorder_see(struct recorder *recorder, int number);
+/* Records the end of a case that an event has ended at t, and completes extremes and norms. */
+void runs_recorder_end(struct recorder *recorder, double t);
+/* Marks as unknown what a case that failed at t has of its end and of its whole motion. */
+void runs_recorder_fail(struct recorder *recorder, double t);
 
 /* d_COLUMN_by_NAME, the item of a derivative. */
 const char *runs_derivative_name(const char *column, const char *by);
@@ -171,6 +218,19 @@ struct batch_sink {
 /* Computes all cases of the setup that the sink does not have, passes their records to it, and shows
  * progress. Returns STATUS_FAULT if a record cannot be stored, STATUS_NUMBERS after a signal. */
 enum status runs_compute(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count);
+
+/* Computes the cases `numbers` (count) of a structure whose programmes drives perform, several at a time,
+ * each in a process of its own; passes their records to `take`, until it returns false or a signal comes
+ * (realised_cases.c). */
+void runs_realise_cases(struct batch_setup *setup, struct structure *structure, const long *numbers,
+                        long count, bool (*take)(void *context, const struct case_record *record),
+                        void *context);
+/* Computes one of them in this process, and passes the motion to `rows`, whose times it sets. Reports errors
+ * on stderr. */
+struct realise_work;
+struct realise_rows;
+enum status runs_realise_case(struct batch_setup *setup, struct structure *structure, long number,
+                              struct realise_work *work, struct realise_rows *rows);
 
 /* Sets the times in `count` to those passed until now. */
 void runs_time_passed(struct batch_count *count);

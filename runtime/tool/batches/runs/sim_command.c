@@ -21,23 +21,10 @@ static enum status check_case(const struct options *options) {
                  : STATUS_DONE;
 }
 
-/* The first of some options that is given, NULL if none is. */
-static const char *first_given(const struct options *options, const char *const *names) {
-    while (*names && !options_has(options, *names))
-        names++;
-    return *names;
-}
-
 static enum status check_drives(const struct options *options) {
-    static const char *const of_realise[] = {"before", "after", "mesh", NULL};
-    static const char *const not_realise[] = {"play",   "inputs", "accuracy", "derivatives", "lanes",
-                                              "verify", "stop",   "step",     NULL};
-    const bool is_realised = options_has(options, "realise");
-    const char *wrong = first_given(options, is_realised ? not_realise : of_realise);
-    if (wrong && is_realised)
-        return options_usage_error(options->command, "--realise excludes --%s", wrong);
-    if (wrong)
-        return options_usage_error(options->command, "--%s needs --realise", wrong);
+    const enum status status = realise_check_options(options);
+    if (status != STATUS_DONE)
+        return status;
     if (options_has(options, "play") && options_has(options, "inputs"))
         return options_usage_error(options->command, "--play excludes --inputs: it has the inputs");
     if (options_has(options, "play") && !options_state_path(options_text(options, "from")))

@@ -7,6 +7,7 @@
 #define _GNU_SOURCE
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/motions/realise/realise.h"
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/batches/slurm/slurm.h"
 #include "runtime/tool/support/format/format.h"
@@ -392,8 +393,9 @@ const struct command batch_command = {
     .run = run_batch_anywhere,
     .operands = "MODEL.lua [SWEEP.lua]",
     .options = "output until method step tol step-max every from stabilise singular start hold release way "
-               "summary table threads lanes cases resume dry-run slurm chunks slurm-options set",
-    .tables = {slurm_rules, runs_batch_rules, simulate_rules, equilibria_rules, scene_rules},
+               "realise before after mesh summary table threads lanes cases resume dry-run slurm chunks "
+               "slurm-options set",
+    .tables = {slurm_rules, runs_batch_rules, realise_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "RUNS.h5",
     .purpose = "many motions of a model, into one file",
     .help = "The cases are those of SWEEP.lua, or the rows of a table. RUNS.h5 has what varied, and for each "

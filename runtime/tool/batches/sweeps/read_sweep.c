@@ -276,6 +276,10 @@ static const struct plain_field sweep_fields[] = {
     {"hold", plain_read_joined, AT(run.hold)},
     {"release", plain_read_joined, AT(run.release)},
     {"way", plain_read_text, AT(run.way)},
+    {"realise", plain_read_truth, AT(run.realise)},
+    {"before", plain_read_positive, AT(run.before)},
+    {"after", plain_read_positive, AT(run.after)},
+    {"mesh", plain_read_positive, AT(run.mesh)},
     {"keep", read_keep, AT(keep)},
 };
 

@@ -6,6 +6,7 @@
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
+#include "runtime/tool/motions/realise/realise.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 
 #include <errno.h>
@@ -123,13 +124,23 @@ static unsigned needs_of(const struct options *options, const struct cases *case
     for (int i = 0; i < cases->width; i++)
         if (cases->columns[i].kind == VARIED_PARAMETER)
             needs |= NEEDS_EACH_START;
+    if (options_has(options, "realise"))
+        return needs | REALISE_NEEDS;
     return refdyn_method_is_implicit(integration->method) ? needs | NEEDS_TANGENT : needs;
+}
+
+static enum status open_played(struct structure *structure) {
+    if (!options_has(&structure->options, "realise"))
+        return STATUS_DONE;
+    structure->is_played = true;
+    return realise_open_played(&structure->played, &structure->options, NEEDS_OPTIMISED);
 }
 
 static enum status open_scene(struct structure *structure) {
     structure->is_open = true;
-    return scene_open(&structure->scene, &structure->options, structure->needs,
-                      options_state_path(options_text(&structure->options, "from")));
+    const enum status status = scene_open(&structure->scene, &structure->options, structure->needs,
+                                          realise_state_path(&structure->options));
+    return status == STATUS_DONE ? open_played(structure) : status;
 }
 
 /* Compiles in a separate process, which leaves the code in the cache. The caller reports errors when it opens
@@ -144,6 +155,8 @@ static pid_t compile_beside(const struct structure *structure) {
         dup2(nowhere, STDERR_FILENO);
     open_scene(&own);
     scene_close(&own.scene);
+    if (own.is_played)
+        scene_close(&own.played);
     _exit(0);
 }
 
@@ -317,6 +330,8 @@ static enum status find_statics(struct structure *structure, struct memory *memo
 static enum status open_structure(struct structure *structure, struct memory *memory,
                                   const struct cases *cases, const struct refdyn_options *integration) {
     enum status status = open_scene(structure);
+    if (status == STATUS_DONE && structure->is_played)
+        status = realise_check_model(&structure->scene);
     if (status == STATUS_DONE)
         status = simulate_fit(&structure->scene, &structure->options, integration);
     if (status == STATUS_DONE)
@@ -343,7 +358,10 @@ enum status sweeps_structures_open(struct structures *structures, struct memory 
 }
 
 void sweeps_structures_close(struct structures *structures) {
-    for (int i = 0; i < structures->count; i++)
+    for (int i = 0; i < structures->count; i++) {
         if (structures->list[i].is_open)
             scene_close(&structures->list[i].scene);
+        if (structures->list[i].is_played)
+            scene_close(&structures->list[i].played);
+    }
 }

@@ -282,6 +282,13 @@ static void set_options(struct sweep_reading *reading, struct options *options) 
     set_number(reading, options, has_tolerance ? 0 : run->step, "step", "step");
     set_number(reading, options, has_step ? 0 : run->tol, "tol", "tol");
     set_number(reading, options, has_step ? 0 : run->step_max, "step-max", "step_max");
+    set_number(reading, options, run->before, "before", "before");
+    set_number(reading, options, run->after, "after", "after");
+    set_number(reading, options, run->mesh, "mesh", "mesh");
+    if (run->realise && !options_has(options, "realise")) {
+        options_set_flag(options, "realise");
+        tell(reading, options, "realise", "realise");
+    }
     set_text(reading, options, run->method, "method");
     set_text(reading, options, run->stabilise, "stabilise");
     set_text(reading, options, run->singular, "singular");
@@ -289,7 +296,9 @@ static void set_options(struct sweep_reading *reading, struct options *options) 
     set_text(reading, options, run->hold, "hold");
     set_text(reading, options, run->release, "release");
     set_text(reading, options, run->way, "way");
-    const bool is_file = run->from && strcmp(run->from, "initial") != 0 && strcmp(run->from, "statics") != 0;
+    const bool is_file = run->from && strcmp(run->from, "initial") != 0 &&
+                         strcmp(run->from, "statics") != 0 &&
+                         !(options_has(options, "realise") && strcmp(run->from, "held") == 0);
     set_text(reading, options,
              is_file && *run->from != '/'
                  ? memory_format(reading->names.memory, "%s%s", reading->names.folder, run->from)

@@ -36,7 +36,8 @@ enum sequence { SEQUENCE_RANDOM, SEQUENCE_SOBOL, SEQUENCE_HALTON };
 
 /* How the motions run, as the options of `sim`; 0 or NULL if the file does not say. */
 struct sweep_run {
-    double t_end, tol, step, step_max, every;
+    double t_end, tol, step, step_max, every, before, after, mesh;
+    bool realise;
     const char *method, *from, *stabilise, *singular, *start, *way;
     const char *hold, *release; /* names separated by commas */
 };
@@ -122,6 +123,7 @@ struct name_list {
 
 struct keep {
     bool final;                /* the state at the end: t, coordinates, rates, points */
+    bool realise;              /* the numbers of the report of --realise */
     bool limits;               /* of the model: extremes, first time beyond and duration */
     struct name_list extremes; /* smallest and largest value over the outputs, with their times */
     struct name_list norms;    /* root mean square over time */
@@ -137,10 +139,11 @@ struct keep {
 struct structure {
     struct options options; /* of the command, and the values of the options that vary */
     struct scene scene;
-    unsigned needs; /* of the scene */
-    bool is_open;   /* scene_close must be called */
-    long example;   /* number of one of its cases */
-    long *numbers;  /* (count) of its cases that are computed, ascending */
+    struct scene played;     /* with --realise: the scene without its programme */
+    unsigned needs;          /* of the scene */
+    bool is_open, is_played; /* scene_close must be called, for both */
+    long example;            /* number of one of its cases */
+    long *numbers;           /* (count) of its cases that are computed, ascending */
     long count;
     struct refdyn_batch_column *columns; /* the varied values that this model has */
     struct refdyn_samples *samples;      /* read from the files of inputs */

@@ -14,7 +14,7 @@
  * whole motion.
  *
  * Parts in reading order: six Gauss points; equations at a place; intervals; the chain of intervals; least
- * effort; the first guess; the solution; modes and cosines; the command.
+ * effort; the first guess; the solution; modes and cosines; checks, meshes and playback; the command.
  */
 #ifndef REFDYN_TOOL_REALISE_H
 #define REFDYN_TOOL_REALISE_H
@@ -212,9 +212,81 @@ struct realise_modes {
 bool realise_modes_find(struct realise_problem *problem, double t, const double *q, const double *unknowns,
                         struct realise_modes *modes);
 
-/* ---- The command (realise.c) ---- */
+/* ---- The drive forces of a programme (realise.c) ---- */
+
+/* `--from held` starts at the equilibrium on the programme that the drives hold. The path of the STATE.json
+ * of
+ * --from, NULL if it is none. */
+const char *realise_state_path(const struct options *options);
+/* What a scene needs, in addition to simulate_needs, and opens the scene without the programme, in which the
+ * forces are played back. `needs`: how it is compiled. */
+enum { REALISE_NEEDS = NEEDS_POINT_RATES | NEEDS_DRIVES };
+enum status realise_open_played(struct scene *played, const struct options *options, unsigned needs);
+/* Refuses a model that has too few drives, or no smooth motion. */
+enum status realise_check_model(const struct scene *scene);
+/* The times for which the drives act before the start and after the end, from the options [s]; 0 where they
+ * follow from the growth of modes. `every`: the time between outputs, of which the first is a multiple. */
+void realise_tails(const struct options *options, double every, double *before, double *after);
+
+/* A programme that drives perform. */
+struct realise_work {
+    const struct options *options;
+    struct scene *scene;
+    struct realise_problem problem;
+    struct realise_modes modes;
+    struct realise_solution solution;
+    double before, after, until, mesh, every;
+    double *hold;       /* (drives + loops) forces that hold the start */
+    double *last;       /* (3 n) coordinates, rates and accelerations that the end comes close to */
+    int iterations;     /* on the first mesh */
+    double mesh_change; /* of the drive forces, relative, to the mesh that comes closest */
+    double *peak;       /* (drives) */
+    double *means;      /* (cells x drives) over the outputs' cells */
+    int cells;
+    double playback; /* largest error of the motion played back from rest [m, rad] */
+    double cpu_s;    /* of the solution */
+};
+
+static inline const struct model *realise_model(const struct realise_work *work) {
+    return &work->scene->generation.model;
+}
+
+/* Finds motion and forces, from the start that the options select, and plays the forces back with the options
+ * of `integration`. `played`: the scene without the programme, NULL: opens it once the forces are found.
+ * Reports errors on stderr. */
+enum status realise_find(struct realise_work *work, struct scene *scene, struct scene *played,
+                         const struct options *options, const struct refdyn_options *integration);
+
+/* Receives the motion: its table before the first row; then each row, with the drive forces as means over
+ * their cells. They return a status of the runtime, or RECORD_NOT_WRITTEN. */
+struct realise_rows {
+    const double *times; /* (count) of the rows */
+    int count;
+    void *context;
+    int (*begin)(void *context, struct record_table *table);
+    int (*put)(void *context, struct record_table *table, int number);
+};
+
+/* Shows the motion at the times of the rows. `limits` is started and compared with the rows; may be NULL. */
+enum status realise_show(struct realise_work *work, const struct realise_rows *rows,
+                         struct record_limits *limits);
+
+/* A number of the report. */
+struct realise_number {
+    const char *name, *unit;
+    double value;
+};
+
+/* The numbers of the report of a model, in the program's memory; returns how many there are. Without `work`
+ * they have names alone. */
+int realise_list_numbers(const struct model *model, const struct realise_work *work,
+                         struct realise_number **numbers);
+
+/* ---- The command (realise_command.c) ---- */
 
 extern const struct option_rule realise_rules[];
+/* Reports options that exclude --realise, or need it. */
+enum status realise_check_options(const struct options *options);
 enum status realise_run(const struct options *options);
 
 #endif
