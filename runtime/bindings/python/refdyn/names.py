@@ -2,7 +2,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -86,6 +86,8 @@ def reals(name: str, value: npt.ArrayLike) -> np.ndarray:
         array = np.asarray(value)
     except TypeError as error:
         raise TypeError(f"{name}: {type(value).__name__}; must be real numbers") from error
+    except ValueError as error:  # of NumPy: "setting an array element with a sequence ..."
+        raise ValueError(f"{name}: rows of different lengths; must be an array of real numbers") from error
     if array.dtype.kind not in "biufO" or array.dtype.kind == "O" and (callable(value) or isinstance(value, Mapping)):
         what = "a function" if callable(value) else f"values of {array.dtype}" if array.dtype.kind != "O" else type(value).__name__
         raise TypeError(f"{name}: {what}; must be real numbers")
@@ -113,6 +115,16 @@ def finite_row(name: str, value: npt.ArrayLike, allowed: str) -> np.ndarray:
     if array.ndim > 1:
         raise ValueError(f"{name}: has shape {array.shape}; must be {allowed}")
     return array
+
+
+def common_lead(arguments: Iterable[tuple[str, Sequence[int]]]) -> tuple[int, ...]:
+    """The leading axes of a batch: those of all arguments, each with its name, broadcast together."""
+    leads = dict(arguments)
+    try:
+        return np.broadcast_shapes(*map(tuple, leads.values()))
+    except ValueError as error:
+        listed = ", ".join(f"{name} {tuple(lead)}" for name, lead in leads.items() if lead)
+        raise ValueError(f"shape mismatch: the leading axes {listed} cannot be broadcast") from error
 
 
 def one_real(name: str, value: npt.ArrayLike) -> float:

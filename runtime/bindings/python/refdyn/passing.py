@@ -7,7 +7,7 @@ from typing import Any, Union
 import numpy as np
 import numpy.typing as npt
 
-from .names import by_name, finite, reals
+from .names import by_name, common_lead, finite, reals
 
 Given = Union[Mapping[str, npt.ArrayLike], npt.ArrayLike, None]
 
@@ -21,7 +21,10 @@ class Checked:
 
     def __init__(self, arrays: Mapping[str, np.ndarray], names: Sequence[str] = (), row: np.ndarray | None = None) -> None:
         self.arrays, self.names, self.row = arrays, names, row
-        self.leads = [row.shape[:-1]] if row is not None else [array.shape for array in arrays.values()]
+
+    def leads(self, kind: str) -> dict[str, tuple[int, ...]]:
+        """The leading axes by the names that messages use."""
+        return {f"{kind}s": self.row.shape[:-1]} if self.row is not None else {f"{kind} {name}": array.shape for name, array in self.arrays.items()}
 
     def __bool__(self) -> bool:
         return self.row is not None or bool(self.arrays)
@@ -86,7 +89,7 @@ class Values:
     def filled(self, given: Checked) -> np.ndarray:
         """Rows of default values in which the given values replace theirs. Values that the library does not read are left out."""
         read = {name: array for name, array in given.by_name().items() if self.places[name] != UNREAD}
-        rows = np.empty(np.broadcast_shapes(*(array.shape for array in read.values())) + self.free.shape)
+        rows = np.empty(common_lead((f"{self.kind} {name}", array.shape) for name, array in read.items()) + self.free.shape)
         rows[...] = self.free
         for name, array in read.items():
             rows[..., self.places[name]] = array

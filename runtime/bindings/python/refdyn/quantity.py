@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from . import inline
 from .core import Library
-from .names import reals
+from .names import common_lead, reals
 from .passing import Given, Values, spread
 
 if TYPE_CHECKING:
@@ -101,7 +101,7 @@ class Compiled:
         return self._prepared(self.of_parameters.filled(given), x) if given or moves else self.p
 
     def _prepared(self, values: np.ndarray, x: np.ndarray) -> np.ndarray:
-        lead = np.broadcast_shapes(values.shape[:-1], x.shape[:-1] if self.inputs_move_parameters else ())
+        lead = common_lead((("parameters", values.shape[:-1]), ("inputs", x.shape[:-1] if self.inputs_move_parameters else ())))
         p = np.empty(lead + (values.shape[-1] + self.library.derived_count,))
         p[..., :values.shape[-1]] = values
         self.library.prepare(math.prod(lead), p, spread(x, lead) if self.inputs_move_parameters else self.x)
@@ -193,8 +193,7 @@ class Quantity:
         qd = np.zeros(self._rates) if qd is None else states_of("qd", qd, self._rates)
         t = reals("t", t)
         x, p = self._compiled.of_inputs.checked(inputs), self._compiled.of_parameters.checked(parameters)
-        shapes = {q.shape[:-1], qd.shape[:-1], t.shape, (), *x.leads, *p.leads}
-        lead = max(shapes) if len(shapes) <= 2 else np.broadcast_shapes(*shapes)
+        lead = common_lead({"q": q.shape[:-1], "qd": qd.shape[:-1], "t": t.shape, **x.leads("input"), **p.leads("parameter")}.items())
         out = np.empty(lead + (self._size,))
         if not lead:
             if not self._one(np.ascontiguousarray(q), np.ascontiguousarray(qd), float(t), out, x.of_one(), p.of_one()):

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import motion, program
-from .names import one_real, reals
+from .names import common_lead, one_real, reals
 from .quantity import spread, states_of
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class Stepper:
             lead: tuple[int, ...] = ()
             count = 1
         else:
-            lead = np.broadcast_shapes(q.shape[:-1], qd.shape[:-1], t.shape, x.shape[:-1], p.shape[:-1])
+            lead = common_lead((("q", q.shape[:-1]), ("qd", qd.shape[:-1]), ("t", t.shape), ("inputs", x.shape[:-1]), ("parameters", p.shape[:-1])))
             count = math.prod(lead)
         new_q, new_qd = np.empty(lead + (self._n,)), np.empty(lead + (self._n,))
         if count:
