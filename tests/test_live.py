@@ -670,7 +670,9 @@ def test_usage(pages, tmp_path):
     assert "--range: 'none' is no parameter, input or start value of the model" in live(crane, "--range", "none=1:2", "-o", out, status=2).stderr
     assert "is not of the form NAME=FROM:TO" in live(crane, "--range", "column_psi=1", "-o", out, status=2).stderr
     assert "the range must ascend" in live(crane, "--range", "column_psi=2:1", "-o", out, status=2).stderr
-    structures = {"E=1e10,2e10": "the model has no option 'E'", "n_rfe": "'n_rfe' is not of the form NAME=VALUE,VALUE,...", "n_rfe=1,1": "'1' is given twice; give it once",
+    assert live(crane, "--range", "n_rfe=1:4", "-o", out, status=2).stderr.startswith(
+        "refdyn view: --range: 'n_rfe' is an option of the model; --options n_rfe=VALUE,VALUE,... lets the page choose among its values\n")
+    structures = {"E=1e10,2e10": "'E' is no option of the model but has a slider; --range E=FROM:TO states its range", "none=1,2": "the model has no option 'none'", "n_rfe": "'n_rfe' is not of the form NAME=VALUE,VALUE,...", "n_rfe=1,1": "'1' is given twice; give it once",
                   "n_rfe=1,,2": "'1,,2' has an empty item"}
     for text, fact in structures.items():
         assert live(crane, "--options", text, "-o", out, status=2).stderr.splitlines()[0] == f"refdyn view: --options: {fact}"
@@ -681,6 +683,7 @@ def test_usage(pages, tmp_path):
     said = live(crane, "--options", "n_rfe=1,2", "--set", "n_rfe=3", "-o", out, status=2).stderr
     assert said.startswith("refdyn view: --options: --set states 'n_rfe', too; omit one of them\n")
     assert live(crane, "--options", "n_rfe=2,0", "-o", out, status=1).stderr.endswith('crane.lua: option n_rfe: value "0"; must be a number from 1\n')
+    assert live(crane, "--options", "n_rfe=2:8", "-o", out, status=1).stderr.endswith('crane.lua: --options n_rfe: value "2:8"; must be a whole number\n')
     assert "--options needs --live" in refdyn("view", pages / "a.h5", "--options", "n_rfe=1,2", "-o", out, status=2).stderr
     assert "--pull needs --live" in refdyn("view", pages / "a.h5", "--pull", "-o", out, status=2).stderr
     assert "--live shows one model" in live(crane, crane, "-o", out, status=2).stderr

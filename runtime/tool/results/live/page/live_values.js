@@ -57,13 +57,22 @@ function shortNumber(value) {
 /* A value with its slider and its field. `kind` is p, x or q; with `isFree` it follows the model until it is set. */
 function makeValue(kind, index, about, makeRange) {
     return {kind, index, name: about.name, unit: about.unit, standard: about.value, fileValue: about.fileValue, value: about.value, isFree: about.value === null,
-            range: about.value === null ? null : makeRange(about.value), makeRange};
+            range: null, makeRange};
+}
+
+/* Shows the ends of the slider, and "log" between them if equal ways are equal factors. */
+function setRange(one, range) {
+    const ends = [range.from, range.to].map((end) => withMinus(shortNumber(Number(end.toPrecision(DIGITS))))), isLog = isLogarithmic(range);
+    one.range = range;
+    one.slider.title = `${ends.join(" to ")}${isLog ? ", logarithmic" : ""}`;
+    one.ends.replaceChildren(...[ends[0], isLog ? "log" : "", ends[1]].map((text) => newElement("span", "", text)));
 }
 
 function showValue(one) {
     if (!one.slider || one.value === null)
         return;
-    one.range = one.range || one.makeRange(one.value);
+    if (!one.range)
+        setRange(one, one.makeRange(one.standard === null ? one.value : one.standard));
     one.slider.value = String(positionOf(one.range, one.value));
     one.slider.setAttribute("aria-valuetext", `${one.value} ${one.unit}`);
     if (document.activeElement !== one.field)
@@ -81,9 +90,11 @@ function chooseValue(one, value, changed) {
 }
 
 function valueRow(one, changed) {
-    const row = newElement("div", "row", ""), label = newElement("label", "", one.unit ? `${one.name} [${one.unit}]` : one.name);
+    const row = newElement("div", "row value", ""), label = newElement("label", "", one.unit ? `${one.name} [${one.unit}]` : one.name);
     one.slider = newElement("input", "", "");
     one.field = newElement("input", "", "");
+    one.ends = newElement("span", "ends", "");
+    one.ends.setAttribute("aria-hidden", "true"); /* the title of the slider says the same */
     Object.assign(one.slider, {type: "range", min: "0", max: String(POSITIONS), step: "1", id: `slider-${one.kind}-${one.index}`});
     Object.assign(one.field, {type: "number", step: "any"});
     label.htmlFor = one.slider.id;
@@ -91,7 +102,7 @@ function valueRow(one, changed) {
     one.slider.addEventListener("input", () => chooseValue(one, valueAtPosition(one.range, Number(one.slider.value)), changed));
     one.field.addEventListener("change", () => chooseValue(one, parseFloat(one.field.value), changed));
     one.field.addEventListener("blur", () => showValue(one));
-    row.append(label, one.slider, one.field);
+    row.append(label, one.slider, one.field, one.ends);
     showValue(one);
     return row;
 }
