@@ -278,6 +278,10 @@ def test_a_slider_moves_picture_and_curves(pages, name, parameter):
         after = [picture(page), page.ask("return page.charts.map((chart) => Array.from(chart.curves[0].y))"), page.ask("return clock.time")]
         assert before[0] != after[0] and before[1] != after[1] and before[2] == after[2] == 1
         assert page.ask("return page.charts.map((chart) => Array.from(chart.previous[0].y))") == before[1]
+        page.ask("await new Promise((done) => setTimeout(done, 1.5 * GESTURE));")
+        page.press("ArrowRight")
+        page.wait(f"state.asked === 7 && state.answered === 7 && {SHOWN}")
+        assert page.ask("return page.charts.map((chart) => Array.from(chart.previous[0].y))") == after[1], "another change: pale is the motion before it"
         text = page.ask(f"const one = values.p.find((one) => one.name === '{parameter}'); return [one.slider.getAttribute('aria-valuetext'), one.slider.labels[0].textContent]")
         assert text[1].startswith(parameter) and float(text[0].split()[0]) != 0
         assert page.ask("return [...document.querySelectorAll('#values input, #values textarea')].filter((one) => !one.labels?.length && !one.getAttribute('aria-label')).length") == 0
@@ -292,6 +296,9 @@ def test_names_and_numbers_can_be_read(manipulator):
     shown = manipulator.ask(fields)
     assert ["E", "2.1e11", True] in shown and all(len(text) <= 7 and text and fits for _, text, fits in shown), shown
     assert manipulator.ask("return byId('option-tol').value") == "1e-6"
+    ends = "const {ends, slider} = [...values.p, ...values.q].find((one) => one.name === '%s'); return [[...ends.children].map((one) => one.textContent), slider.title, ends.scrollWidth <= ends.clientWidth];"
+    assert manipulator.ask(ends % "E") == [["2.1e10", "log", "2.1e12"], "2.1e10 to 2.1e12, logarithmic", True]
+    assert manipulator.ask(ends % "column_psi") == [["\u22123.142", "", "3.142"], "\u22123.142 to 3.142", True]
     texts = {210000000000: "2.1e11", 0.001: "0.001", 1000: "1000", 0.000123456: "1.23e-4", -0.123456789: "-0.1235", 1234567.8: "1234568", -1.5e-12: "-2e-12", 0: "0"}
     assert manipulator.ask(f"return {list(texts)}.map(shortNumber)") == list(texts.values())
     set_value(manipulator, "m_E", "2.123456789")
@@ -373,6 +380,7 @@ def test_the_motion_of_a_pulled_cart(tmp_path):
         page.wait(f"state.answered === state.asked && {SHOWN}")
         names, rows = rows_of(page)
         assert page.ask("return byId('pulled').hidden") is False
+        assert page.ask("return 2000 * state.motion.seconds < performance.now() - window.started"), "the time of the pull is no time of computation"
         set_value(page, "cart_x", 0.1)
         assert page.ask("return byId('pulled').hidden") is True
         (tmp_path / "start.json").write_text(page.ask("return stateText(state.motion.start, live)"))
