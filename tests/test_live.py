@@ -358,6 +358,17 @@ def test_the_page_never_waits(pages):
         assert page.ask("return state.motion.rows[state.motion.rows.length - state.motion.columns.length]") == 2
 
 
+def test_values_that_no_motion_can_have(manipulator):
+    """A duration of 0 is refused next to its field; a value that is no number leaves the last one."""
+    asked = manipulator.ask("return state.asked")
+    for name, value, message in (("until", "0", "must be positive"), ("tol", "-1", "must be positive"), ("step", "-1", "must be positive, or 0")):
+        said = manipulator.ask(f"const field = byId('option-{name}'); field.value = '{value}'; field.dispatchEvent(new Event('change')); return [field.validationMessage, state.asked, options.{name}]")
+        assert said == [message, asked, {"until": 2, "tol": 1e-6, "step": 0}[name]]
+    said = manipulator.ask("const one = values.p[0]; one.field.value = ''; one.field.dispatchEvent(new Event('change')); one.field.dispatchEvent(new Event('blur')); return [one.field.value, state.asked]")
+    assert said == ["18.5433", asked]
+    assert manipulator.ask("const field = byId('option-until'); field.value = '1'; field.dispatchEvent(new Event('change')); return [field.validationMessage, state.asked, options.until]") == ["", asked + 1, 1]
+
+
 # ---- Pulling
 
 CART = """local rd = require "refdyn"

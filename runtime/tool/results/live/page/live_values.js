@@ -124,13 +124,19 @@ function listValues(live) {
 const OPTIONS = {until: {label: "Duration [s]", from: 0.1, to: 20}, step: {label: "Step [s], 0: adaptive", from: 0, to: 0.01}, tol: {label: "Tolerance", from: 1e-10, to: 1e-3}};
 const OUTPUTS = 400;
 
+function isFitOption(name, value) {
+    return (value > 0 && Number.isFinite(value)) || (value === 0 && name === "step");
+}
+
 function optionField(name, options, changed) {
     const row = newElement("div", "row option", ""), label = newElement("label", "", OPTIONS[name].label), field = newElement("input", "", "");
     Object.assign(field, {type: "number", step: "any", min: "0", id: `option-${name}`, value: shortNumber(options[name])});
     label.htmlFor = field.id;
     field.addEventListener("change", () => {
-        const value = parseFloat(field.value);
-        if (value > 0 || (value === 0 && name === "step")) {
+        const value = parseFloat(field.value), isFit = isFitOption(name, value);
+        field.setCustomValidity(isFit ? "" : `must be positive${name === "step" ? ", or 0" : ""}`);
+        field.reportValidity();
+        if (isFit) {
             options[name] = value;
             changed();
         }
@@ -302,7 +308,7 @@ function readAddress(values, options) {
     }
     for (const name of Object.keys(OPTIONS)) {
         const value = parseFloat(address.get(name));
-        if (value > 0 || (value === 0 && name === "step")) {
+        if (isFitOption(name, value)) {
             options[name] = value;
             byId(`option-${name}`).value = shortNumber(value);
             hasSet = true;
