@@ -278,6 +278,10 @@ def test_a_slider_moves_picture_and_curves(pages, name, parameter):
         after = [picture(page), page.ask("return page.charts.map((chart) => Array.from(chart.curves[0].y))"), page.ask("return clock.time")]
         assert before[0] != after[0] and before[1] != after[1] and before[2] == after[2] == 1
         assert page.ask("return page.charts.map((chart) => Array.from(chart.previous[0].y))") == before[1]
+        page.ask("await new Promise((done) => setTimeout(done, 1.5 * GESTURE));")
+        page.press("ArrowRight")
+        page.wait(f"state.asked === 7 && state.answered === 7 && {SHOWN}")
+        assert page.ask("return page.charts.map((chart) => Array.from(chart.previous[0].y))") == after[1], "another change: pale is the motion before it"
         text = page.ask(f"const one = values.p.find((one) => one.name === '{parameter}'); return [one.slider.getAttribute('aria-valuetext'), one.slider.labels[0].textContent]")
         assert text[1].startswith(parameter) and float(text[0].split()[0]) != 0
         assert page.ask("return [...document.querySelectorAll('#values input, #values textarea')].filter((one) => !one.labels?.length && !one.getAttribute('aria-label')).length") == 0
@@ -292,6 +296,9 @@ def test_names_and_numbers_can_be_read(manipulator):
     shown = manipulator.ask(fields)
     assert ["E", "2.1e11", True] in shown and all(len(text) <= 7 and text and fits for _, text, fits in shown), shown
     assert manipulator.ask("return byId('option-tol').value") == "1e-6"
+    ends = "const {ends, slider} = [...values.p, ...values.q].find((one) => one.name === '%s'); return [[...ends.children].map((one) => one.textContent), slider.title, ends.scrollWidth <= ends.clientWidth];"
+    assert manipulator.ask(ends % "E") == [["2.1e10", "log", "2.1e12"], "2.1e10 to 2.1e12, logarithmic", True]
+    assert manipulator.ask(ends % "column_psi") == [["\u22123.142", "", "3.142"], "\u22123.142 to 3.142", True]
     texts = {210000000000: "2.1e11", 0.001: "0.001", 1000: "1000", 0.000123456: "1.23e-4", -0.123456789: "-0.1235", 1234567.8: "1234568", -1.5e-12: "-2e-12", 0: "0"}
     assert manipulator.ask(f"return {list(texts)}.map(shortNumber)") == list(texts.values())
     set_value(manipulator, "m_E", "2.123456789")
@@ -351,6 +358,17 @@ def test_the_page_never_waits(pages):
         assert page.ask("return state.motion.rows[state.motion.rows.length - state.motion.columns.length]") == 2
 
 
+def test_values_that_no_motion_can_have(manipulator):
+    """A duration of 0 is refused next to its field; a value that is no number leaves the last one."""
+    asked = manipulator.ask("return state.asked")
+    for name, value, message in (("until", "0", "must be positive"), ("tol", "-1", "must be positive"), ("step", "-1", "must be positive, or 0")):
+        said = manipulator.ask(f"const field = byId('option-{name}'); field.value = '{value}'; field.dispatchEvent(new Event('change')); return [field.validationMessage, state.asked, options.{name}]")
+        assert said == [message, asked, {"until": 2, "tol": 1e-6, "step": 0}[name]]
+    said = manipulator.ask("const one = values.p[0]; one.field.value = ''; one.field.dispatchEvent(new Event('change')); one.field.dispatchEvent(new Event('blur')); return [one.field.value, state.asked]")
+    assert said == ["18.5433", asked]
+    assert manipulator.ask("const field = byId('option-until'); field.value = '1'; field.dispatchEvent(new Event('change')); return [field.validationMessage, state.asked, options.until]") == ["", asked + 1, 1]
+
+
 # ---- Pulling
 
 CART = """local rd = require "refdyn"
@@ -373,6 +391,7 @@ def test_the_motion_of_a_pulled_cart(tmp_path):
         page.wait(f"state.answered === state.asked && {SHOWN}")
         names, rows = rows_of(page)
         assert page.ask("return byId('pulled').hidden") is False
+        assert page.ask("return 2000 * state.motion.seconds < performance.now() - window.started"), "the time of the pull is no time of computation"
         set_value(page, "cart_x", 0.1)
         assert page.ask("return byId('pulled').hidden") is True
         (tmp_path / "start.json").write_text(page.ask("return stateText(state.motion.start, live)"))
@@ -670,7 +689,9 @@ def test_usage(pages, tmp_path):
     assert "--range: 'none' is no parameter, input or start value of the model" in live(crane, "--range", "none=1:2", "-o", out, status=2).stderr
     assert "is not of the form NAME=FROM:TO" in live(crane, "--range", "column_psi=1", "-o", out, status=2).stderr
     assert "the range must ascend" in live(crane, "--range", "column_psi=2:1", "-o", out, status=2).stderr
-    structures = {"E=1e10,2e10": "the model has no option 'E'", "n_rfe": "'n_rfe' is not of the form NAME=VALUE,VALUE,...", "n_rfe=1,1": "'1' is given twice; give it once",
+    assert live(crane, "--range", "n_rfe=1:4", "-o", out, status=2).stderr.startswith(
+        "refdyn view: --range: 'n_rfe' is an option of the model; --options n_rfe=VALUE,VALUE,... lets the page choose among its values\n")
+    structures = {"E=1e10,2e10": "'E' is no option of the model but has a slider; --range E=FROM:TO states its range", "none=1,2": "the model has no option 'none'", "n_rfe": "'n_rfe' is not of the form NAME=VALUE,VALUE,...", "n_rfe=1,1": "'1' is given twice; give it once",
                   "n_rfe=1,,2": "'1,,2' has an empty item"}
     for text, fact in structures.items():
         assert live(crane, "--options", text, "-o", out, status=2).stderr.splitlines()[0] == f"refdyn view: --options: {fact}"
@@ -681,6 +702,7 @@ def test_usage(pages, tmp_path):
     said = live(crane, "--options", "n_rfe=1,2", "--set", "n_rfe=3", "-o", out, status=2).stderr
     assert said.startswith("refdyn view: --options: --set states 'n_rfe', too; omit one of them\n")
     assert live(crane, "--options", "n_rfe=2,0", "-o", out, status=1).stderr.endswith('crane.lua: option n_rfe: value "0"; must be a number from 1\n')
+    assert live(crane, "--options", "n_rfe=2:8", "-o", out, status=1).stderr.endswith('crane.lua: --options n_rfe: value "2:8"; must be a whole number\n')
     assert "--options needs --live" in refdyn("view", pages / "a.h5", "--options", "n_rfe=1,2", "-o", out, status=2).stderr
     assert "--pull needs --live" in refdyn("view", pages / "a.h5", "--pull", "-o", out, status=2).stderr
     assert "--live shows one model" in live(crane, crane, "-o", out, status=2).stderr

@@ -19,19 +19,23 @@ static struct place command_line(const struct declarations *declarations) {
     return (struct place){.file = declarations->request->file};
 }
 
-static void refuse_setting(const struct declarations *declarations, const char *name, const char *value,
-                           const char *needed) {
-    const char *advice =
-        strcmp(needed, "a number") == 0 ? message_number_advice(declarations->memory, value) : "";
-    message_error(declarations->messages, command_line(declarations), "--set %s: value \"%s\"; must be %s%s",
-                  name, value, needed, advice);
+const char *setting_source(const struct setting *setting) {
+    return setting->source ? setting->source : "--set";
 }
 
-/* The value of the last setting of that name; NULL if there is none. A name of two kinds is an error, since
- * the setting would change both. */
-static const char *setting_of(struct declarations *declarations, const char *kind, const char *name) {
-    const struct setting *settings = declarations->request->settings;
-    const char *value = NULL;
+static void refuse_setting(const struct declarations *declarations, const struct setting *setting,
+                           const char *needed) {
+    const char *advice =
+        strcmp(needed, "a number") == 0 ? message_number_advice(declarations->memory, setting->value) : "";
+    message_error(declarations->messages, command_line(declarations), "%s %s: value \"%s\"; must be %s%s",
+                  setting_source(setting), setting->name, setting->value, needed, advice);
+}
+
+/* The last setting of that name; NULL if there is none. A name of two kinds is an error, since the setting
+ * would change both. */
+static const struct setting *setting_of(struct declarations *declarations, const char *kind,
+                                        const char *name) {
+    const struct setting *settings = declarations->request->settings, *last = NULL;
     for (int i = 0; i < declarations->request->setting_count; i++) {
         if (strcmp(settings[i].name, name) != 0)
             continue;
@@ -41,9 +45,9 @@ static const char *setting_of(struct declarations *declarations, const char *kin
                           "--set %s: the model has this name as %s and as %s; rename one of them", name,
                           other, kind);
         declarations->setting_kind[i] = kind;
-        value = settings[i].value;
+        last = &settings[i];
     }
-    return value;
+    return last;
 }
 
 /* Whether the number is whole and exact both in Lua and in C. */
@@ -52,19 +56,20 @@ static bool is_whole(double value) {
     return value == floor(value) && fabs(value) <= largest;
 }
 
-static struct value option_from_text(struct declarations *declarations, const char *name,
-                                     const struct value *standard, const char *text) {
+static struct value option_from_setting(struct declarations *declarations, const struct setting *setting,
+                                        const struct value *standard) {
+    const char *text = setting->value;
     struct value value = *standard;
     if (standard->kind == VALUE_NUMBER) {
         bool is_number = text_to_number(text, &value.number);
         if (!is_number || (standard->is_whole && !is_whole(value.number))) {
-            refuse_setting(declarations, name, text, standard->is_whole ? "a whole number" : "a number");
+            refuse_setting(declarations, setting, standard->is_whole ? "a whole number" : "a number");
             return *standard;
         }
     } else if (standard->kind == VALUE_BOOLEAN) {
         value.truth = strcmp(text, "true") == 0;
         if (!value.truth && strcmp(text, "false") != 0)
-            refuse_setting(declarations, name, text, "true or false");
+            refuse_setting(declarations, setting, "true or false");
     } else {
         value.text = memory_text(declarations->memory, text);
     }
@@ -160,15 +165,15 @@ static const char *allowed_text(struct memory *memory, const struct value *allow
 struct value declarations_add_option(struct declarations *declarations, struct place place, const char *name,
                                      const struct value *standard, const struct value *allowed) {
     struct memory *memory = declarations->memory;
-    const char *text = setting_of(declarations, "option", name);
-    struct value value = text ? option_from_text(declarations, name, standard, text) : *standard;
+    const struct setting *setting = setting_of(declarations, "option", name);
+    struct value value = setting ? option_from_setting(declarations, setting, standard) : *standard;
     if (standard->kind == VALUE_NUMBER && !isfinite(standard->number)) {
         message_error(declarations->messages, place, "option %s: value %s; must be finite", name,
                       text_not_finite(standard->number));
-        value.number = text ? value.number : 1; /* so that no further error follows */
+        value.number = setting ? value.number : 1; /* so that no further error follows */
     } else if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
                !is_allowed(memory, &value, allowed)) {
-        message_error(declarations->messages, text ? command_line(declarations) : place,
+        message_error(declarations->messages, setting ? command_line(declarations) : place,
                       "option %s: value \"%s\"; must be %s", name, value_text(memory, &value),
                       allowed_text(memory, allowed));
         value = *standard;
@@ -290,11 +295,11 @@ expression declarations_add_parameter(struct declarations *declarations, struct 
                                       const struct value *standard, const char *unit) {
     struct parameter parameter = {.name = name, .unit = unit, .place = place};
     set_standard(declarations, &parameter, standard);
-    const char *text = setting_of(declarations, "parameter", name);
-    if (text && text_to_number(text, &parameter.value))
+    const struct setting *setting = setting_of(declarations, "parameter", name);
+    if (setting && text_to_number(setting->value, &parameter.value))
         parameter.is_given = true;
-    else if (text)
-        refuse_setting(declarations, name, text, "a number");
+    else if (setting)
+        refuse_setting(declarations, setting, "a number");
     parameter.is_late = parameter.is_late && !parameter.is_given;
     if (!isfinite(parameter.value)) {
         message_error(declarations->messages, place, "parameter %s: value %s; must be finite", name,
@@ -350,10 +355,10 @@ void declarations_add_parameters(struct declarations *declarations, const struct
 expression declarations_add_input(struct declarations *declarations, struct place place, const char *name,
                                   double standard, const char *unit) {
     struct input input = {.name = name, .unit = unit, .place = place, .value = standard};
-    const char *text = setting_of(declarations, "input", name);
-    if (text && !text_to_number(text, &input.value))
-        refuse_setting(declarations, name, text, "a number");
-    input.is_given = text != NULL;
+    const struct setting *setting = setting_of(declarations, "input", name);
+    if (setting && !text_to_number(setting->value, &input.value))
+        refuse_setting(declarations, setting, "a number");
+    input.is_given = setting != NULL;
     declarations->inputs = memory_room(declarations->memory, declarations->inputs, declarations->input_count,
                                        &declarations->input_capacity, sizeof *declarations->inputs);
     declarations->inputs[declarations->input_count++] = input;

@@ -29,7 +29,10 @@ void names_check_model(struct messages *messages, struct named named);
 /* A value of the command line for an option or a parameter of the model: --set NAME=VALUE. */
 struct setting {
     const char *name, *value;
+    const char *source; /* the option of the command line that states it, for messages; NULL: --set */
 };
+/* The option of the command line that states it. */
+const char *setting_source(const struct setting *setting);
 
 struct read_request {
     const char *file;

@@ -531,7 +531,8 @@ static bool check_settings(const struct read_request *request, struct messages *
     for (int i = 0; i < request->setting_count; i++) {
         const struct setting *setting = &request->settings[i];
         const char *shown = message_safe_text(messages->memory, setting->value, strlen(setting->value));
-        const char *what = memory_format(messages->memory, "--set %s \"%s\"", setting->name, shown);
+        const char *what =
+            memory_format(messages->memory, "%s %s \"%s\"", setting_source(setting), setting->name, shown);
         are_lines &= message_is_one_line(messages, (struct place){.file = request->file}, what,
                                          setting->value, strlen(setting->value));
     }

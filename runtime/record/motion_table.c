@@ -350,17 +350,17 @@ static void put_contacts(struct record_table *table) {
 /* ---- Blocks ---- */
 
 static const struct block blocks[RECORD_BLOCKS] = {
-    {name_state, put_state_cells, NEEDS_STATE},
-    {name_points, put_points, NEEDS_ACCELERATIONS},
-    {name_residuals, put_residuals, NEEDS_STATE},
-    {name_energy, put_energy, NEEDS_STATE},
-    {name_forces, put_forces, NEEDS_ROWS},
-    {name_states, put_states, NEEDS_STATE},
-    {name_inputs, put_inputs, NEEDS_STATE},
-    {name_courses, put_courses, NEEDS_STATE},
-    {name_accelerations, put_accelerations, NEEDS_ACCELERATIONS},
-    {name_angular, put_angular, NEEDS_ACCELERATIONS},
-    {name_contacts, put_contacts, NEEDS_ROWS}};
+    [RECORD_STATE] = {name_state, put_state_cells, NEEDS_STATE},
+    [RECORD_POINTS] = {name_points, put_points, NEEDS_ACCELERATIONS},
+    [RECORD_RESIDUALS] = {name_residuals, put_residuals, NEEDS_STATE},
+    [RECORD_ENERGY] = {name_energy, put_energy, NEEDS_STATE},
+    [RECORD_FORCES] = {name_forces, put_forces, NEEDS_ROWS},
+    [RECORD_STATES] = {name_states, put_states, NEEDS_STATE},
+    [RECORD_INPUTS] = {name_inputs, put_inputs, NEEDS_STATE},
+    [RECORD_COURSES] = {name_courses, put_courses, NEEDS_STATE},
+    [RECORD_ACCELERATIONS] = {name_accelerations, put_accelerations, NEEDS_ACCELERATIONS},
+    [RECORD_ANGULAR] = {name_angular, put_angular, NEEDS_ACCELERATIONS},
+    [RECORD_CONTACTS] = {name_contacts, put_contacts, NEEDS_ROWS}};
 
 static void *allocate(struct record_memory memory, size_t count, size_t size) {
     return memory.get(memory.context, (count + 1) * size);

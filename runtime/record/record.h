@@ -49,11 +49,20 @@ void record_put_state(const struct refdyn_model *model, const double *q, const d
 /* ---- Columns of a motion by name (motion_table.c) ----
  * If an earlier column already has a name, the later one is prefixed with its kind: point_, input_ ... */
 
-/* groups of columns that are computed together: the state, points, residuals ... */
-enum {
-    RECORD_BLOCKS = 11,
-    RECORD_STATES = 5,
-    RECORD_INPUTS = 6 /* the blocks of continuous states and inputs */
+/* Groups of columns that are computed together, in their order. */
+enum record_block {
+    RECORD_STATE, /* t, coordinates and rates */
+    RECORD_POINTS,
+    RECORD_RESIDUALS,
+    RECORD_ENERGY,
+    RECORD_FORCES,
+    RECORD_STATES, /* continuous ones */
+    RECORD_INPUTS,
+    RECORD_COURSES,
+    RECORD_ACCELERATIONS,
+    RECORD_ANGULAR,
+    RECORD_CONTACTS,
+    RECORD_BLOCKS /* their number */
 };
 
 /* Columns of one dataset in an HDF5 file. */

@@ -131,7 +131,7 @@ int main(int count, char **arguments) {
     for (int i = 3; i < count && i < 3 + MOST_SETTINGS; i++) {
         char *value = strchr(arguments[i], '=');
         *value = 0;
-        settings[request.setting_count++] = (struct setting){arguments[i], value + 1};
+        settings[request.setting_count++] = (struct setting){.name = arguments[i], .value = value + 1};
     }
     int status = gen_read(&generation, &request, -1) != GEN_OK ||
                  gen_plan(&generation, QUANTITIES(LISTED) "course") ||

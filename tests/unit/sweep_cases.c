@@ -124,7 +124,7 @@ static int read_settings(int argc, char **argv, struct setting *settings, bool *
         if (!equals)
             continue;
         *equals = 0;
-        settings[count++] = (struct setting){argv[i], equals + 1};
+        settings[count++] = (struct setting){.name = argv[i], .value = equals + 1};
     }
     return count;
 }

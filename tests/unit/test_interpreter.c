@@ -320,7 +320,7 @@ static bool scene_of(char **words, int count, struct scene *scene) {
             scene->loops = LOOPS_NEVER;
         else if (equals && settings < MOST_SETTINGS) {
             *equals = '\0';
-            scene->settings[settings++] = (struct setting){words[i], equals + 1};
+            scene->settings[settings++] = (struct setting){.name = words[i], .value = equals + 1};
         } else
             return false;
     }

@@ -155,8 +155,9 @@ static enum status read_valued(struct scene *scene, const struct options *option
     struct setting *settings = memory_grow(&format_memory, options->settings,
                                            (size_t)count * sizeof *settings, most * sizeof *settings);
     for (int i = 0; i < values->count; i++)
-        settings[count++] = (struct setting){
-            values->list[i].name, exact_text(values->list[i].value, format_allocate(NUMBER_LENGTH, 1))};
+        settings[count++] =
+            (struct setting){.name = values->list[i].name,
+                             .value = exact_text(values->list[i].value, format_allocate(NUMBER_LENGTH, 1))};
     return read_with(scene, options, settings, count, options_has(options, "fold"), false);
 }
 

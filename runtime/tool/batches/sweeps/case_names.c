@@ -282,7 +282,8 @@ static int settings_of(const struct case_names *names, const struct cases *cases
     for (int c = 0; c < cases->width; c++) {
         const struct varied *varied = &cases->columns[c];
         if (varied->target && varied->kind == VARIED_OPTION)
-            settings[count++] = (struct setting){varied->target, varied->texts[(int)varied->values[i]]};
+            settings[count++] =
+                (struct setting){.name = varied->target, .value = varied->texts[(int)varied->values[i]]};
     }
     return count;
 }

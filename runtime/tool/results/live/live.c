@@ -63,6 +63,11 @@ static enum status check_range(const struct structures *all, const char *text, s
         return options_error(all->options, "range", ": '%s' is not of the form NAME=FROM:TO", text);
     if (!(range->from < range->to))
         return options_error(all->options, "range", ": '%s': the range must ascend", text);
+    if (live_has_option(&all->list[0].scene.generation.model, range->name))
+        return options_error(all->options, "range",
+                             ": '%s' is an option of the model; --options %s=VALUE,VALUE,... lets the page "
+                             "choose among its values",
+                             range->name, range->name);
     if (!has_slider(all, range->name))
         return options_error(all->options, "range",
                              ": '%s' is no parameter, input or start value of the model", range->name);
@@ -174,11 +179,25 @@ static enum status write_page(const struct structures *all, const struct live_ra
 
 /* ---- Structures ---- */
 
+static bool is_value(const struct model *model, const char *name) {
+    bool is = false;
+    for (int i = 0; i < model->parameter_count; i++)
+        is = is || strcmp(model->parameters[i].name, name) == 0;
+    for (int i = 0; i < model->input_count; i++)
+        is = is || strcmp(model->inputs[i].name, name) == 0;
+    return is;
+}
+
 /* Reads the model to check the name of an option. */
 static enum status check_option(const struct options *options, const char *name) {
     struct scene scene;
     enum status status = scene_read(&scene, options, false);
-    if (status == STATUS_DONE && !live_has_option(&scene.generation.model, name))
+    if (status == STATUS_DONE && is_value(&scene.generation.model, name))
+        status = options_error(options, "options",
+                               ": '%s' is no option of the model but has a slider; --range %s=FROM:TO states "
+                               "its range",
+                               name, name);
+    else if (status == STATUS_DONE && !live_has_option(&scene.generation.model, name))
         status = options_error(options, "options", ": the model has no option '%s'", name);
     scene_close(&scene);
     return status;
@@ -247,7 +266,7 @@ static const struct options *options_of(const struct structures *all, int place)
     for (int i = all->choice_count - 1; i >= 0; i--) {
         const struct choice *choice = &all->choices[i];
         own->settings[options->setting_count + i] =
-            (struct setting){choice->name, choice->values[place % choice->count]};
+            (struct setting){choice->name, choice->values[place % choice->count], "--options"};
         place /= choice->count;
     }
     return own;

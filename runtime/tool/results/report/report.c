@@ -194,7 +194,7 @@ static enum status run_variant(struct report *report, int i, double seconds) {
     for (int j = 0; j < options.setting_count; j++)
         settings[j] = options.settings[j];
     if (report->values[i])
-        settings[options.setting_count++] = (struct setting){report->vary_name, report->values[i]};
+        settings[options.setting_count++] = (struct setting){report->vary_name, report->values[i], "--vary"};
     options.settings = settings;
     study->name =
         report->values[i] ? format_text("%s=%s", report->vary_name, report->values[i]) : report->model_name;

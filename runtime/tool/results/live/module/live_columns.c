@@ -1,6 +1,8 @@
 /* The columns of a motion in a live page: those of a table but the inputs of the hand. */
 #include "runtime/tool/results/live/module/live_module.h"
 
+#include <string.h>
+
 /* The columns before the hand's. */
 int live_columns_before_hand(const struct live *live) {
     return live->table.ends[RECORD_INPUTS] - live_model.hand_input_count;
@@ -23,11 +25,19 @@ EXPORT(live_column_unit) const char *live_column_unit(struct live *live, int col
     return unit ? unit : "";
 }
 
-/* The group of the column, in the order of record.h: 0 state, 1 points, 2 residuals, 3 energy, 4 forces,
- * 5 continuous states, 6 inputs, 7 courses, 8 accelerations ... */
-EXPORT(live_column_group) int live_column_group(struct live *live, int column) {
-    int group = 0;
-    while (place_in_table(live, column) >= live->table.ends[group])
-        group++;
-    return group;
+/* The kind of curve that the page draws of a column, "" for none. */
+static const char *const kinds[RECORD_BLOCKS] = {[RECORD_ENERGY] = "energy",
+                                                 [RECORD_FORCES] = "force",
+                                                 [RECORD_STATES] = "course",
+                                                 [RECORD_INPUTS] = "course",
+                                                 [RECORD_COURSES] = "course"};
+
+EXPORT(live_column_kind) const char *live_column_kind(struct live *live, int column) {
+    const int place = place_in_table(live, column);
+    int block = RECORD_STATE;
+    while (place >= live->table.ends[block])
+        block++;
+    if (block == RECORD_RESIDUALS)
+        return strncmp(live->table.names[place], "phi_", 4) == 0 ? "phi" : "psi";
+    return kinds[block] ? kinds[block] : "";
 }

@@ -94,7 +94,7 @@ EXPORT(live_trace_curve) int live_trace_curve(struct live *live, int number) {
     struct tracing tracing = {live, number};
     double start[DRAWN_CURVE_AXES], size = 0;
     /* Points follow the state: r, rd and rdd of each. */
-    const int first = live->table.ends[0] + 9 * curve->point;
+    const int first = live->table.ends[RECORD_STATE] + 9 * curve->point;
     for (int k = 0; k < DRAWN_CURVE_AXES; k++) {
         start[k] = live->rows[first + curve->axes[k]];
         for (long row = 0; row < live->row_count; row++)

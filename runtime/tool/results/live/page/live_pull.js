@@ -55,7 +55,7 @@ function grasp(event) {
     event.stopPropagation();
     byId("stage").setPointerCapture(event.pointerId);
     setPlaying(clock, false);
-    state.baseline = runs[0];
+    state.baseline = state.charts;
     Object.assign(hand, {point, pointer: event.pointerId, depth: projected(placeNow(runs[0], runs[0].points[point])).z});
     placeHand(event);
     ask({point, from: clock.time < clock.end ? clock.time : clock.start, speed: clock.speed, hand: hand.place});

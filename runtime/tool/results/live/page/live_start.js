@@ -11,7 +11,8 @@ const options = {until: live.until, step: live.step, tol: live.tol, from: "initi
 const runs = [];
 let page = null, clock = null;
 
-const state = {worker: null, asked: 0, answered: 0, motion: null, modes: null, baseline: null, changedAt: 0, askedAt: 0, delay: 0, hidden: new Set()};
+/* charts: all of the present motion; baseline: those of the motion before the last change. */
+const state = {worker: null, asked: 0, answered: 0, motion: null, modes: null, charts: [], baseline: [], changedAt: 0, askedAt: 0, delay: 0, hidden: new Set()};
 const GESTURE = 700; /* changes that follow each other faster are one change: the pale curves stay [ms] */
 
 /* ---- From a motion to a run ---- */
@@ -52,17 +53,10 @@ function columnOf(numbers, width, count, column) {
     return Float64Array.from({length: count}, (_, row) => numbers[row * width + column]);
 }
 
-/* Kinds of courses by the group of their column, as charts know them. */
-function kindOf(column) {
-    const kinds = {2: column.name.slice(0, 3), 3: "energy", 4: "force", 5: "course", 6: "course", 7: "course"};
-    return kinds[column.group] || null;
-}
-
 function runOf(motion) {
     const drawn = {...drawnModel(data.runs[0], motion.drawing), curves: motion.curves}, width = motion.columns.length, n = drawn.frames.length;
     const column = (i) => columnOf(motion.rows, width, motion.count, i);
-    const courses = motion.columns.map((one, i) => ({name: one.name, kind: kindOf(one), index: i})).filter((course) => course.kind)
-        .map((course) => ({name: course.name, kind: course.kind, values: column(course.index)}))
+    const courses = motion.columns.flatMap(({name, kind}, i) => kind ? [{name, kind, values: column(i)}] : [])
         .filter((course) => course.kind !== "force" || course.values.some((value) => value !== 0));
     const parts = drawn.applied.reduce((count, force) => count + force.count, 0);
     let first = 0;
@@ -80,29 +74,24 @@ function chartKey(chart) {
     return `${chart.title} ${chart.curves.map((curve) => curve.name).join()}`;
 }
 
-function listChosen() {
-    return listCharts(runs, data.runs[0].up).filter((chart) => !state.hidden.has(chart.title));
-}
-
-/* The curves of the same chart among those of the baseline. */
-function paleCurves(chart, charts) {
-    const before = charts.find((one) => one.title === chart.title);
+/* The curves of the same chart in the baseline. */
+function paleCurves(chart) {
+    const before = state.baseline.find((one) => one.title === chart.title);
     return before && before.curves.length === chart.curves.length ? before.curves : [];
 }
 
 /* Charts of the same curves stay; otherwise all are made again. */
 function showCharts() {
-    const charts = listChosen();
+    const charts = state.charts.filter((chart) => !state.hidden.has(chart.title));
     if (charts.map(chartKey).join() === page.charts.map(chartKey).join())
         page.charts.forEach((chart, i) => { chart.curves = charts[i].curves; });
     else {
         byId("charts").textContent = "";
-        page.charts = charts;
+        page.charts = charts.map((chart) => ({...chart}));
         page.charts.forEach((chart) => makeChart(chart, byId("charts"), runs.length, data.palette));
     }
-    const before = state.baseline ? listCharts([state.baseline], data.runs[0].up) : [];
     page.charts.forEach((chart) => {
-        chart.previous = paleCurves(chart, before);
+        chart.previous = paleCurves(chart);
         drawChart(chart);
     });
     showChoices();
@@ -110,7 +99,7 @@ function showCharts() {
 
 /* Boxes for all charts that the motion has. */
 function showChoices() {
-    const titles = listCharts(runs, data.runs[0].up).map((chart) => chart.title), place = byId("choices");
+    const titles = state.charts.map((chart) => chart.title), place = byId("choices");
     if (place.dataset.titles === titles.join())
         return;
     place.dataset.titles = titles.join();
@@ -138,7 +127,7 @@ function fitStage(stage) {
     if (hand.point < 0 && (ratio > 1.3 || ratio < 0.5))
         setFollowing(stage, runs, stage.isFollowing);
     else
-        dressStage(stage, runs);
+        fillScene(stage, runs);
 }
 
 function showFacts(motion) {
@@ -162,6 +151,7 @@ function showMotion(motion) {
     const run = runOf(motion);
     state.motion = motion;
     runs[0] = run;
+    state.charts = listCharts(runs, data.runs[0].up);
     followModel(values, motion.p, motion.start);
     if (!page) {
         openPage();
@@ -266,7 +256,7 @@ let addressTimer = 0;
 function changedValue() {
     const now = performance.now();
     if (now - state.changedAt > GESTURE)
-        state.baseline = runs[0] || null;
+        state.baseline = state.charts;
     state.changedAt = now;
     ask();
     clearTimeout(addressTimer);

@@ -57,13 +57,22 @@ function shortNumber(value) {
 /* A value with its slider and its field. `kind` is p, x or q; with `isFree` it follows the model until it is set. */
 function makeValue(kind, index, about, makeRange) {
     return {kind, index, name: about.name, unit: about.unit, standard: about.value, fileValue: about.fileValue, value: about.value, isFree: about.value === null,
-            range: about.value === null ? null : makeRange(about.value), makeRange};
+            range: null, makeRange};
+}
+
+/* Shows the ends of the slider, and "log" between them if equal ways are equal factors. */
+function setRange(one, range) {
+    const ends = [range.from, range.to].map((end) => withMinus(shortNumber(Number(end.toPrecision(DIGITS))))), isLog = isLogarithmic(range);
+    one.range = range;
+    one.slider.title = `${ends.join(" to ")}${isLog ? ", logarithmic" : ""}`;
+    one.ends.replaceChildren(...[ends[0], isLog ? "log" : "", ends[1]].map((text) => newElement("span", "", text)));
 }
 
 function showValue(one) {
     if (!one.slider || one.value === null)
         return;
-    one.range = one.range || one.makeRange(one.value);
+    if (!one.range)
+        setRange(one, one.makeRange(one.standard === null ? one.value : one.standard));
     one.slider.value = String(positionOf(one.range, one.value));
     one.slider.setAttribute("aria-valuetext", `${one.value} ${one.unit}`);
     if (document.activeElement !== one.field)
@@ -81,9 +90,11 @@ function chooseValue(one, value, changed) {
 }
 
 function valueRow(one, changed) {
-    const row = newElement("div", "row", ""), label = newElement("label", "", one.unit ? `${one.name} [${one.unit}]` : one.name);
+    const row = newElement("div", "row value", ""), label = newElement("label", "", one.unit ? `${one.name} [${one.unit}]` : one.name);
     one.slider = newElement("input", "", "");
     one.field = newElement("input", "", "");
+    one.ends = newElement("span", "ends", "");
+    one.ends.setAttribute("aria-hidden", "true"); /* the title of the slider says the same */
     Object.assign(one.slider, {type: "range", min: "0", max: String(POSITIONS), step: "1", id: `slider-${one.kind}-${one.index}`});
     Object.assign(one.field, {type: "number", step: "any"});
     label.htmlFor = one.slider.id;
@@ -91,7 +102,7 @@ function valueRow(one, changed) {
     one.slider.addEventListener("input", () => chooseValue(one, valueAtPosition(one.range, Number(one.slider.value)), changed));
     one.field.addEventListener("change", () => chooseValue(one, parseFloat(one.field.value), changed));
     one.field.addEventListener("blur", () => showValue(one));
-    row.append(label, one.slider, one.field);
+    row.append(label, one.slider, one.field, one.ends);
     showValue(one);
     return row;
 }
@@ -113,13 +124,19 @@ function listValues(live) {
 const OPTIONS = {until: {label: "Duration [s]", from: 0.1, to: 20}, step: {label: "Step [s], 0: adaptive", from: 0, to: 0.01}, tol: {label: "Tolerance", from: 1e-10, to: 1e-3}};
 const OUTPUTS = 400;
 
+function isFitOption(name, value) {
+    return (value > 0 && Number.isFinite(value)) || (value === 0 && name === "step");
+}
+
 function optionField(name, options, changed) {
     const row = newElement("div", "row option", ""), label = newElement("label", "", OPTIONS[name].label), field = newElement("input", "", "");
     Object.assign(field, {type: "number", step: "any", min: "0", id: `option-${name}`, value: shortNumber(options[name])});
     label.htmlFor = field.id;
     field.addEventListener("change", () => {
-        const value = parseFloat(field.value);
-        if (value > 0 || (value === 0 && name === "step")) {
+        const value = parseFloat(field.value), isFit = isFitOption(name, value);
+        field.setCustomValidity(isFit ? "" : `must be positive${name === "step" ? ", or 0" : ""}`);
+        field.reportValidity();
+        if (isFit) {
             options[name] = value;
             changed();
         }
@@ -291,7 +308,7 @@ function readAddress(values, options) {
     }
     for (const name of Object.keys(OPTIONS)) {
         const value = parseFloat(address.get(name));
-        if (value > 0 || (value === 0 && name === "step")) {
+        if (isFitOption(name, value)) {
             options[name] = value;
             byId(`option-${name}`).value = shortNumber(value);
             hasSet = true;

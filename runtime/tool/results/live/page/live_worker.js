@@ -54,7 +54,7 @@ function call(name, ...values) {
 
 function listColumns() {
     return Array.from({length: call("column_count")}, (_, i) => (
-        {name: textAt(call("column_name", i)), unit: textAt(call("column_unit", i)), group: call("column_group", i)}));
+        {name: textAt(call("column_name", i)), unit: textAt(call("column_unit", i)), kind: textAt(call("column_kind", i))}));
 }
 
 function setValues(asked) {
@@ -79,7 +79,7 @@ function listCurves() {
 }
 
 /* The motion so far, or all of it. */
-function answerDone(asked, began, isPartial) {
+function answerDone(asked, isPartial) {
     const count = call("row_count"), width = call("column_count");
     engine.columns = engine.columns || listColumns();
     const rows = numbersAt(call("rows"), count * width).slice(), drawing = numbersAt(call("drawing"), asked.drawing).slice();
@@ -88,7 +88,7 @@ function answerDone(asked, began, isPartial) {
     engine.judged = isPartial || asked.pull ? null : {asked: {...asked, until: t}, rows: rows.slice(), share};
     postMessage({
         id: asked.id, isDone: true, isPartial, isPulled: asked.pull !== null, columns: engine.columns, curves: listCurves(), count, rows, drawing, applied, p: asked.used.p, start: asked.used.start,
-        message: textAt(call("message")), steps, rejected, energyError, t, hasEnded, seconds: 1e-3 * (performance.now() - began),
+        message: textAt(call("message")), steps, rejected, energyError, t, hasEnded, seconds: 1e-3 * asked.spent,
         memory: engine.module.memory.buffer.byteLength,
     }, [rows.buffer, drawing.buffer, applied.buffer]);
 }
@@ -106,22 +106,33 @@ function lastTime() {
     return numbersAt(call("rows"), call("row_count") * call("column_count"))[(call("row_count") - 1) * call("column_count")];
 }
 
+/* Takes steps for at most a slice of time, or until `isThere`; notes the time spent. Returns the status of the module. */
+function advance(asked, isThere) {
+    const began = performance.now();
+    let status = 1, now = began;
+    while (status === 1 && now < began + SLICE && !isThere()) {
+        status = call("advance");
+        now = performance.now();
+    }
+    asked.spent += now - began;
+    return status;
+}
+
 /* Computes the motion as time passes, from the time at which the hand begins to pull until it lets go; sends parts of it, each
  * after the one before is shown. Returns the status of the module. */
-async function followHand(asked, began) {
+async function followHand(asked) {
     const {from, speed} = asked.pull;
     let status = 1, sent = 0;
     engine.isShown = true;
     while (status === 1 && lastTime() < from)
-        status = call("advance");
+        status = advance(asked, () => lastTime() >= from);
     for (const started = performance.now(); status === 1 && engine.released !== asked.id && !engine.waiting;) {
         const goal = from + 1e-3 * (performance.now() - started) * speed;
-        for (const end = performance.now() + SLICE; status === 1 && lastTime() < goal && performance.now() < end;)
-            status = call("advance");
+        status = advance(asked, () => lastTime() >= goal);
         if (engine.isShown && status === 1 && call("row_count") > Math.max(1, sent)) {
             sent = call("row_count");
             engine.isShown = false;
-            answerDone(asked, began, true);
+            answerDone(asked, true);
         }
         await new Promise((resolve) => setTimeout(resolve, SLICE));
     }
@@ -130,10 +141,9 @@ async function followHand(asked, began) {
 }
 
 /* Computes to the end, or until `isLate`; returns the status of the module. */
-async function finish(status, isLate) {
+async function finish(asked, status, isLate) {
     while (status === 1) {
-        for (const end = performance.now() + SLICE; status === 1 && performance.now() < end;)
-            status = call("advance");
+        status = advance(asked, () => false);
         if (status !== 1)
             break;
         await pause();
@@ -148,13 +158,14 @@ async function compute(asked) {
     setValues(asked);
     let status = call("begin", asked.until, asked.every, asked.step, asked.tol, asked.fromStatics ? 1 : 0);
     asked.used = {p: numbersAt(call("parameters"), asked.p.length).slice(), start: numbersAt(call("used_start"), 2 * asked.n).slice()};
+    asked.spent = performance.now() - began;
     if (asked.pull && status === 1)
-        status = await followHand(asked, began);
-    status = await finish(status, () => engine.waiting && performance.now() - began > PATIENCE);
+        status = await followHand(asked);
+    status = await finish(asked, status, () => engine.waiting && asked.spent > PATIENCE);
     if (status === 1)
         return;
     if (status === 0)
-        answerDone(asked, began, false);
+        answerDone(asked, false);
     else
         postMessage({id: asked.id, isDone: false, message: textAt(call("message"))});
 }
@@ -187,7 +198,7 @@ function errorOf({asked, rows, share}, finer) {
 async function verify(judged) {
     const {asked} = judged;
     setValues(asked);
-    const status = await finish(call("begin_finer", asked.until, asked.every, asked.fromStatics ? 1 : 0), () => engine.waiting);
+    const status = await finish(asked, call("begin_finer", asked.until, asked.every, asked.fromStatics ? 1 : 0), () => engine.waiting);
     if (status === 0)
         postMessage({id: asked.id, estimate: errorOf(judged, numbersAt(call("rows"), call("row_count") * call("column_count")))});
 }

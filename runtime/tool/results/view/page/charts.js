@@ -132,6 +132,7 @@ function makeChart(chart, parent, runCount, palette) {
     Object.assign(chart, {runCount, palette, previous: [], canvas: document.createElement("canvas"), keys: newElement("p", "keys", "")});
     figure.append(newElement("figcaption", "", chart.title), plot, chart.keys);
     plot.append(chart.canvas);
+    chart.pen = chart.canvas.getContext("2d", {willReadFrequently: true}); /* without the graphics card, which may be software */
     chart.canvas.setAttribute("role", "img");
     chart.canvas.setAttribute("aria-label", `${chart.title}, ${chart.curves.length} curves`);
     chart.marks = (chart.isPath ? chart.curves : [null]).map(() => newElement("div", chart.isPath ? "dot" : "cursor", ""));
@@ -155,13 +156,18 @@ function makeKeys(chart) {
         chart.keys.append(newElement("span", "key", `and ${chart.curves.length - KEYS_MOST} more`));
 }
 
-function layOut(chart) {
-    const width = chart.canvas.parentElement.clientWidth, ratio = window.devicePixelRatio || 1;
-    chart.canvas.width = Math.round(width * ratio);
-    chart.canvas.height = Math.round(CHART_HEIGHT * ratio);
-    chart.pen = chart.canvas.getContext("2d", {willReadFrequently: true}); /* without the graphics card, which may be software */
+/* Sets the size of a canvas, which costs time, only if it has changed. */
+function resizeChart(chart, width, ratio) {
+    const pixels = {width: Math.round(width * ratio), height: Math.round(CHART_HEIGHT * ratio)};
+    if (chart.canvas.width !== pixels.width || chart.canvas.height !== pixels.height)
+        Object.assign(chart.canvas, pixels);
     chart.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     chart.pen.clearRect(0, 0, width, CHART_HEIGHT);
+}
+
+function layOut(chart) {
+    const width = chart.canvas.parentElement.clientWidth;
+    resizeChart(chart, width, window.devicePixelRatio || 1);
     chart.box = {left: MARGIN.left, top: MARGIN.top, width: Math.max(1, width - MARGIN.left - MARGIN.right),
                  height: CHART_HEIGHT - MARGIN.top - MARGIN.bottom};
     const all = [...chart.curves, ...chart.previous];

@@ -110,15 +110,22 @@ function lookOf(stage, index, count) {
 
 /* Makes everything that has a colour, at the start and when the theme changes. */
 function dressStage(stage, runs) {
+    if (stage.triad)
+        stage.discarded.push(stage.triad.scene);
+    stage.triad = makeTriad(stage.camera);
+    fillScene(stage, runs);
+}
+
+/* Makes all but the triad. */
+function fillScene(stage, runs) {
     if (stage.scene)
-        stage.discarded.push(stage.scene, stage.triad.scene);
+        stage.discarded.push(stage.scene);
     stage.scene = new THREE.Scene();
     stage.scene.background = new THREE.Color(pageColour("--stage"));
     makeLights(stage.scene);
     stage.size = 2 * stage.camera.radius;
     stage.marks = marksOf(stage, runs);
     stage.grid = makeGrid(stage.box, stage.size, stage.up);
-    stage.triad = makeTriad(stage.camera);
     stage.scene.add(stage.grid.group);
     stage.bodies = runs.map((run, i) => makeBody(run, run.paths, lookOf(stage, i, runs.length)));
     stage.bodies.forEach((body) => stage.scene.add(body.all));
@@ -200,7 +207,7 @@ function setFollowing(stage, runs, isFollowing) {
     stage.isFollowing = isFollowing;
     holdRadius(stage.camera, radiusOf(stage, runs));
     centreCamera(stage.camera, isFollowing ? boxNow(runs[0]) : stage.box);
-    dressStage(stage, runs);
+    fillScene(stage, runs);
 }
 
 /* The camera follows the first run. */
