@@ -197,6 +197,26 @@ def test_not_identifiable(slide, true_rows, tmp_path):
     assert "the data do not determine d" in done.stderr and found["not_identifiable"] == [["d"]]
 
 
+def test_start_on_a_kink(tmp_path):
+    """The slide starts where it touches the wall, so that only one side of a change of `wall` has the event of touching."""
+    model = tmp_path / "wall.lua"
+    model.write_text("""local rd = require "refdyn"
+local p = rd.parameters { { "m", 1.5, "kg" }, { "wall", 0.25, "m" }, { "c", 300, "N/m" } }
+return rd.model {
+  name = "wall", gravity = { 0, 0, 0 }, links = { { "a", joint = "x", mass = p.m, spring = { x = 20 }, start = { x = 0.25 } } },
+  forces = function(s) return { a_x = -p.c * rd.max(0, s.q.a_x - p.wall) + 9 * rd.sin(7 * s.t) } end,
+}""")
+    truth = {"m": 1.4, "wall": 0.24, "c": 280}
+    refdyn("sim", model, *settings(truth), "--until", 3, "--every", 0.01, "-o", tmp_path / "run.csv")
+    data = measured(tmp_path / "d.csv", list(csv.DictReader((tmp_path / "run.csv").open())), 3, columns={"a_x": 1e-4})
+    found, done = fit(model, data, "--vary", ",".join(truth), "--noise", "a_x=1e-4", folder=tmp_path)
+    assert all(abs(found["values"][name] - value) < 4 * found["standard_errors"][name] for name, value in truth.items())
+    assert found["chi2_dof"] < 1.3 and found["rough_errors"] == []
+    found, done = fit(model, data, "--vary", "wall=0.25:0.3", "--noise", "a_x=1e-4", folder=tmp_path)  # ends at the kink
+    assert found["at_bounds"] == found["rough_errors"] == ["wall"]
+    assert "warning: a slight change of wall reorders events: its derivatives are differences of free motions" in done.stderr
+
+
 BAD = {
     "degrees": (lambda i, v: [v[0], math.degrees(v[1]), v[2]], ":1: data: column column_psi is 57.* times the motion: it seems to be in degrees"),
     "exchanged": (lambda i, v: [v[0], v[2], v[1]], ":1: data: columns column_psi and E_xdd seem exchanged: each resembles the motion of the other"),

@@ -125,10 +125,11 @@ static enum status find(struct fit *fit) {
     free(solution.r);
     free(solution.J);
     if (solution.outcome == FIT_STUCK) {
-        fprintf(stderr,
-                "refdyn: %s: the search ended before chi2 was least: no step decreases it further; the motion "
-                "may be less accurate than the data: use a smaller --tol\n",
-                fit->scene->model->name);
+        fprintf(
+            stderr,
+            "refdyn: %s: the search ended before chi2 was least: no step decreases it further; the motion "
+            "may be less accurate than the data: use a smaller --tol\n",
+            fit->scene->model->name);
         return STATUS_NUMBERS;
     }
     return status;

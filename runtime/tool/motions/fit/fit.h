@@ -92,6 +92,7 @@ struct fit_value {
     double lower, upper;             /* bounds; infinite if there are none */
     bool is_log;
     double unit;
+    bool is_rough; /* the last J has differences of free motions by it */
 };
 
 /* A measured column. */
@@ -198,6 +199,17 @@ void fit_motion_ranges(struct fit *fit, const struct fit_data *data, const doubl
 /* chi^2 of many candidates (candidates x values) up to `until`; INFINITY for a motion that fails. */
 enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double *unknowns, int candidates,
                                     double *chi2);
+
+/* Writes the signals of a case in its room; context: the fit. */
+void fit_write_signals(void *context, const struct refdyn_batch_case *one, double *values);
+
+/* ---- Derivatives by free motions (fit_free_motions.c) ---- */
+
+/* Writes the derivatives (variables x size) of the motion `batch` that copies do not have. In: why they are
+ * missing, the changes of the variables, the outputs `at` (size) of the motion. Counts them. */
+void fit_free_derivatives(struct fit *fit, const struct refdyn_batch *batch,
+                          const struct refdyn_underivable *underivable, const double *changes,
+                          const double *at, double *derivatives, size_t size);
 
 /* ---- The start (fit_start.c) ---- */
 

@@ -241,6 +241,14 @@ static bool is_at_bound(const struct fit_value *value, double unknown) {
     return fabs(number - value->lower) <= near || fabs(number - value->upper) <= near;
 }
 
+static void put_rough(struct document *document, const struct fit *fit) {
+    format_put_open(document, "rough_errors", '[');
+    for (int k = 0; k < fit->count; k++)
+        if (fit->values[k].is_rough)
+            format_put_text(document, NULL, fit->values[k].name);
+    format_put_close(document, ']');
+}
+
 static void put_bounds(struct document *document, const struct fit *fit,
                        const struct fit_solution *solution) {
     format_put_open(document, "at_bounds", '[');
@@ -284,6 +292,7 @@ enum status fit_report_write(struct fit *fit, const struct fit_solution *solutio
     put_residuals(&document, fit, false, solution->r);
     fit_put_groups(&document, certainty);
     put_bounds(&document, fit, solution);
+    put_rough(&document, fit);
     put_validation(&document, fit, r, held_out);
     format_put_whole(&document, "starts_tried", solution->starts);
     format_put_whole(&document, "evaluations", fit->motions);
@@ -332,10 +341,15 @@ void fit_report_print(struct fit *fit, const struct fit_solution *solution,
     for (int i = 0; i < certainty->group_count; i++)
         fprintf(stderr, "refdyn: warning: the data do not determine %s\n",
                 fit_group_text(certainty->groups[i]));
+    for (int k = 0; k < count; k++)
+        if (fit->values[k].is_rough)
+            fprintf(stderr,
+                    "refdyn: warning: a slight change of %s reorders events: its derivatives are differences "
+                    "of free motions, and its standard error is rough\n",
+                    fit->values[k].name);
     if (fit->lost > 0)
-        fprintf(
-            stderr,
-            "refdyn: warning: %d derivatives do not exist, since a slight change reorders events or ends the "
-            "motion; the standard errors omit them\n",
-            fit->lost);
+        fprintf(stderr,
+                "refdyn: warning: %d derivatives do not exist, since values jump at an output or changed "
+                "motions fail; the standard errors omit them\n",
+                fit->lost);
 }

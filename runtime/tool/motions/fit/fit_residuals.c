@@ -189,7 +189,7 @@ static void describe(const struct fit *fit, const struct fit_data *data, int row
     file->batch.time_count = file->outputs.count;
 }
 
-static void write_signals(void *context, const struct refdyn_batch_case *one, double *values) {
+void fit_write_signals(void *context, const struct refdyn_batch_case *one, double *values) {
     const struct fit *fit = context;
     struct record_table *table = &fit->tables[one->room];
     table->integrator = one->integrator;
@@ -204,8 +204,12 @@ static void write_all(void *context, const struct refdyn_batch_case *one, double
     const size_t n = (size_t)fit->scene->model->n;
     memcpy(values, one->integrator->q, n * sizeof *values);
     memcpy(values + n, one->integrator->qd, n * sizeof *values);
-    write_signals(context, one, values + 2 * n);
+    fit_write_signals(context, one, values + 2 * n);
 }
+
+/* The change of a value in free motions, as part of it or of its unit: at a tolerance of 1e-6 their noise is
+ * then about a thousandth of the difference. */
+static const double free_change = 1e-3;
 
 /* What a motion shows at its outputs. */
 struct view {
@@ -214,14 +218,13 @@ struct view {
 };
 
 static struct view signals_of(const struct fit *fit) {
-    return (struct view){fit->signal_count, write_signals};
+    return (struct view){fit->signal_count, fit_write_signals};
 }
 
-/* The values (outputs x width) of a motion, and their derivatives, NULL if not needed. */
+/* The values (outputs x width) of a motion, and their derivatives with what is missing of them; both are NULL
+ * if not needed. */
 static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *file, struct view view,
-                                   double *at, double *derivatives) {
-    struct refdyn_underivable *underivable =
-        memory_scratch(&format_memory, ((size_t)fit->variables.count + 1) * sizeof *underivable);
+                                   double *at, double *derivatives, struct refdyn_underivable *underivable) {
     struct refdyn_derivatives given = {.batch = &file->batch,
                                        .count = derivatives ? fit->variables.count : 0,
                                        .variables = fit->variables.variables,
@@ -238,6 +241,27 @@ static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *fil
     fit->end_status = status ? status : given.motion.status;
     fit->end_t = given.motion.t;
     return status || given.outputs < file->batch.time_count + 1 ? FIT_FAILED : FIT_DONE;
+}
+
+/* The values of a motion, and their derivatives, NULL if not needed: those that copies do not have are
+ * differences of free motions. */
+static enum fit_outcome differentiate(struct fit *fit, const struct fit_data *data,
+                                      const struct file_batch *file, double *at, double *derivatives,
+                                      size_t size) {
+    const size_t count = (size_t)fit->variables.count;
+    struct refdyn_underivable *underivable =
+        memory_scratch(&format_memory, (count + 1) * sizeof *underivable);
+    double *changes = memory_scratch(&format_memory, (count + 1) * sizeof *changes);
+    const enum fit_outcome outcome = run_motion(fit, file, signals_of(fit), at, derivatives, underivable);
+    if (outcome != FIT_DONE || !derivatives)
+        return outcome;
+    for (size_t k = 0; k < count; k++) {
+        struct fit_value *value = &fit->values[value_of_variable(fit, data, (int)k)];
+        changes[k] = free_change * (value->is_log ? file->columns[k].values[0] : value->unit);
+        value->is_rough = value->is_rough || (underivable[k].status && !data->is_held_out);
+    }
+    fit_free_derivatives(fit, &file->batch, underivable, changes, at, derivatives, size);
+    return outcome;
 }
 
 /* ---- Residuals ---- */
@@ -336,7 +360,7 @@ static enum fit_outcome residuals_of(struct fit *fit, const struct fit_data *dat
                place->J ? format_allocate_large(size * (size_t)fit->variables.count, sizeof *derivatives)
                         : NULL;
     const struct shown shown = {&file.outputs, at, derivatives, size};
-    const enum fit_outcome outcome = run_motion(fit, &file, signals_of(fit), at, derivatives);
+    const enum fit_outcome outcome = differentiate(fit, data, &file, at, derivatives, size);
     if (outcome == FIT_DONE)
         add_residuals(fit, data, unknowns, &shown, place);
     free(at);
@@ -349,7 +373,11 @@ enum fit_outcome fit_residuals(struct fit *fit, double until, const double *unkn
                                size_t apart) {
     struct entry place = {r, J, apart, 0, fit->count};
     enum fit_outcome outcome = FIT_DONE;
-    fit->lost = J ? 0 : fit->lost;
+    if (J) {
+        fit->lost = 0;
+        for (int k = 0; k < fit->count; k++)
+            fit->values[k].is_rough = false;
+    }
     for (int i = 0; i < fit->data_count && outcome == FIT_DONE; i++)
         if (!fit->data[i].is_held_out)
             outcome = residuals_of(fit, &fit->data[i], until, unknowns, &place);
@@ -369,7 +397,7 @@ enum fit_outcome fit_motion_values(struct fit *fit, const struct fit_data *data,
     describe(fit, data, data->rows, unknowns, 1, &file);
     const size_t width = (size_t)fit->signal_count, size = (size_t)(file.batch.time_count + 2) * width;
     double *at = format_allocate_large(size, sizeof *at);
-    const enum fit_outcome outcome = run_motion(fit, &file, signals_of(fit), at, NULL);
+    const enum fit_outcome outcome = run_motion(fit, &file, signals_of(fit), at, NULL, NULL);
     for (int k = 0; k < fit->signal_count; k++) {
         const struct fit_sensor sensor = fit_sensor_of(fit, k, unknowns);
         for (int i = 0; i < data->rows; i++)
@@ -394,7 +422,7 @@ void fit_motion_ranges(struct fit *fit, const struct fit_data *data, const doubl
     fit_data_thin(fit, data, OUTPUTS_MOST, &few);
     describe(fit, &few, few.rows, unknowns, 1, &file);
     double *at = format_allocate_large((size_t)(file.batch.time_count + 2) * width, sizeof *at);
-    const enum fit_outcome outcome = run_motion(fit, &file, view, at, NULL);
+    const enum fit_outcome outcome = run_motion(fit, &file, view, at, NULL, NULL);
     for (size_t k = 0; k < width && outcome == FIT_DONE; k++) {
         double least = at[k], most = at[k];
         for (int i = 1; i <= file.batch.time_count; i++) {
@@ -446,7 +474,7 @@ static int see_candidate(void *context, const struct refdyn_batch_case *one, int
         memset(next, 0, (size_t)fit->signal_count * sizeof *next);
     if (number > candidates->outputs->count)
         return 0;
-    write_signals(candidates->fit, one, values);
+    fit_write_signals(candidates->fit, one, values);
     for (int k = 0; k < fit->signal_count; k++)
         add_shown_rows(candidates, one, number, k, values[k], &next[k]);
     return 0;
