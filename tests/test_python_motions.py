@@ -534,6 +534,19 @@ def test_interrupts(package, arm):
     assert 0 < t < 1e4 and np.isfinite(stepped.state).all() and stepped.advance(t + 1e-3) and stepped.t == t + 1e-3
 
 
+@pytest.mark.parametrize("method, copies", [("rk4", None), ("rk4", 5), ("gauss", None), ("ros34pw2", 2)])
+def test_interrupts_of_steps(arm, method, copies):
+    """Ctrl-C stops a call of many steps; the next call has the numbers of an undisturbed one."""
+    q = arm.q0 if copies is None else np.tile(arm.q0, (copies, 1))
+    expected = arm.step(q, arm.qd0, 0, 1e-3, method=method, steps=5)
+    began = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        interrupt_after(0.3)
+        arm.step(q, arm.qd0, 0, 1e4, method=method, steps=10**9)
+    assert time.monotonic() - began < 30
+    assert all(map(np.array_equal, arm.step(q, arm.qd0, 0, 1e-3, method=method, steps=5), expected))
+
+
 @pytest.mark.parametrize("size, call", [(200, lambda beam: beam.statics(way="downhill")), (120, lambda beam: beam.modes(at="initial", hold=[]))], ids=["statics", "modes"])
 def test_interrupts_of_equilibria(package, size, call):
     """Ctrl-C stops them early; measured in CPU time, which two threads at once do not disturb. Then they compute as before."""

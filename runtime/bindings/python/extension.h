@@ -166,7 +166,7 @@ struct unlocked {
     PyThreadState *thread;
     double asked;          /* time of the last check for signals [s] */
     int is_interrupted;    /* by a signal, whose exception is set */
-    struct motion *motion; /* the motion that computes; NULL: an equilibrium */
+    struct motion *motion; /* the motion that computes; NULL: an equilibrium, or steps */
 };
 
 /* A new motion, not started. Returns NULL with a Python error without memory. */

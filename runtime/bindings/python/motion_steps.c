@@ -101,18 +101,23 @@ static double *row_of(const struct step_states *states, int which) {
     return data + (states->views[which].len <= size * (Py_ssize_t)sizeof(double) ? 0 : states->next * size);
 }
 
+enum { STEPS_PER_ASK = 16 }; /* steps between two looks at the clock, which cost little */
+
 /* Steps one state by h, in steps of the motion's options. */
-static int step_state(struct motion *motion, const struct step_states *states) {
+static int step_state(struct motion *motion, const struct step_states *states, struct unlocked *unlocked) {
     struct refdyn_workspace *work = &motion->block->work;
     struct refdyn_integrator *integrator = &motion->block->integrator;
     const size_t n = (size_t)work->n;
-    const double t = *row_of(states, STEP_T);
+    const double t = *row_of(states, STEP_T), end = t + states->h;
     memcpy(work->p, row_of(states, STEP_P), (size_t)states->size[STEP_P] * sizeof *work->p);
     memcpy(work->x, row_of(states, STEP_X), (size_t)states->size[STEP_X] * sizeof *work->x);
     int status = refdyn_integrator_start(integrator, t, row_of(states, STEP_Q), row_of(states, STEP_QD));
-    refdyn_integrator_until(integrator, t + states->h);
-    if (!status)
-        status = refdyn_integrator_to(integrator, t + states->h);
+    refdyn_integrator_until(integrator, end);
+    while (!status && integrator->t < end) {
+        status = refdyn_integrator_step(integrator, end, STEPS_PER_ASK);
+        if (!status)
+            status = refdyn_ask(unlocked);
+    }
     memcpy(row_of(states, STEP_NEW_Q), integrator->q, n * sizeof(double));
     memcpy(row_of(states, STEP_NEW_QD), integrator->qd, n * sizeof(double));
     return status == REFDYN_EVENT_ENDS ? REFDYN_OK : status;
@@ -120,11 +125,8 @@ static int step_state(struct motion *motion, const struct step_states *states) {
 
 static int step_all(struct motion *motion, struct step_states *states, struct unlocked *unlocked) {
     int status = REFDYN_OK;
-    for (states->next = 0; states->next < states->count && status == REFDYN_OK; states->next++) {
-        status = step_state(motion, states);
-        if (status == REFDYN_OK)
-            status = refdyn_motion_ask(unlocked, &motion->block->record);
-    }
+    for (states->next = 0; states->next < states->count && status == REFDYN_OK; states->next++)
+        status = step_state(motion, states, unlocked);
     return status;
 }
 

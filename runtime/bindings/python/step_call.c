@@ -30,6 +30,8 @@ struct lanes {
     const struct stepper *stepper;
     int width, n, rates_size; /* rates of one lane */
     double h;
+    struct unlocked *unlocked;
+    long taken; /* steps of the call */
     double *p, *x, *t, *t_stage, *state, *rates, *state_new, *stage, *error, *memory;
 };
 
@@ -49,8 +51,11 @@ static int find_lane_rates(void *context, double c, double *stage, double *rates
     return REFDYN_OK;
 }
 
-/* Takes `steps` steps of h from state, which becomes the state after them. */
-static void take_steps(struct lanes *lanes, long steps) {
+enum { STEPS_PER_ASK = 64 }; /* steps between two looks at the clock, which cost little */
+
+/* Takes `steps` steps of h from state, which becomes the state after them. Returns RECORD_INTERRUPTED after a
+ * signal. */
+static int take_steps(struct lanes *lanes, long steps) {
     const int width = lanes->width, size = 2 * lanes->n * width;
     const struct arrays_of_one arrays = {.n = lanes->n * width,
                                          .size = size,
@@ -67,7 +72,10 @@ static void take_steps(struct lanes *lanes, long steps) {
         memcpy(lanes->state, lanes->state_new, (size_t)size * sizeof *lanes->state);
         for (int l = 0; l < width; l++)
             lanes->t[l] += lanes->h;
+        if (++lanes->taken % STEPS_PER_ASK == 0 && refdyn_ask(lanes->unlocked))
+            return RECORD_INTERRUPTED;
     }
+    return REFDYN_OK;
 }
 
 /* ---- Memory of a call ---- */
@@ -162,9 +170,11 @@ static void scatter(const struct states *states, int which, Py_ssize_t first, in
             states->data[which][(first + l) * size + i] = lanes[i * width + l];
 }
 
-static void step_states(struct lanes *lanes, const struct states *states, long steps) {
+/* Steps all states. Returns RECORD_INTERRUPTED after a signal. */
+static int step_states(struct lanes *lanes, const struct states *states, long steps) {
     const int width = lanes->width, n = lanes->n;
-    for (Py_ssize_t first = 0; first < states->count; first += width) {
+    int status = REFDYN_OK;
+    for (Py_ssize_t first = 0; first < states->count && status == REFDYN_OK; first += width) {
         if (first == 0 || !is_shared(states, P))
             gather(states, P, first, width, lanes->p);
         if (first == 0 || !is_shared(states, X))
@@ -172,10 +182,11 @@ static void step_states(struct lanes *lanes, const struct states *states, long s
         gather(states, T, first, width, lanes->t);
         gather(states, Q, first, width, lanes->state);
         gather(states, QD, first, width, lanes->state + n * width);
-        take_steps(lanes, steps);
+        status = take_steps(lanes, steps);
         scatter(states, NEW_Q, first, width, lanes->state);
         scatter(states, NEW_QD, first, width, lanes->state + n * width);
     }
+    return status;
 }
 
 static PyObject *compute(const struct stepper *stepper, const struct states *states, double h, long steps) {
@@ -184,11 +195,13 @@ static PyObject *compute(const struct stepper *stepper, const struct states *sta
                               h / (double)steps);
     if (!memory)
         return PyErr_NoMemory();
-    Py_BEGIN_ALLOW_THREADS;
-    step_states(&lanes, states, steps);
+    struct unlocked unlocked = {.asked = refdyn_seconds(CLOCK_MONOTONIC)};
+    lanes.unlocked = &unlocked;
+    unlocked.thread = PyEval_SaveThread();
+    const int status = step_states(&lanes, states, steps);
     free(memory);
-    Py_END_ALLOW_THREADS;
-    Py_RETURN_NONE;
+    PyEval_RestoreThread(unlocked.thread);
+    return status == REFDYN_OK ? Py_NewRef(Py_None) : NULL;
 }
 
 /* states(count, q, qd, t, h, steps, p, x, new_q, new_qd): steps `count` states by h in equal steps; p and x
