@@ -188,6 +188,16 @@ def test_continuous_states(tmp_path):
         assert rows[0, names.index(name)] == 0.37 != before[0, names.index(name)]
 
 
+def test_contact_forces_have_a_chart(tmp_path):
+    """A ball that falls, bounces and comes to rest: its weight is the last value."""
+    live(MODELS.parent / "tests/models/contacts/ball.lua", "--until", "3", "-o", tmp_path / "ball.html")
+    with browser.Session(tmp_path / "ball.html") as page:
+        page.wait(SHOWN)
+        curves = page.ask("return page.charts.find((chart) => chart.title === 'Contact forces [N]').curves.map((curve) => [curve.name, curve.y[curve.y.length - 1]])")
+        names, rows = rows_of(page)
+        assert curves == [["contact_floor", rows[-1, names.index("contact_floor")]]] and curves[0][1] > 1
+
+
 def test_the_drawing_follows_the_parameters(pages, tmp_path):
     """Frames and shapes after a change equal those of a page whose file has the value from the start."""
     given = "return {frames: runs[0].frames.map((frame) => Array.from(frame.constant)), shapes: runs[0].shapes, sticks: runs[0].sticks, points: runs[0].points, curves: runs[0].curves}"

@@ -39,5 +39,7 @@ EXPORT(live_column_kind) const char *live_column_kind(struct live *live, int col
         block++;
     if (block == RECORD_RESIDUALS)
         return strncmp(live->table.names[place], "phi_", 4) == 0 ? "phi" : "psi";
+    if (block == RECORD_CONTACTS) /* of each contact the force, then the time since which it rests */
+        return (place - live->table.ends[block - 1]) % 2 == 0 ? "contact" : "";
     return kinds[block] ? kinds[block] : "";
 }

@@ -57,6 +57,7 @@ function listCharts(runs, up) {
         {title: "Turns [rad]", curves: coordinateCurves(runs, true)},
         {title: "Applied forces [N, N m]", curves: appliedCurves(runs)},
         {title: "Programme forces [N, N m]", curves: timeCurves(runs, "force")},
+        {title: "Contact forces [N]", curves: timeCurves(runs, "contact")},
         {title: "Inputs and courses", curves: timeCurves(runs, "course")},
         {title: "Energy [J]", curves: timeCurves(runs, "energy")},
         {title: "Position residuals", isPower: true, curves: logarithmic(timeCurves(runs, "phi"))},
