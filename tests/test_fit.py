@@ -226,6 +226,12 @@ BAD = {
     "milliseconds": (lambda i, v: [1000 * v[0], v[1], v[2]], ":1: data: t ends at 2000: it seems to be in milliseconds; must be in seconds"),
     "millimetres": (lambda i, v: [v[0], v[1], 1000 * v[2]], "times the motion: it seems to be in thousandths of the model's unit, such as mm"),
     "of_g": (lambda i, v: [v[0], v[1], v[2] / 9.81], ":1: data: column E_xdd is 0.107 times the motion: it seems to be in multiples of g"),
+    "inches": (lambda i, v: [v[0], v[1], v[2] / 0.0254], "times the motion: it seems to be in inches instead of metres"),
+    "revolutions": (lambda i, v: [v[0], v[1] / 2 / math.pi, v[2]], "times the motion: it seems to be in revolutions instead of radians"),
+    "microseconds": (lambda i, v: [1e6 * v[0], v[1], v[2]], ":1: data: t ends at 2e+06: it seems to be in microseconds; must be in seconds"),
+    "clock": (lambda i, v: [v[0] + 1.7e9, v[1], v[2]], ":2: data: t begins at 1.7e+09, 8.5e+08 times the length of the data after the start of the motion at 0;"),
+    "late": (lambda i, v: [v[0] + 3, v[1], v[2]], ":1: data: t begins at 3, but the motion at 0, which these data resemble less; t must count in seconds"),
+    "missing": (lambda i, v: [v[0], v[1], ""], ":1: data: E_xdd has no measurement in this file; add its column, or omit it from --noise"),
     "early": (lambda i, v: [v[0] - 1, v[1], v[2]], ":2: data: t = -1; must not be before the motion, which starts at 0"),
 }
 
@@ -237,6 +243,15 @@ def test_bad_data(name, true_rows, tmp_path):
     done = fit(REFERENCE, data, "--vary", "E,m_E", *ARM, *settings(TRUTH), folder=tmp_path, status=1)[1]
     before, _, after = message.partition("*")
     assert before in done.stderr and after in done.stderr
+
+
+def test_reversed_sign(slide, tmp_path):
+    """A warning, since the search may find an input of the other sign."""
+    data = slide_data(tmp_path / "d.csv", slide_rows(push=-1.0))
+    data.write_text(data.read_text().replace(",push", ",other"))
+    found, done = fit(slide, data, "--vary", "c,push=-3:3", "--noise", "a_x=1e-5", "--set", "push=1.1", folder=tmp_path)
+    assert "warning: data: column a_x is -0.9" in done.stderr and "times the motion: its sign seems to be reversed" in done.stderr
+    assert abs(found["values"]["push"] + 1) < 4 * found["standard_errors"]["push"]
 
 
 def test_other_time_base(true_rows, tmp_path):

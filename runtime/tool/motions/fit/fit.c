@@ -46,6 +46,7 @@ static enum status prepare(struct fit *fit) {
     if (status != STATUS_DONE)
         return status;
     fit->batch.threads = system_processors();
+    fit->batch.stop = fit_is_stopped;
     start_tables(fit);
     fit_start_scale(fit);
     return STATUS_DONE;

@@ -137,8 +137,9 @@ struct fit {
     struct fit_data *data;
     int data_count;
     long motions;   /* computed in all, copies included */
-    int end_status; /* of the last motion: a status of the runtime, and the time reached [s] */
+    int end_status; /* of the last motion: a status of the runtime, the time reached [s], its steps */
     double end_t;
+    long end_steps;
     int lost; /* residuals without a derivative in the last evaluation of J */
     struct progress progress;
 };
@@ -200,6 +201,8 @@ void fit_motion_ranges(struct fit *fit, const struct fit_data *data, const doubl
 enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double *unknowns, int candidates,
                                     double *chi2);
 
+/* Has a signal arrived? */
+int fit_is_stopped(void *context);
 /* Writes the signals of a case in its room; context: the fit. */
 void fit_write_signals(void *context, const struct refdyn_batch_case *one, double *values);
 

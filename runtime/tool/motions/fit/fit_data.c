@@ -168,9 +168,25 @@ static bool refuse_constant(const struct reading *reading) {
     return true;
 }
 
+static double length_of(const struct fit_data *data) {
+    return data->t[data->rows - 1] - data->t[0];
+}
+
 /* The mean time between rows. */
 static double spacing(const struct fit_data *data) {
-    return (data->t[data->rows - 1] - data->t[0]) / (data->rows - 1);
+    return length_of(data) / (data->rows - 1);
+}
+
+/* A clock that started long before the motion. */
+static bool refuse_clock(const struct fit *fit, const struct fit_data *data) {
+    const double begin = fit->scene->state.t, ahead = data->t[0] - begin;
+    if (ahead < 100 * length_of(data))
+        return true;
+    format_complain_line(data->path, 2,
+                         format_text("data: t begins at %.9g, %.3g times the length of the data after the "
+                                     "start of the motion at %.9g; times must count from there",
+                                     data->t[0], ahead / length_of(data), begin));
+    return false;
 }
 
 /* Files whose rows are a hundred times further apart than those of the first have times in other units. */
@@ -193,14 +209,39 @@ static bool read_file(struct fit *fit, struct fit_data *data) {
     format_csv_close(&reading.csv);
     if (is_good && data->has_inputs)
         is_good = scene_inputs_read(&data->inputs, data->path, fit->scene->model);
-    return is_good && refuse_time_base(fit, data);
+    return is_good && refuse_clock(fit, data) && refuse_time_base(fit, data);
+}
+
+static long count_measurements(const struct fit_data *data, int width, int column) {
+    long count = 0;
+    for (int i = 0; i < data->rows; i++)
+        count += !isnan(data->y[(size_t)i * (size_t)width + (size_t)column]);
+    return count;
+}
+
+/* A file may lack columns that others have. */
+static bool refuse_missing(const struct fit *fit) {
+    for (int k = 0; k < fit->signal_count; k++) {
+        long count = 0;
+        for (int i = 0; i < fit->data_count; i++)
+            count += fit->data[i].is_held_out ? 0 : count_measurements(&fit->data[i], fit->signal_count, k);
+        if (count > 0)
+            continue;
+        format_complain_line(
+            fit->data[0].path, 1,
+            format_text("data: %s has no measurement in %s; add its column, or omit it from %s",
+                        fit->signals[k].name, fit->data_count > 1 ? "any file of the fit" : "this file",
+                        fit_option_text(fit, "noise")));
+        return false;
+    }
+    return true;
 }
 
 enum status fit_data_read(struct fit *fit) {
     for (int i = 0; i < fit->data_count; i++)
         if (!read_file(fit, &fit->data[i]))
             return STATUS_FAULT;
-    return STATUS_DONE;
+    return refuse_missing(fit) ? STATUS_DONE : STATUS_FAULT;
 }
 
 enum status fit_data_imagine(struct fit *fit) {
@@ -220,13 +261,6 @@ enum status fit_data_imagine(struct fit *fit) {
 }
 
 /* ---- Fewer data for rough solutions ---- */
-
-static long count_measurements(const struct fit_data *data, int width, int column) {
-    long count = 0;
-    for (int i = 0; i < data->rows; i++)
-        count += !isnan(data->y[(size_t)i * (size_t)width + (size_t)column]);
-    return count;
-}
 
 void fit_data_thin(const struct fit *fit, const struct fit_data *data, int most, struct fit_data *thin) {
     const int width = fit->signal_count;

@@ -189,6 +189,11 @@ static void describe(const struct fit *fit, const struct fit_data *data, int row
     file->batch.time_count = file->outputs.count;
 }
 
+int fit_is_stopped(void *context) {
+    (void)context;
+    return system_interrupted != 0;
+}
+
 void fit_write_signals(void *context, const struct refdyn_batch_case *one, double *values) {
     const struct fit *fit = context;
     struct record_table *table = &fit->tables[one->room];
@@ -240,6 +245,9 @@ static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *fil
     fit->motions += 1 + given.copies;
     fit->end_status = status ? status : given.motion.status;
     fit->end_t = given.motion.t;
+    fit->end_steps = given.motion.steps_alone;
+    if (system_interrupted)
+        return FIT_STOPPED;
     return status || given.outputs < file->batch.time_count + 1 ? FIT_FAILED : FIT_DONE;
 }
 
@@ -488,11 +496,6 @@ static int end_candidate(void *context, const struct refdyn_batch_case *one,
     return 0;
 }
 
-static int is_stopped(void *context) {
-    (void)context;
-    return system_interrupted != 0;
-}
-
 enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double *unknowns, int count,
                                     double *chi2) {
     const struct memory_mark mark = memory_mark(&format_memory);
@@ -514,7 +517,6 @@ enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double 
         file.batch.context = &candidates;
         file.batch.output = see_candidate;
         file.batch.end = end_candidate;
-        file.batch.stop = is_stopped;
         if (refdyn_batch_run(&file.batch, NULL) != REFDYN_OK)
             for (int k = 0; k < count; k++)
                 chi2[k] = INFINITY;

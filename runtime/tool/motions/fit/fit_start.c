@@ -110,10 +110,14 @@ static const struct {
 } units[] = {{180 / 3.14159265358979, "degrees instead of radians"},
              {1000, "thousandths of the model's unit, such as mm"},
              {100, "hundredths of the model's unit, such as cm"},
+             {1 / 0.0254, "inches instead of metres"},
+             {0.5 / 3.14159265358979, "revolutions instead of radians"},
              {1 / 9.81, "multiples of g"}};
 /* Data are in another unit if their cosine with the motion is larger, which is so even if noise is as large
  * as the motion, and the factor is within this part. */
 static const double cosine_least = 0.6, factor_part = 0.2;
+/* A sign seems reversed with a larger cosine; the search may still find a value of the other sign. */
+static const double reversed_least = 0.95;
 /* Columns are exchanged if the exchange decreases both sums of squares, one of them by this factor. */
 static const double exchange_gain = 30;
 
@@ -128,6 +132,11 @@ static enum status refuse_unit(const struct fit *fit, const struct fit_data *dat
                                              fit->signals[k].name, factor, units[i].text));
             return STATUS_FAULT;
         }
+    if (cosine < -reversed_least)
+        format_complain_line(data->path, 1,
+                             format_text("warning: data: column %s is %.3g times the motion: its sign seems "
+                                         "to be reversed",
+                                         fit->signals[k].name, factor));
     return STATUS_DONE;
 }
 
@@ -164,56 +173,108 @@ static enum status compare_columns(const struct fit *fit, const struct fit_data 
 static const struct {
     double factor;
     const char *text;
-} time_units[] = {{1e-3, "milliseconds"}, {1e-6, "microseconds"}};
+} time_units[] = {{1e-6, "microseconds"}, {1e-3, "milliseconds"}};
+enum { TIME_UNITS = sizeof time_units / sizeof *time_units, ROWS_COMPARED = 1000 };
+/* In another unit, the motion resembles the data if its squared distance is less than this part of their
+ * spread. Then the motion in seconds, which may last for days, takes at most so many times more steps. */
+static const double resembles_most = 0.5, steps_factor = 100;
+/* A comparison with the data. */
+struct time_unit {
+    double misfit; /* mean squared residual; infinite if the motion fails */
+    long steps;
+};
 
-/* The sum of all squared residuals. */
+/* The mean of all squared residuals. */
 static double misfit(const struct fit *fit, const struct fit_data *data, const double *model) {
     double sum = 0;
-    for (int k = 0; k < fit->signal_count; k++)
-        sum += sum_over(fit, data, model, k, k).apart / (fit->signals[k].noise * fit->signals[k].noise);
-    return sum;
+    long count = 0;
+    for (int k = 0; k < fit->signal_count; k++) {
+        const struct sums sums = sum_over(fit, data, model, k, k);
+        sum += sums.apart / (fit->signals[k].noise * fit->signals[k].noise);
+        count += sums.count;
+    }
+    return sum / (double)count;
 }
 
-/* The same if times are in this part of a second. */
-static double misfit_in_unit(struct fit *fit, const struct fit_data *data, const double *from,
-                             double factor) {
+/* The same for constants in place of a motion: the means of the columns. */
+static double spread(const struct fit *fit, const struct fit_data *data) {
+    const size_t width = (size_t)fit->signal_count;
+    double *means = format_allocate_large((size_t)data->rows * width, sizeof *means);
+    for (size_t k = 0; k < width; k++) {
+        double sum = 0;
+        long count = 0;
+        for (size_t i = 0; i < (size_t)data->rows; i++)
+            if (!isnan(data->y[i * width + k])) {
+                sum += data->y[i * width + k];
+                count++;
+            }
+        for (size_t i = 0; i < (size_t)data->rows; i++)
+            means[i * width + k] = sum / (double)count;
+    }
+    const double found = misfit(fit, data, means);
+    free(means);
+    return found;
+}
+
+/* The motion whose times are in this part of a second. */
+static struct time_unit compare_unit(struct fit *fit, const struct fit_data *data, const double *from,
+                                     double factor) {
     const double begin = fit->scene->state.t;
     struct fit_data scaled = *data;
     double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
     scaled.t = format_allocate_large((size_t)data->rows, sizeof *scaled.t);
     for (int i = 0; i < data->rows; i++)
         scaled.t[i] = begin + factor * (data->t[i] - begin);
-    const double sum =
-        fit_motion_values(fit, &scaled, from, model) == FIT_DONE ? misfit(fit, data, model) : INFINITY;
+    struct time_unit unit = {INFINITY, 0};
+    if (fit_motion_values(fit, &scaled, from, model) == FIT_DONE)
+        unit = (struct time_unit){misfit(fit, data, model), fit->end_steps};
     free(model);
     free(scaled.t);
-    return sum;
+    return unit;
 }
 
+/* Data that begin late may also resemble the start of the motion, at which a smaller unit stays. */
+static enum status refuse_times(const struct fit *fit, const struct fit_data *data, const char *text) {
+    const double begin = fit->scene->state.t, first = data->t[0], last = data->t[data->rows - 1];
+    format_complain_line(
+        data->path, 1,
+        first - begin < last - first
+            ? format_text("data: t ends at %.6g: it seems to be in %s; must be in seconds", last, text)
+            : format_text("data: t begins at %.6g, but the motion at %.6g, which these data resemble less; "
+                          "t must count in seconds from the start of the motion",
+                          first, begin));
+    return STATUS_FAULT;
+}
+
+/* The motion in seconds, unless one in another unit explains the data far better. */
 static enum status check_times(struct fit *fit, const struct fit_data *data, const double *from,
-                               const double *model) {
-    const double present = model ? misfit(fit, data, model) : INFINITY;
-    for (size_t i = 0; i < sizeof time_units / sizeof *time_units; i++)
-        if (present > exchange_gain * data->rows &&
-            exchange_gain * misfit_in_unit(fit, data, from, time_units[i].factor) < present) {
-            format_complain_line(data->path, 1,
-                                 format_text("data: t ends at %.6g: it seems to be in %s; must be in seconds",
-                                             data->t[data->rows - 1], time_units[i].text));
-            return STATUS_FAULT;
-        }
-    return STATUS_DONE;
+                               double *model, enum fit_outcome *outcome) {
+    struct fit_data few;
+    struct time_unit found[TIME_UNITS];
+    const long limit = fit->batch.options.step_limit;
+    int best = 0;
+    fit_data_thin(fit, data, ROWS_COMPARED, &few);
+    for (int i = 0; i < TIME_UNITS; i++) {
+        found[i] = compare_unit(fit, &few, from, time_units[i].factor);
+        best = found[i].misfit < found[best].misfit ? i : best;
+    }
+    const bool resembles = found[best].misfit < resembles_most * spread(fit, &few);
+    if (resembles)
+        fit->batch.options.step_limit = (long)(steps_factor * fmax((double)found[best].steps, steps_factor));
+    *outcome = fit_motion_values(fit, data, from, model);
+    fit->batch.options.step_limit = limit;
+    const double present = *outcome == FIT_DONE ? misfit(fit, data, model) : INFINITY;
+    const bool is_long = resembles && fit->end_status == REFDYN_TOO_MANY_STEPS,
+               is_worse = present > exchange_gain && exchange_gain * found[best].misfit < present;
+    return is_long || is_worse ? refuse_times(fit, data, time_units[best].text) : STATUS_DONE;
 }
 
 /* ---- All files ---- */
 
 static enum status compare_file(struct fit *fit, const struct fit_data *data, const double *from) {
     double *model = format_allocate_large((size_t)data->rows * (size_t)fit->signal_count, sizeof *model);
-    const enum fit_outcome outcome = fit_motion_values(fit, data, from, model);
-    const int end_status = fit->end_status;
-    const double end_t = fit->end_t;
-    enum status status = check_times(fit, data, from, outcome == FIT_DONE ? model : NULL);
-    fit->end_status = end_status;
-    fit->end_t = end_t;
+    enum fit_outcome outcome;
+    enum status status = check_times(fit, data, from, model, &outcome);
     if (status == STATUS_DONE)
         status = outcome == FIT_DONE ? compare_columns(fit, data, model) : fit_report_outcome(fit, outcome);
     free(model);

@@ -20,9 +20,9 @@ static const double gain_least = 1e-3;
 /* The search also ends when the predicted decrease is a smaller part of chi^2: below the error of the motion.
  */
 static const double decrease_part = 1e-9;
-/* The search is stuck if the derivatives predict a larger decrease, a third of a standard error, and larger
- * than this part of chi^2, but no step decreases it. */
-static const double stuck_least = 0.1, stuck_part = 1e-6;
+/* The search is stuck if the derivatives predict a larger decrease, a standard error, and larger than this
+ * part of chi^2, but no step decreases it. */
+static const double stuck_least = 1, stuck_part = 1e-6;
 
 /* A round: the factors of J, and scratch for steps. */
 struct round {
