@@ -396,6 +396,26 @@ def test_wrong_usage(arguments, message):
     assert message in refdyn("sim", HUB, "--until", 1, *arguments, status=2).stderr
 
 
+def manipulator_with_three_drives(folder):
+    text = (MODELS / "manipulator.lua").read_text()
+    assert 'driven and { "arm_psi", "effector_z" }' in text
+    (folder / "three.lua").write_text(text.replace('driven and { "arm_psi", "effector_z" }', 'driven and { "arm_psi", "effector_z", "column_psi" }'))
+    return folder / "three.lua"
+
+
+def test_effort_that_falls_without_end(tmp_path):
+    """A third drive at the column of the undamped manipulator can excite vibrations that carry a part of the weight."""
+    said = refdyn("sim", manipulator_with_three_drives(tmp_path), "--realise", "--set", "driven=true", "--set", "n_rfe=2", "--from", "held", "--until", 1.9, "--every", 1e-2,
+                  "-o", tmp_path / "run.csv", status=3).stderr
+    assert re.match(r"refdyn: manipulator: --realise: the effort still becomes smaller after hundreds of corrections; vibrations with little damping", said)
+
+
+@pytest.mark.skipif(not LONG, reason="half a minute")
+def test_three_drives_of_the_damped_manipulator(tmp_path):
+    _, report, _ = realise(manipulator_with_three_drives(tmp_path), tmp_path, "--set", "driven=true", "--set", "eta=1e-2", "--from", "held", "--until", 1.9, "--every", 1e-3)
+    assert report["playback_error"] < 1e-6 and report["mesh_change"] < 0.01 and report["effort"] < 5e3 * 1.9
+
+
 LOADS = """local rd = require "refdyn"
 return rd.sweep { vary = { m_tip = { 0.063, 0.117 }, n_rfe = { 3, 6 }, hub_psi = { 0, 0.1 } }, t_end = 1, every = 1e-2, realise = true,
   before = 0.31, after = 0.3, mesh = 0.045, keep = { final = true, history = { "drive_hub_psi", "tip_x" }, extremes = { "drive_hub_psi" }, limits = true } }

@@ -299,6 +299,31 @@ def test_limits_are_marked(tmp_path):
     assert charts["Turns [rad]"][1] == 0 and charts["Turns [rad]"][2] > 200
 
 
+def test_limits_are_marked_in_live_pages(tmp_path):
+    """The same for motions that the page computes: of a coordinate, and of an expression; a slider moves the motion beyond its limit."""
+    (tmp_path / "swing.lua").write_text('local rd = require "refdyn"\nlocal p = rd.parameters { { "g", 1, "m/s^2" } }\n'
+                                        'return rd.model { name = "swing", gravity = { 0, -p.g, 0 }, links = {'
+                                        '{ "a", joint = "psi", mass = 1, center = { 0.7, 0, 0 }, inertia = { zz = 0.1 }, limits = { psi = { from = -2.1, to = 9 } } } },'
+                                        'limits = function(s) return { { "push", s.qd.a_psi ^ 2, to = 5 } } end }')
+    refdyn("view", "--live", tmp_path / "swing.lua", "--until", 1, "-o", tmp_path / "swing.html")
+    script = """return page.charts.map((chart) => {
+        const pixels = chart.pen.getImageData(0, 0, chart.canvas.width, chart.canvas.height).data;
+        let red = 0;
+        for (let i = 0; i < pixels.length; i += 4)
+            red += pixels[i] > pixels[i + 1] + 60 && pixels[i] > pixels[i + 2] + 60;
+        return [chart.title, chart.curves.map((curve) => [curve.name, curve.bounds]), red];
+    });"""
+    with browser.Session(tmp_path / "swing.html") as page:
+        page.wait("document.documentElement.dataset.state === 'shown'")
+        before = {title: rest for title, *rest in page.ask(script)}
+        page.ask("const one = values.p.find((one) => one.name === 'g'); one.field.value = '30'; one.field.dispatchEvent(new Event('change'));")
+        page.wait("state.answered === state.asked && document.documentElement.dataset.state !== 'computing'")
+        after = {title: rest for title, *rest in page.ask(script)}
+    assert before["Turns [rad]"][0] == [["a_psi", [{"column": "a_psi", "from": -2.1, "to": 9}]]]
+    assert ["push", [{"column": "push", "from": None, "to": 5}]] in [curve for rest in before.values() for curve in rest[0]]
+    assert before["Turns [rad]"][1] == 0 < 200 < after["Turns [rad]"][1]
+
+
 def test_equal_calls_give_equal_bytes(runs, page):
     assert write_page(runs, "again.html").read_bytes() == page.read_bytes()
 

@@ -81,16 +81,20 @@ static bool choose_end(struct realise_problem *problem, double t, const double *
     return true;
 }
 
-/* The rates in directions that rows leave free differ from the wanted ones. */
-static void put_rates(const struct realise_problem *problem, const double *end, const double *rates,
-                      struct end *out) {
+/* The rates in directions that rows leave free, at the place of `last` for all motions, differ from the
+ * wanted ones. */
+static bool put_rates(struct realise_problem *problem, double t, const double *last, const double *end,
+                      const double *rates, struct end *out) {
     const int n = problem->n, m = problem->m;
+    if (refdyn_equations(&problem->scene->work, t, last, rates) != REFDYN_OK)
+        return false;
     const double *N = orthogonal_to(problem->scene->work.u, m, n);
     for (int c = 0; c < n - m; c++, out->count++)
         for (int j = 0; j < n; j++) {
             out->by_state[out->count * 2 * n + n + j] = N[c * n + j];
             out->residual[out->count] += N[c * n + j] * (end[n + j] - rates[j]);
         }
+    return true;
 }
 
 /* Forces that drives and loops cannot balance, at the wanted accelerations, as shares of the largest
@@ -112,10 +116,8 @@ static void put_forces_of_end(const struct realise_problem *problem, const struc
     for (int c = 0; c < n - balanced; c++, out->count++)
         for (int i = 0; i < n; i++) {
             out->residual[out->count] += Z[c * n + i] * unit * place->residual[i];
-            for (int j = 0; j < n; j++) {
+            for (int j = 0; j < n; j++) /* at the wanted rates, whatever those of the end are */
                 out->by_state[out->count * 2 * n + j] += Z[c * n + i] * unit * place->K[i * n + j];
-                out->by_state[out->count * 2 * n + n + j] += Z[c * n + i] * unit * place->D[i * n + j];
-            }
         }
 }
 
@@ -130,9 +132,9 @@ static bool find_end(const struct realise_motion *motion, const double *last, st
     *out = (struct end){.by_state = realise_scratch(2 * n, 2 * n), .residual = realise_scratch(2 * n, 1)};
     memcpy(unknowns, stage, (size_t)width * sizeof *unknowns);
     if (!choose_end(problem, t, end, last, rates, unknowns) ||
+        !put_rates(problem, t, last, end, rates, out) ||
         realise_place_find(problem, t, end, rates, unknowns, &place) != REFDYN_OK)
         return false;
-    put_rates(problem, end, rates, out);
     if (problem->drives + problem->loops < n)
         put_forces_of_end(problem, &place, out);
     return true;
@@ -293,9 +295,10 @@ bool realise_effort_solve(const struct realise_motion *motion, const struct real
     is_solved = is_solved && LAPACKE_dgbsv(LAPACK_COL_MAJOR, conditions.size, conditions.band,
                                            conditions.band, 1, conditions.matrix, 3 * conditions.band + 1,
                                            pivots, conditions.right, conditions.size) == 0;
-    for (int i = 0; i < size && !step->is_projection; i++)
-        step->aim[i] = conditions.right[conditions.first + motion->count * conditions.block + size + i] /
-                       (weight_of_end * weight_of_end);
+    for (int i = 0; i < size; i++) /* the residuals that this step predicts */
+        step->aim[i] = (step->is_projection ? step->aim[i] : 0) +
+                       conditions.right[conditions.first + motion->count * conditions.block + size + i] /
+                           (weight_of_end * weight_of_end);
     for (int k = 0; k <= motion->count; k++) {
         const double *x = conditions.right + conditions.first + k * conditions.block;
         for (int i = 0; i < size; i++)

@@ -171,6 +171,14 @@ static void choose_times(struct realise_work *work) {
 static enum status report_failure(const struct realise_work *work, enum realise_outcome outcome) {
     if (outcome == REALISE_STOPPED)
         fprintf(stderr, "refdyn: %s: interrupted\n", work->scene->model->name);
+    else if (outcome == REALISE_FALLING)
+        fprintf(stderr,
+                "refdyn: %s: --realise: the effort still becomes smaller after hundreds of corrections; "
+                "vibrations "
+                "with little damping can reduce it without end: use more damping, a smaller limit of the "
+                "drive that "
+                "excites them, or as many drives as rows\n",
+                work->scene->model->name);
     else if (outcome == REALISE_NOT_FINITE)
         fprintf(stderr,
                 "refdyn: %s: --realise: iteration %d: the equations of the motion are singular or not "
@@ -280,18 +288,20 @@ static enum realise_outcome solve_guesses(struct realise_work *work, double mesh
     struct realise_solution best = {.iterations = 0};
     enum realise_outcome outcome = REALISE_STUCK;
     double least = INFINITY, at_first = 0;
+    bool is_falling = false;
     for (int i = 0; i < guesses && least > at_first && outcome != REALISE_STOPPED; i++) {
         guess(work, mesh, (enum realise_guesses)i);
         at_first = realise_effort(&work->solution.motion);
         outcome = realise_solve(&work->solution, work->last);
         const double effort = outcome == REALISE_SOLVED ? realise_effort(&work->solution.motion) : INFINITY;
+        is_falling = is_falling || outcome == REALISE_FALLING;
         if (effort < least) {
             least = effort;
             best = work->solution;
         }
     }
     if (outcome == REALISE_STOPPED || !isfinite(least))
-        return outcome;
+        return is_falling && outcome != REALISE_STOPPED ? REALISE_FALLING : outcome;
     work->solution = best;
     return REALISE_SOLVED;
 }

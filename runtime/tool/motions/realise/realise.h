@@ -140,8 +140,7 @@ struct realise_goal {
 struct realise_step {
     const struct realise_goal *goal;
     double damping; /* of the squares of the scaled changes [1/s] */
-    double
-        *aim; /* (2 n) residuals of the end that a projection keeps, those predicted by the step before it */
+    double *aim;    /* (2 n) residuals of the end that the step before predicted, and a projection restores */
     bool is_projection; /* to a motion that satisfies the equations, with the least change of forces */
 };
 
@@ -150,6 +149,9 @@ struct realise_step {
 bool realise_effort_solve(const struct realise_motion *motion, const struct realise_interval *intervals,
                           const struct realise_step *step, const struct realise_ends *ends, double *changes,
                           double *values);
+/* The residuals (2 n) of the end. False if the equations fail. */
+bool realise_end_find(const struct realise_motion *motion, const struct realise_goal *goal,
+                      double *residuals);
 /* The effort relative to its unit, and the squares of the distances of both ends from their goals with their
  * weights. */
 double realise_merit(const struct realise_motion *motion, const struct realise_goal *goal);
@@ -176,7 +178,8 @@ bool realise_rest(struct realise_problem *problem, double t, double step, double
 
 /* ---- The solution (solution.c) ---- */
 
-enum realise_outcome { REALISE_SOLVED, REALISE_STUCK, REALISE_NOT_FINITE, REALISE_STOPPED };
+/* REALISE_FALLING: the effort still becomes smaller after the last correction. */
+enum realise_outcome { REALISE_SOLVED, REALISE_STUCK, REALISE_FALLING, REALISE_NOT_FINITE, REALISE_STOPPED };
 
 struct realise_solution {
     struct realise_motion motion;
@@ -191,6 +194,8 @@ void realise_mesh(struct realise_motion *motion, struct realise_problem *problem
 /* Solves from the guess in the motion. `last` (3 n): the coordinates, rates and accelerations that the end
  * comes close to. */
 enum realise_outcome realise_solve(struct realise_solution *solution, const double *last);
+/* With more drives than rows: the motion near the guess that satisfies the equations, whatever its effort. */
+enum realise_outcome realise_project(struct realise_solution *solution, const double *last);
 /* The same motion on a mesh of half the steps, as a guess. */
 void realise_refine(struct realise_motion *fine, const struct realise_motion *coarse);
 /* The state (2 n) and drive forces (drives) of the motion at a time within its mesh. */

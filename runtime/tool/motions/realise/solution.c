@@ -15,10 +15,12 @@ static const double correction_tol = 1e-11, stagnation_tol = 1e-6, stagnation = 
  * projections, which keep the motion near its place; steps and gains of effort that end the iteration [m,
  * rad; relative].
  */
-enum { CORRECTIONS_MOST = 300 };
+enum { CORRECTIONS_MOST = 200, PROJECTIONS_MOST = 12 };
 static const double damping_start = 1e-3, damping_after_success = 0.25, damping_after_failure = 8,
                     damping_most = 1e3, damping_of_projection = 10, step_tol = 1e-5,
                     step_with_effort_tol = 1e-3, effort_tol = 1e-10;
+/* A projection has failed if a correction is so many times the one before it. */
+static const double divergence = 10;
 
 /* ---- The mesh ---- */
 
@@ -198,13 +200,16 @@ static double correct(struct iteration *iteration, const struct realise_step *st
 /* Newton's method. `step`: for more drives than rows; otherwise NULL. */
 static enum realise_outcome correct_all(struct iteration *iteration, const struct realise_step *step) {
     struct realise_solution *solution = iteration->solution;
+    const int most = step ? PROJECTIONS_MOST : ITERATIONS_MOST;
     solution->correction = INFINITY;
-    for (int i = 0; i < ITERATIONS_MOST; i++) {
+    for (int i = 0; i < most; i++) {
         const double before = solution->correction;
         solution->correction = correct(iteration, step);
         solution->iterations++;
         if (!isfinite(solution->correction))
             return REALISE_NOT_FINITE;
+        if (step && solution->correction > divergence * before)
+            return REALISE_STUCK;
         if (solution->correction <= correction_tol ||
             (solution->correction <= stagnation_tol && solution->correction > stagnation * before))
             return REALISE_SOLVED;
@@ -263,7 +268,9 @@ static enum realise_outcome minimise(struct iteration *iteration) {
         is_least = isfinite(merit) &&
                    (size <= step_tol || (gain <= effort_tol * merit && size <= step_with_effort_tol));
     }
-    return outcome == REALISE_SOLVED && !is_least ? REALISE_STUCK : outcome;
+    if (outcome != REALISE_SOLVED || is_least)
+        return outcome;
+    return isfinite(merit) && step.damping <= damping_most ? REALISE_FALLING : REALISE_STUCK;
 }
 
 enum realise_outcome realise_solve(struct realise_solution *solution, const double *last) {

@@ -218,6 +218,8 @@ void live_data_put(FILE *out, struct live *live, const struct live_range *ranges
     fprintf(out, ",\"up\":%d,\n", view_upward(drawn));
     view_drawn_model_put(out, drawn, &live->tape);
     fputs(",\n", out);
+    view_bounds_put(out, &drawn->model);
+    fputs(",\n", out);
     put_forces(out, live);
     fputs("}],\n\"live\":{\"file\":", out);
     format_json_text(out, *live->options->operands);

@@ -92,7 +92,7 @@ function makeRun(data, {t, q, courses, applied}) {
     return {
         name: data.name, model: data.model, coordinates: data.coordinates, links: data.links, frames,
         shapes: data.shapes, sticks: data.sticks, points: data.points, closures: data.closures, curves: data.curves,
-        bounds: data.bounds || [], /* live pages have none */
+        bounds: data.bounds,
         t, q, courses, applied,
         placements: frames.map(() => new Float64Array(12)),
         state: new Float64Array(frames.length),
