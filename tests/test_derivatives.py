@@ -408,6 +408,20 @@ def test_derivatives(compiled):
     check(lines)
 
 
+@pytest.mark.parametrize("n_rfe", [33, 37] if LONG else [33])
+def test_strips(n_rfe, tmp_path):
+    """Loops over pairs of long chains write strips of columns, whose last block is whole only with 37 elements."""
+    name = emitted(REFERENCE, ("--set", f"n_rfe={n_rfe}", "--set", "eta=1e-3"), tmp_path / "emitted")
+    assert "strips of columns" in (tmp_path / "emitted" / f"{name}.c").read_text()
+    wide, narrow = (Emitted(tmp_path / "emitted", name, width) for width in ("wide", "narrow"))
+    state = state_near(wide.start, n_rfe, wide.n)
+    lines = compare_tangent(wide, state) + compare_blocks(wide, "d_inverse", "inverse", state, wide.n)
+    for quantity in ("tangent", "d_inverse"):
+        exact, found = wide.result(quantity, state), narrow.result(quantity, state)
+        lines += [close(f"{quantity}.{part} in doubles", found[part], exact[part], ROUNDED, abs(exact[part]).max()) for part in exact]
+    check(lines)
+
+
 def test_power(compiled):
     """The power that `constrained` computes is the power of the programme force."""
     wide, narrow, state = compiled
@@ -511,7 +525,7 @@ def statements(folder):
 def test_text_is_that_of_one_element(tmp_path):
     """Neither n^2 lines nor separate lines for each element."""
     sizes = []
-    for n in (6, 60):
+    for n in (40, 60):
         refdyn("gen", REFERENCE, "--set", f"n_rfe={n}", "--emit", "tangent", "-o", tmp_path / str(n))
         sizes.append(statements(tmp_path / str(n)))
     assert sizes[1] == sizes[0], sizes

@@ -391,7 +391,7 @@ static void number_statements(struct writer *w) {
 static void emit_locals(struct writer *w) {
     for (int f = w->function->array_count; f < plan_count_arrays(w->function); f++)
         text_add(w->text, "    %s %s[%d];\n", w->x->number, w->function->arrays[f].name,
-                 w->function->arrays[f].count);
+                 emit_length_of_local(w->x, w->function, f));
 }
 
 static void emit_short_function(struct writer *w) {

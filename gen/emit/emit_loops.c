@@ -8,10 +8,18 @@ struct printer {
     struct text *text;
     const struct function *function;
     const char *local; /* precedes the names of local arrays */
+    bool *is_copied;   /* by array: a loop in strips reads far_ARRAY instead; NULL: no strips */
 };
 
 static const char *name(const struct printer *p, int array) {
     return emit_array_text(p->x, p->function, array, p->local);
+}
+
+/* The name of an array whose entries i belong to the far coordinates of pairs. */
+static const char *far_name(const struct printer *p, int array) {
+    if (!p->is_copied || !p->is_copied[array])
+        return name(p, array);
+    return memory_format(p->x->plan->memory, "far_%s", p->function->arrays[array].name);
 }
 
 static void put_flags(const struct printer *p, const char *title, const bool *flags, int count) {
@@ -85,8 +93,9 @@ bool emit_is_written_by_loops(const struct function *function, int array) {
     return false;
 }
 
-/* Entries of one block: the widest vectors of doubles. */
-enum { BLOCK = 8 };
+/* Entries of one block: the widest vectors of doubles. A strip has whole blocks; as many columns as the
+ * nearest cache keeps. */
+enum { BLOCK = 8, STRIP = 6 * BLOCK };
 
 /*
  * Whole rows are written at once, in blocks of one length. Each block but the first may begin before j; the
@@ -117,6 +126,39 @@ bool emit_is_written_to_diagonal(const struct function *function, int array) {
     return emit_is_swept(function, array);
 }
 
+/*
+ * Whole rows of long chains are written in strips of columns i, since entries (i, j) of all columns would
+ * fill the nearest cache. Blocks begin at multiples of their length, where vectors are aligned; only the
+ * last one of all begins earlier, and computes entries of its neighbour again.
+ */
+static bool is_in_strips(const struct emission *x, const struct function *function,
+                         const struct pairs *pairs) {
+    return !x->is_lanes && pairs->n >= 2 * STRIP && fills_rows(function, pairs);
+}
+
+static int whole_blocks(int count) {
+    return (count + BLOCK - 1) / BLOCK * BLOCK;
+}
+
+static bool is_moment(const struct pairs *pairs, int array) {
+    for (int m = 0; m < pairs->move_count; m++)
+        for (int a = 0; a < 3; a++)
+            if (pairs->moves[m].moment.at[a] == array)
+                return true;
+    return false;
+}
+
+int emit_length_of_local(const struct emission *x, const struct function *function, int array) {
+    const int count = function->arrays[array].count;
+    for (int l = 0; l < function->loop_count; l++) {
+        const struct loop *loop = &function->loops[l];
+        if (loop->kind == LOOP_PAIRS && is_in_strips(x, function, &loop->of.pairs) &&
+            is_moment(&loop->of.pairs, array))
+            return whole_blocks(count);
+    }
+    return count;
+}
+
 /* Sums of the rows, and the diagonal. */
 static void put_row_sums(const struct printer *p, const struct pairs *pairs) {
     const char *number = p->x->number;
@@ -135,9 +177,10 @@ static void put_row_stores(const struct printer *p, const struct pairs *pairs) {
     for (int k = 0; k < pairs->product_count; k++) {
         const char *array = p->function->arrays[pairs->products[k].array].name;
         if (!pairs->products[k].is_mirrored)
-            text_add(p->text, "            %s_rows[j] += %s_own;\n", array, array);
+            text_add(p->text, "            %s%s_rows[j] += %s_own;\n", p->is_copied ? "if (begin == j) " : "",
+                     array, array);
     }
-    text_add(p->text, "            for (int i = j; i < end; i++) {\n");
+    text_add(p->text, "            for (int i = %s; i < end; i++) {\n", p->is_copied ? "begin" : "j");
     for (int k = 0; k < pairs->product_count; k++) {
         const struct pair_product *product = &pairs->products[k];
         const char *place = name(p, product->array);
@@ -186,7 +229,8 @@ static void put_dot(const struct printer *p, const struct pair_terms *terms, con
                 continue;
             if (count)
                 text_add(p->text, " +%s", count % 3 ? "" : "\n                       ");
-            text_add(p->text, " %s_%d%c * %s[i]", title, t + 1, "xyz"[a], name(p, terms->terms[t].far.at[a]));
+            text_add(p->text, " %s_%d%c * %s[i]", title, t + 1, "xyz"[a],
+                     far_name(p, terms->terms[t].far.at[a]));
             count++;
         }
     text_add(p->text, "%s%s;\n", count ? "" : " ", count ? "" : emit_zero(p->x));
@@ -225,6 +269,17 @@ static void put_products(const struct printer *p, const struct pairs *pairs, boo
  * set. */
 static void put_dots(const struct printer *p, const struct pairs *pairs, bool turns) {
     put_near_vectors(p, pairs, turns);
+    if (p->is_copied) {
+        text_add(p->text, "                int block = begin / %d * %d;\n                do {\n", BLOCK,
+                 BLOCK);
+        text_add(p->text, "                    const int first = block < %d ? block : %d;\n",
+                 pairs->n - BLOCK, pairs->n - BLOCK);
+        text_add(p->text, "                    for (int i = first; i < first + %d; i++) {\n", BLOCK);
+        put_products(p, pairs, turns);
+        text_add(p->text, "                    }\n                    block += %d;\n", BLOCK);
+        text_add(p->text, "                } while (block < end);\n");
+        return;
+    }
     if (fills_rows(p->function, pairs) && !p->x->is_lanes) {
         text_add(p->text, "                int top = end;\n                do {\n");
         text_add(p->text, "                    const int first = top > %d ? top - %d : 0;\n", BLOCK, BLOCK);
@@ -271,7 +326,7 @@ static void put_mirrors(const struct printer *p, const struct pairs *pairs) {
 }
 
 static void put_factors(const struct printer *p, int shift, int force) {
-    text_add(p->text, "%s[j] * %s[i]", name(p, shift), name(p, force));
+    text_add(p->text, "%s[j] * %s[i]", name(p, shift), far_name(p, force));
 }
 
 static void put_move(const struct printer *p, const struct pair_move *move) {
@@ -281,7 +336,8 @@ static void put_move(const struct printer *p, const struct pair_move *move) {
         const bool minus = move->shift.at[c] != NOTHING && move->force.at[b] != NOTHING;
         if (move->moment.at[a] == NOTHING || (!plus && !minus))
             continue;
-        text_add(p->text, "                    %s[i] %s= ", name(p, move->moment.at[a]), plus ? "+" : "-");
+        text_add(p->text, "                    %s[i] %s= ", far_name(p, move->moment.at[a]),
+                 plus ? "+" : "-");
         if (plus)
             put_factors(p, move->shift.at[b], move->force.at[c]);
         text_add(p->text, plus && minus ? " - " : "");
@@ -294,21 +350,88 @@ static void put_move(const struct printer *p, const struct pair_move *move) {
 static void put_moves(const struct printer *p, const struct pairs *pairs) {
     if (!pairs->move_count || all(pairs->moves_on, pairs->n, false))
         return;
-    text_add(p->text, "            if (moves_on[j])\n                for (int i = j; i < end; i++) {\n");
+    text_add(p->text, "            if (moves_on[j])\n");
+    if (p->is_copied)
+        text_add(p->text,
+                 "                for (int block = begin / %d * %d; block < end; block += %d)\n"
+                 "                for (int i = block; i < block + %d; i++) {\n",
+                 BLOCK, BLOCK, BLOCK, BLOCK);
+    else
+        text_add(p->text, "                for (int i = j; i < end; i++) {\n");
     for (int m = 0; m < pairs->move_count; m++)
         put_move(p, &pairs->moves[m]);
     text_add(p->text, "                }\n");
 }
 
-static void put_pairs(const struct printer *p, const struct pairs *pairs) {
-    const bool turns = all(pairs->is_revolute, pairs->n, true),
-               slides = all(pairs->is_revolute, pairs->n, false);
-    put_tables(p, pairs);
+/* Marks the arrays of forces whose moments move with j. */
+static bool *forces_of_moves(const struct printer *p, const struct pairs *pairs) {
+    const size_t count = (size_t)plan_count_arrays(p->function) + 1;
+    bool *is_force = memory_get(p->x->plan->memory, count * sizeof *is_force);
+    for (int m = 0; m < pairs->move_count; m++)
+        for (int a = 0; a < 3; a++)
+            if (pairs->moves[m].force.at[a] != NOTHING)
+                is_force[pairs->moves[m].force.at[a]] = true;
+    return is_force;
+}
+
+static void put_columns(const struct printer *p, const struct pairs *pairs) {
     text_add(p->text, "        for (int j = %d; j >= 0; j--) {\n", pairs->n - 1);
     if (is_chain(pairs))
         text_add(p->text, "            const int end = %d;\n", pairs->n);
     else
         text_add(p->text, "            const int end = ends[j];\n");
+}
+
+/* Moments move in whole blocks: entries after the last coordinate are 0. */
+static void put_last_block(const struct printer *p, const struct pairs *pairs) {
+    const int n = pairs->n, end = whole_blocks(n), count = plan_count_arrays(p->function);
+    if (end == n)
+        return;
+    text_add(p->text, "        for (int i = %d; i < %d; i++)\n           ", n, end);
+    for (int f = 0, printed = 0; f < count; f++)
+        if (is_moment(pairs, f))
+            text_add(p->text, "%s%s[i] =", printed++ % 4 || printed == 1 ? " " : "\n                ",
+                     name(p, f));
+    text_add(p->text, " 0.0;\n");
+}
+
+/* Starts the loops over strips and over j. Forces are 0 until j reaches their coordinate, so that whole
+ * blocks of moments can move. */
+static void put_strips(const struct printer *p, const struct pairs *pairs) {
+    const int n = pairs->n, top = (n / STRIP - 1) * STRIP, count = plan_count_arrays(p->function);
+    if (pairs->move_count)
+        put_last_block(p, pairs);
+    for (int f = 0; f < count; f++)
+        if (p->is_copied[f])
+            text_add(p->text, "        %s %s[%d] = {0};\n", p->x->number, far_name(p, f), whole_blocks(n));
+    text_add(p->text, "        for (int low = %d; low >= 0; low -= %d) /* strips of columns [low, end) */\n",
+             top, STRIP);
+    text_add(p->text, "        for (int j = low < %d ? low + %d : %d; j >= 0; j--) {\n", top, STRIP - 1,
+             n - 1);
+    text_add(p->text, "            const int begin = j > low ? j : low, end = low < %d ? low + %d : %d;\n",
+             top, STRIP, n);
+    if (pairs->move_count)
+        text_add(p->text,
+                 "            if (begin == j) { /* forces of coordinate j join those beyond it */\n");
+    for (int f = 0; f < count; f++)
+        if (p->is_copied[f])
+            text_add(p->text, "                %s[j] = %s[j];\n", far_name(p, f), name(p, f));
+    if (pairs->move_count)
+        text_add(p->text, "            }\n");
+}
+
+static void put_pairs(const struct printer *whole, const struct pairs *pairs) {
+    struct printer printer = *whole;
+    const struct printer *p = &printer;
+    if (is_in_strips(whole->x, whole->function, pairs))
+        printer.is_copied = forces_of_moves(whole, pairs);
+    const bool turns = all(pairs->is_revolute, pairs->n, true),
+               slides = all(pairs->is_revolute, pairs->n, false);
+    put_tables(p, pairs);
+    if (p->is_copied)
+        put_strips(p, pairs);
+    else
+        put_columns(p, pairs);
     if (fills_rows(p->function, pairs))
         put_row_sums(p, pairs);
     else
@@ -465,7 +588,7 @@ static void put_loop(const struct printer *p, const struct loop *loop) {
 }
 
 void emit_loops(struct emission *x, struct text *text, const struct function *function, const char *local) {
-    const struct printer p = {x, text, function, local};
+    const struct printer p = {x, text, function, local, NULL};
     for (int i = 0; i < function->loop_count; i++)
         put_loop(&p, &function->loops[i]);
 }
