@@ -7,6 +7,7 @@ import os
 import pickle
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import threading
@@ -91,6 +92,24 @@ print(float(model.simulate(0.1, tol=1e-6).upper_theta[-1]))""", cwd=folder, PYTH
     assert said[0] == str([float(value).hex() for row in expected["M"] for value in row])
     columns, _, _ = motion(model, "--until", 0.1, "--tol", 1e-6)
     assert float(said[1]) == columns["upper_theta"][-1]
+
+
+def test_interrupt_of_a_compilation(tmp_path):
+    """Ctrl-C while the program compiles: neither a file in the cache nor the compiler remains."""
+    python_package.build(tmp_path)
+    (tmp_path / "cc").write_text(f'#!/bin/sh\necho $$ >>"{tmp_path}/pids"\nexec sleep 100\n')
+    (tmp_path / "cc").chmod(0o755)
+    env = {**os.environ, "PYTHONPATH": str(tmp_path), "REFDYN_CACHE": str(tmp_path / "cache"), "REFDYN_BACKGROUND": "0", "CC": str(tmp_path / "cc")}
+    program = f"import signal; signal.signal(signal.SIGINT, signal.default_int_handler); import refdyn; refdyn.Model({str(REFERENCE)!r})"
+    process = subprocess.Popen([sys.executable, "-c", program], env=env, stderr=subprocess.PIPE, text=True)
+    end = time.monotonic() + 60
+    while not (tmp_path / "pids").exists() and time.monotonic() < end:
+        time.sleep(0.01)
+    process.send_signal(signal.SIGINT)
+    assert "KeyboardInterrupt" in process.communicate(timeout=60)[1] and os.listdir(tmp_path / "cache") == []
+    for pid in (tmp_path / "pids").read_text().split():
+        with pytest.raises(ProcessLookupError):
+            os.kill(int(pid), 0)
 
 
 def test_quantities_change_over(tmp_path):

@@ -22,6 +22,7 @@ from .names import nearest, one_real
 prefix = pathlib.Path(__file__).absolute().parent  # has the folders bin, lib and include that `cmake --install` writes
 
 FAULT, USAGE, NUMBERS = 1, 2, 3  # exit statuses
+SECONDS_TO_END = 5  # for a program to remove its temporary folders
 PRIVATE = wording.PRIVATE
 PLACE = re.compile(r"(?P<file>[^\n]+?):(?P<line>\d+): (?!warning: )")
 WARNING = re.compile(r"^.*warning: .*\n?(?:  .*\n?)*", re.M)  # with the indented lines after it
@@ -159,6 +160,15 @@ def private_folder() -> tempfile.TemporaryDirectory[str]:
     return tempfile.TemporaryDirectory(prefix=PRIVATE)
 
 
+def end(process: subprocess.Popen[bytes]) -> None:
+    """Ends a program. It removes its temporary folders and ends its compilers if it has time to do so."""
+    process.terminate()
+    try:
+        process.wait(SECONDS_TO_END)
+    except subprocess.TimeoutExpired:
+        process.kill()
+
+
 def call(command: Sequence[str], shows_progress: bool) -> tuple[int, str, str]:
     """Runs a program to its end; returns its status and both outputs. Notices, such as that of a long compilation, and progress
     bars go to sys.stderr as they come."""
@@ -170,7 +180,7 @@ def call(command: Sequence[str], shows_progress: bool) -> tuple[int, str, str]:
         try:
             printed = process.stdout.read() if process.stdout else b""
         except BaseException:
-            process.kill()
+            end(process)
             raise
         finally:
             listener.join()
