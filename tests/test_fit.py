@@ -7,7 +7,7 @@ import resource
 
 import pytest
 
-from program import LEAN, LONG, REFERENCE, refdyn
+from program import LEAN, LONG, REFERENCE, SOURCE, refdyn
 
 TRUTH = {"E": 2.1e11, "eta": 1e-3, "m_E": 2.0, "Izz_col": 0.05}
 NOISE = {"column_psi": 2e-4, "E_xdd": 0.05}
@@ -192,6 +192,11 @@ def test_not_identifiable(slide, true_rows, tmp_path):
     rows = measured(tmp_path / "arm.csv", true_rows, 1)
     found, done = fit(REFERENCE, rows, "--vary", "E,m_base,m_col,nu", *ARM, *settings(TRUTH), folder=tmp_path, status=1)
     assert "m_base and m_col: act only together" in done.stderr and found["not_identifiable"] == [["m_base", "m_col"], ["nu"]]
+    crane = SOURCE / "models" / "crane.lua"  # a plane motion, in which Poisson's ratio changes rounding alone
+    refdyn("sim", crane, "--from", "statics", "--until", 2, "--every", 0.02, "-o", tmp_path / "crane.csv")
+    rows = measured(tmp_path / "boom.csv", list(csv.DictReader((tmp_path / "crane.csv").open())), 1, columns={"column_psi": 1e-4})
+    found, done = fit(crane, rows, "--vary", "E,nu,slew", "--noise", "column_psi=1e-4", "--from", "statics", folder=tmp_path, status=1)
+    assert "nu: the measured columns do not depend on it" in done.stderr and found["not_identifiable"] == [["nu"]]
     weak = slide_data(tmp_path / "weak.csv", slide_rows(), sigma=0.1)
     found, done = fit(slide, weak, "--vary", "c,d", "--noise", "a_x=0.1", folder=tmp_path)
     assert "the data do not determine d" in done.stderr and found["not_identifiable"] == [["d"]]
@@ -321,6 +326,7 @@ def test_check(slide, tmp_path):
         assert before["standard_errors"][name] == pytest.approx(after["standard_errors"][name], rel=0.05)
     found, done = fit(slide, "--check", "--until", 3, "--vary", "c,d,d2", "--noise", "a_x=1e-5", "--set", "push=1", folder=tmp_path)
     assert found["not_identifiable"] == [["d", "d2"]] and "these columns do not determine d and d2" in done.stderr
+    assert "best_column" not in found and "warning: no single further column would help" in done.stderr
     found, done = fit(REFERENCE, "--check", "--until", 1, "--every", 0.01, "--vary", "E,m_base,m_col", *ARM[:2], "--noise", "column_psi=2e-4", *settings(TRUTH),
                       folder=tmp_path)
     assert ["m_base", "m_col"] in found["not_identifiable"] and "best_column" in found

@@ -203,14 +203,14 @@ enum fit_outcome fit_try_candidates(struct fit *fit, double until, const double 
 
 /* Has a signal arrived? */
 int fit_is_stopped(void *context);
-/* Writes the signals of a case in its room; context: the fit. */
-void fit_write_signals(void *context, const struct refdyn_batch_case *one, double *values);
 
 /* ---- Derivatives by free motions (fit_free_motions.c) ---- */
 
+/* Writes the values of an output of a case, in its room; context: the fit. */
+typedef void fit_writer(void *context, const struct refdyn_batch_case *one, double *values);
 /* Writes the derivatives (variables x size) of the motion `batch` that copies do not have. In: why they are
  * missing, the changes of the variables, the outputs `at` (size) of the motion. Counts them. */
-void fit_free_derivatives(struct fit *fit, const struct refdyn_batch *batch,
+void fit_free_derivatives(struct fit *fit, const struct refdyn_batch *batch, fit_writer *write,
                           const struct refdyn_underivable *underivable, const double *changes,
                           const double *at, double *derivatives, size_t size);
 

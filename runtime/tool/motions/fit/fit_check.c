@@ -112,6 +112,8 @@ static void print_check(const struct fit *fit, const double *from, const struct 
     for (int i = 0; i < asked->group_count; i++)
         fprintf(stderr, "refdyn: warning: these columns do not determine %s\n",
                 fit_group_text(asked->groups[i]));
+    if (further < 0 && asked->group_count > 0)
+        fputs("refdyn: warning: no single further column would help\n", stderr);
 }
 
 static enum status write_check(const struct fit *fit, const struct fit_certainty *asked, int further,

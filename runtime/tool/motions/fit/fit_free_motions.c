@@ -15,6 +15,7 @@
 /* The two motions of each variable that lacks derivatives. */
 struct free_motions {
     struct fit *fit;
+    fit_writer *write;
     size_t size;      /* of the values of a motion */
     double *values;   /* (cases x size) */
     bool *has_failed; /* (cases) */
@@ -22,9 +23,9 @@ struct free_motions {
 
 static int see(void *context, const struct refdyn_batch_case *one, int number) {
     const struct free_motions *motions = context;
-    fit_write_signals(motions->fit, one,
-                      motions->values + (size_t)one->number * motions->size +
-                          (size_t)number * (size_t)motions->fit->signal_count);
+    motions->write(motions->fit, one,
+                   motions->values + (size_t)one->number * motions->size +
+                       (size_t)number * (size_t)motions->fit->signal_count);
     return 0;
 }
 
@@ -73,10 +74,10 @@ static void write_differences(const struct free_motions *motions, const struct r
         derivatives[i] = (high[i] - low[i]) / apart;
 }
 
-void fit_free_derivatives(struct fit *fit, const struct refdyn_batch *batch,
+void fit_free_derivatives(struct fit *fit, const struct refdyn_batch *batch, fit_writer *write,
                           const struct refdyn_underivable *underivable, const double *changes,
                           const double *at, double *derivatives, size_t size) {
-    struct free_motions motions = {.fit = fit, .size = size};
+    struct free_motions motions = {.fit = fit, .write = write, .size = size};
     struct refdyn_batch free_batch = *batch;
     int *lost = memory_scratch(&format_memory, ((size_t)fit->variables.count + 1) * sizeof *lost), count = 0;
     for (int k = 0; k < fit->variables.count; k++)

@@ -16,6 +16,9 @@
 /* Columns of J, scaled to length 1, depend on each other if a singular value is smaller. Derivatives have
  * errors of about 1e-6. */
 static const double dependent_most = 1e-4;
+/* Nothing depends on a value if a factor of e, or one unit, changes all residuals together by less than this
+ * part of the noise. Its derivatives are then rounding, in any direction. */
+static const double inert_most = 1e-5;
 /* The data do not determine a direction whose standard error exceeds 1: a factor of e, or one unit. */
 static const double determined_least = 1;
 /* Entries of a direction that count, relative to its largest one. */
@@ -116,8 +119,8 @@ void fit_certainty_find(const struct fit *fit, const struct fit_solution *soluti
         double norm = 0;
         for (int i = 0; i <= k; i++)
             norm = hypot(norm, R[k * count + i]);
-        for (int i = 0; i <= k && norm > 0; i++)
-            R[k * count + i] /= norm;
+        for (int i = 0; i <= k; i++)
+            R[k * count + i] = norm > inert_most ? R[k * count + i] / norm : 0;
     }
     decompose(R, count, certainty->relative, certainty->directions);
     find_groups(fit, directions, certainty);

@@ -194,7 +194,7 @@ int fit_is_stopped(void *context) {
     return system_interrupted != 0;
 }
 
-void fit_write_signals(void *context, const struct refdyn_batch_case *one, double *values) {
+static void write_signals(void *context, const struct refdyn_batch_case *one, double *values) {
     const struct fit *fit = context;
     struct record_table *table = &fit->tables[one->room];
     table->integrator = one->integrator;
@@ -209,7 +209,7 @@ static void write_all(void *context, const struct refdyn_batch_case *one, double
     const size_t n = (size_t)fit->scene->model->n;
     memcpy(values, one->integrator->q, n * sizeof *values);
     memcpy(values + n, one->integrator->qd, n * sizeof *values);
-    fit_write_signals(context, one, values + 2 * n);
+    write_signals(context, one, values + 2 * n);
 }
 
 /* The change of a value in free motions, as part of it or of its unit: at a tolerance of 1e-6 their noise is
@@ -219,11 +219,11 @@ static const double free_change = 1e-3;
 /* What a motion shows at its outputs. */
 struct view {
     int width;
-    void (*write)(void *context, const struct refdyn_batch_case *one, double *values);
+    fit_writer *write;
 };
 
 static struct view signals_of(const struct fit *fit) {
-    return (struct view){fit->signal_count, fit_write_signals};
+    return (struct view){fit->signal_count, write_signals};
 }
 
 /* The values (outputs x width) of a motion, and their derivatives with what is missing of them; both are NULL
@@ -268,7 +268,7 @@ static enum fit_outcome differentiate(struct fit *fit, const struct fit_data *da
         changes[k] = free_change * (value->is_log ? file->columns[k].values[0] : value->unit);
         value->is_rough = value->is_rough || (underivable[k].status && !data->is_held_out);
     }
-    fit_free_derivatives(fit, &file->batch, underivable, changes, at, derivatives, size);
+    fit_free_derivatives(fit, &file->batch, write_signals, underivable, changes, at, derivatives, size);
     return outcome;
 }
 
@@ -482,7 +482,7 @@ static int see_candidate(void *context, const struct refdyn_batch_case *one, int
         memset(next, 0, (size_t)fit->signal_count * sizeof *next);
     if (number > candidates->outputs->count)
         return 0;
-    fit_write_signals(candidates->fit, one, values);
+    write_signals(candidates->fit, one, values);
     for (int k = 0; k < fit->signal_count; k++)
         add_shown_rows(candidates, one, number, k, values[k], &next[k]);
     return 0;
