@@ -233,7 +233,7 @@ def test_statics_hold():
         done = refdyn("statics", REFERENCE, *arguments, status=status)
         return json.loads(done.stdout) if status == 0 else done
     usual = statics()
-    assert list(usual)[:2] == ["coordinates", "q"] and len(usual["hold_force"]) == 3
+    assert list(usual)[:3] == ["refdyn", "coordinates", "q"] and len(usual["hold_force"]) == 3
     same = statics("--hold", "column_psi,arm_psi,effector_z")
     assert same["q"] == usual["q"]
     # One more held coordinate: it keeps its value and its force is reported, in the order of q.
