@@ -30,9 +30,10 @@ static void count_mode(struct realise_modes *modes, double re, double im) {
     const double size = hypot(re, im);
     if (!(size < rate_most))
         return;
-    if (fabs(re) <= centre_share * size || size <= centre_rate)
+    if (fabs(re) <= centre_share * size || size <= centre_rate) {
         modes->centre++;
-    else if (re < 0)
+        modes->vibrates = modes->vibrates || fabs(im) > centre_rate;
+    } else if (re < 0)
         modes->decaying++;
     else {
         modes->slowest = modes->growing++ ? fmin(modes->slowest, re) : re;

@@ -281,27 +281,35 @@ struct meshes {
     enum realise_outcome outcome; /* of the last one */
 };
 
+/* Vibrations that neither grow nor decay can reduce the effort without end: a search that takes long then
+ * does not end. */
+static bool may_vibrate(const struct realise_work *work) {
+    return is_resolved_more(&work->problem) && work->modes.vibrates;
+}
+
 /* Solves on a mesh from a first guess. More drives than rows have several solutions, each near a guess: if
  * one needs more effort than its guess, other guesses are tried, and the least effort counts. */
 static enum realise_outcome solve_guesses(struct realise_work *work, double mesh) {
     const int guesses = work->problem.spare > 0 ? REALISE_GUESSES : 1;
     struct realise_solution best = {.iterations = 0};
-    enum realise_outcome outcome = REALISE_STUCK;
+    enum realise_outcome outcome = REALISE_STUCK, failure = REALISE_SOLVED;
     double least = INFINITY, at_first = 0;
-    bool is_falling = false;
-    for (int i = 0; i < guesses && least > at_first && outcome != REALISE_STOPPED; i++) {
+    for (int i = 0; i < guesses && least > at_first && outcome != REALISE_STOPPED &&
+                    !(outcome == REALISE_FALLING && may_vibrate(work));
+         i++) {
         guess(work, mesh, (enum realise_guesses)i);
         at_first = realise_effort(&work->solution.motion);
         outcome = realise_solve(&work->solution, work->last);
+        if (outcome == REALISE_FALLING || failure == REALISE_SOLVED)
+            failure = outcome;
         const double effort = outcome == REALISE_SOLVED ? realise_effort(&work->solution.motion) : INFINITY;
-        is_falling = is_falling || outcome == REALISE_FALLING;
         if (effort < least) {
             least = effort;
             best = work->solution;
         }
     }
     if (outcome == REALISE_STOPPED || !isfinite(least))
-        return is_falling && outcome != REALISE_STOPPED ? REALISE_FALLING : outcome;
+        return outcome == REALISE_STOPPED ? outcome : failure;
     work->solution = best;
     return REALISE_SOLVED;
 }
@@ -317,6 +325,8 @@ static bool solve_mesh(struct realise_work *work, double mesh, bool is_refined, 
         work->solution.motion = fine;
     }
     meshes->outcome = is_refined ? realise_solve(&work->solution, work->last) : solve_guesses(work, mesh);
+    if (is_refined && meshes->outcome == REALISE_FALLING)
+        meshes->outcome = REALISE_SOLVED; /* the effort of the coarse mesh was the least */
     if (meshes->outcome != REALISE_SOLVED)
         return false;
     if (meshes->solved == 0)
@@ -343,6 +353,7 @@ static enum status solve(struct realise_work *work) {
     static const double parts[MESHES_MOST] = {1, 0.5, 0.425, 0.25};
     struct meshes meshes = {.solved = 0, .outcome = REALISE_SOLVED};
     int cell = 0;
+    work->solution.most = may_vibrate(work) ? 100 : 200;
     const int tries =
         work->problem.spare > 0 ? 1 : MESHES_MOST; /* that may fail; least effort takes seconds */
     for (int i = 0; i < MESHES_MOST && i - meshes.solved < tries && meshes.outcome != REALISE_STOPPED; i++)

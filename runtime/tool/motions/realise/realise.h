@@ -185,6 +185,7 @@ struct realise_solution {
     struct realise_motion motion;
     int iterations;    /* of Newton's method */
     double correction; /* the last one [m, rad] */
+    int most;          /* of corrections towards the least effort */
 };
 
 /* Starts a motion on a mesh with steps of at most `mesh`, from `before` ahead of the scene's start to `after`
@@ -207,6 +208,7 @@ void realise_means(const struct realise_motion *motion, double t, double length,
 
 struct realise_modes {
     int growing, centre, decaying;
+    bool vibrates;           /* a centre mode has a frequency */
     double slowest, fastest; /* growth, 0 if nothing grows [1/s] */
     double *cosines;         /* (m - loops) between the programme's rows and the drives, in the metric M^-1 */
     int cosine_count;

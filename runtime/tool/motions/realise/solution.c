@@ -11,11 +11,11 @@ enum { ITERATIONS_MOST = 30 };
  * iteration also ends when small corrections no longer become smaller. */
 static const double correction_tol = 1e-11, stagnation_tol = 1e-6, stagnation = 0.3;
 
-/* Least effort: corrections at most; damping at first [1/s], its changes and its largest value; that of
- * projections, which keep the motion near its place; steps and gains of effort that end the iteration [m,
- * rad; relative].
+/* Least effort: corrections of a projection at most; damping at first [1/s], its changes and its largest
+ * value; that of projections, which keep the motion near its place; steps and gains of effort that end the
+ * iteration [m, rad; relative].
  */
-enum { CORRECTIONS_MOST = 200, PROJECTIONS_MOST = 12 };
+enum { PROJECTIONS_MOST = 12 };
 static const double damping_start = 1e-3, damping_after_success = 0.25, damping_after_failure = 8,
                     damping_most = 1e3, damping_of_projection = 10, step_tol = 1e-5,
                     step_with_effort_tol = 1e-3, effort_tol = 1e-10;
@@ -246,8 +246,8 @@ static enum realise_outcome minimise(struct iteration *iteration) {
     best.nodes = realise_scratch(motion->count + 1, 2 * motion->problem->n);
     best.stages = realise_scratch(motion->count, REALISE_STAGES * motion->problem->width);
     bool is_least = false;
-    while (iteration->solution->iterations < CORRECTIONS_MOST && outcome == REALISE_SOLVED && !is_least &&
-           step.damping <= damping_most) {
+    while (iteration->solution->iterations < iteration->solution->most && outcome == REALISE_SOLVED &&
+           !is_least && step.damping <= damping_most) {
         copy_motion(&best, motion);
         size = correct(iteration, &step);
         outcome = isfinite(size) ? correct_all(iteration, &projection) : REALISE_NOT_FINITE;
@@ -270,7 +270,9 @@ static enum realise_outcome minimise(struct iteration *iteration) {
     }
     if (outcome != REALISE_SOLVED || is_least)
         return outcome;
-    return isfinite(merit) && step.damping <= damping_most ? REALISE_FALLING : REALISE_STUCK;
+    if (!isfinite(merit))
+        return REALISE_STUCK;
+    return step.damping > damping_most ? REALISE_SOLVED : REALISE_FALLING; /* no step reduces the effort */
 }
 
 enum realise_outcome realise_solve(struct realise_solution *solution, const double *last) {
