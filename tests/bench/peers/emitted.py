@@ -15,6 +15,7 @@ SOURCES = [REFDYN, HERE / "held.lua", SOURCE / "models" / "manipulator.lua", SOU
 FOLDS = {"": [], "_fold": ["--fold"]}  # parameters as symbols or as numbers
 SETTINGS = ["--set", "program=none", "--set", "drive=input"]
 PATIENCE = 150  # CPU seconds of one compilation, for all programs
+DERIVATIVES = ("d_accelerations", "d_rows", "d_inverse")
 # Option `hold` of held.lua, the functions to emit, those to call, and the doubles of the result of each.
 QUANTITIES = {
     "accelerations": ("none", "qdd_free", ["qdd_free"], lambda n: [n]),
@@ -76,10 +77,10 @@ def emit(work, quantity, n_rfe, fold):
     return folder, seconds, dict(zip(("adds", "muls", "divs", "funcs"), (sum(map(int, column)) for column in zip(*counts))))
 
 
-def build(work, n_rfe):
+def build(work, n_rfe, quantities=QUANTITIES):
     """Records of all variants for one n_rfe: what building took, and the command that times the variant."""
     records, n = [], 3 * n_rfe + 1
-    for quantity in QUANTITIES:
+    for quantity in quantities:
         for fold in FOLDS:
             folder, seconds, counts = emit(work, quantity, n_rfe, fold)
             files = sorted(folder.glob("*.c"))

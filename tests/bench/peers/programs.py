@@ -34,24 +34,32 @@ def enter(work):
     os.execv(python, [str(python), *sys.argv])
 
 
-def compile_program(work, compiler, name, *options):
+def compile_program(work, compiler, name, *options, level=""):
     """Compiles a program of this folder into the working folder, unless it is newer than its sources."""
-    source, program = next(emitted.HERE.glob(name + ".c*")), work / name
+    source, program = next(emitted.HERE.glob(name + ".c*")), work / (name + level)
     newest = max(path.stat().st_mtime for path in [source, *emitted.HERE.glob("*.h*")])
     if not program.exists() or program.stat().st_mtime < newest:
-        print(f"compiling {source.name}", flush=True)
+        print(f"compiling {source.name} {level}", flush=True)
         subprocess.run([compiler, "-I", emitted.HERE, source, "-o", program, *options], check=True)
+
+
+def pinocchio_options():
+    headers = f"{sysconfig.get_path('purelib')}/cmeel.prefix/include"
+    return ["-std=c++17", "-w", *SETTINGS, "-isystem", headers, "-isystem", f"{headers}/eigen3"]
+
+
+def compile_pinocchio(work):
+    for level, options in emitted.LEVELS.items():
+        compile_program(work, "g++", "time_pinocchio", *options, f'-DLEVEL="{level}"', *pinocchio_options(), level=f"_{level}")
 
 
 def compile_all(work):
     site = sysconfig.get_path("purelib")
-    headers = f"{site}/cmeel.prefix/include"
-    pinocchio = ["-std=c++17", "-w", "-march=native", *SETTINGS, "-isystem", headers, "-isystem", f"{headers}/eigen3"]
+    compile_pinocchio(work)
     library = str(next((pathlib.Path(site) / "mujoco").glob("libmujoco.so*")))
     compile_program(work, "gcc", "time_mujoco", "-O3", "-march=native", "-I", f"{site}/mujoco/include", library, f"-Wl,-rpath,{site}/mujoco")
     compile_program(work, "gcc", "time_casadi", "-O2", "-ldl")
-    compile_program(work, "g++", "time_pinocchio", "-O3", *pinocchio)
-    compile_program(work, "g++", "generate_casadi", "-O1", *pinocchio, "-isystem", f"{site}/casadi/include", f"-L{site}/casadi", "-lcasadi",
+    compile_program(work, "g++", "generate_casadi", "-O1", "-march=native", *pinocchio_options(), "-isystem", f"{site}/casadi/include", f"-L{site}/casadi", "-lcasadi",
                     f"-Wl,-rpath,{site}/casadi")
 
 
@@ -115,7 +123,17 @@ def build(work, n_rfe):
 
 def commands(records, sizes):
     """What measures everything: the timing programs with their arguments."""
-    return [record["command"] for record in records if record["command"]] + [[name, n_rfe] for n_rfe in sizes for name in ("time_pinocchio", "time_mujoco")]
+    return [record["command"] for record in records if record["command"]] + [[name, n_rfe] for n_rfe in sizes for name in ("time_pinocchio_O3n", "time_mujoco")]
+
+
+def build_derivatives(work, n_rfe):
+    """Refdyn's records of derivatives for one n_rfe."""
+    return emitted.kept(work / "refdyn" / f"derivatives{n_rfe}.json", emitted.SOURCES, lambda: emitted.build(work, n_rfe, emitted.DERIVATIVES))
+
+
+def derivative_commands(records, sizes):
+    return [record["command"] for record in records if record["command"]] + [
+        [f"time_pinocchio_{level}", n_rfe, "derivatives"] for n_rfe in sizes for level in emitted.LEVELS]
 
 
 def vectors(path, program, quantity, n, directions):
@@ -161,6 +179,8 @@ def state_deviations(errors):
         for (program, found, _, n_rfe), error in errors.items():
             if found == quantity:
                 best[program, n_rfe] = min(error, best.get((program, n_rfe), float("inf")))
+        if not best:
+            continue
         (program, n_rfe), largest = max(best.items(), key=lambda item: item[1])
         print(f"{quantity}: all programs agree with 60 digits, largest relative deviation {largest:.1g} ({program}, n_rfe = {n_rfe})", flush=True)
         if not largest <= WORST:

@@ -55,6 +55,15 @@ def call_rows(times, errors, records):
     return [row for title in QUANTITIES.values() for row in fastest([row for row in found.values() if row["quantity"] == title])]
 
 
+def level_rows(times, errors, records):
+    """The rows of the quantities by the level of optimisation, which is the same for all programs."""
+    found = []
+    for level, options in LEVELS.items():
+        rows = call_rows([line for line in times if re.search(rf"(^|-){level}(_|$)", line["variant"])], errors, records)
+        found += [{**row, "quantity": f"{row['quantity']}, {options}"} for row in rows]
+    return found
+
+
 def build_rows(records):
     """CPU time of generating and compiling the accelerations, by the level of optimisation."""
     found = []

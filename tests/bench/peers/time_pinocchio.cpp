@@ -1,11 +1,10 @@
 /*
- * Times Pinocchio: time_pinocchio values|times N_RFE.
+ * Times Pinocchio: time_pinocchio values|times N_RFE [derivatives]. LEVEL names the compiler's options.
  *
- * Variants end in -turns (joints with one coordinate) or -euler (Euler angles). Springs and dampers act as
- * forces of the joints, and derivatives have their parts. Only the upper triangle of a mass matrix is
- * computed.
- * Pinocchio differentiates along the axes of a joint. With Euler angles these turn with the coordinates, so
- * that its derivatives are not those by the coordinates; they are left out.
+ * Variants end in -turns-LEVEL (joints with one coordinate) or -euler-LEVEL (Euler angles). Springs and
+ * dampers act as forces of the joints, and derivatives have their parts. Only the upper triangle of a mass
+ * matrix is computed. Pinocchio differentiates along the axes of a joint. With Euler angles these turn with
+ * the coordinates, so that its derivatives are not those by the coordinates; they are left out.
  */
 #include <pinocchio/multibody.hpp>
 
@@ -56,7 +55,8 @@ struct Subject {
             for (long i = 0; i < times; i++)
                 (*static_cast<Function *>(subject))();
         };
-        measure(&b, quantity, (variant + "-" + kind).c_str(), repeat, &function, results.data());
+        measure(&b, quantity, (variant + "-" + kind + "-" + LEVEL).c_str(), repeat, &function,
+                results.data());
     }
 };
 
@@ -104,7 +104,8 @@ static SE3 place_of_tip(const Subject &s) {
 
 static Contacts tip_contact(const Subject &s) {
     Contacts contacts;
-    contacts.emplace_back(CONTACT_3D, s.model, s.tip, SE3::Identity(), 0, place_of_tip(s), LOCAL_WORLD_ALIGNED);
+    contacts.emplace_back(CONTACT_3D, s.model, s.tip, SE3::Identity(), 0, place_of_tip(s),
+                          LOCAL_WORLD_ALIGNED);
     return contacts;
 }
 
@@ -195,28 +196,33 @@ static void time_row_derivatives(Subject &s) {
            [&] {
                s.apply_springs();
                constraintDynamics(s.model, data, s.q, s.qd, s.forces, contacts, contact_data, settings);
-               computeConstraintDynamicsDerivatives(s.model, data, contacts, contact_data, settings, by_q, by_qd,
-                                                    by_forces, force_by_q, force_by_qd, force_by_forces);
+               computeConstraintDynamicsDerivatives(s.model, data, contacts, contact_data, settings, by_q,
+                                                    by_qd, by_forces, force_by_q, force_by_qd,
+                                                    force_by_forces);
                by_q.noalias() -= by_forces * s.stiffness.asDiagonal();
                by_qd.noalias() -= by_forces * s.damping.asDiagonal();
            },
            {result(by_q), result(by_qd)});
 }
 
+static void time_functions(Subject &s) {
+    time_accelerations(s);
+    time_rows(s);
+    time_mass(s);
+    time_inverse(s);
+}
+
 int main(int argc, char **argv) {
     const bench b = open_bench("pinocchio", argc, argv);
-    for (const bool grouped : {false, true}) {
-        if (grouped && b.n_rfe == 1)
-            continue;
-        Subject subject(b, read_chain(b.n_rfe, grouped), grouped ? "euler" : "turns");
-        time_accelerations(subject);
-        time_rows(subject);
-        time_mass(subject);
-        time_inverse(subject);
-        if (!grouped) {
-            time_derivatives(subject);
-            time_row_derivatives(subject);
-        }
+    Subject turns(b, read_chain(b.n_rfe, false), "turns");
+    time_derivatives(turns);
+    time_row_derivatives(turns);
+    if (argc > 3)
+        return 0;
+    time_functions(turns);
+    if (b.n_rfe > 1) {
+        Subject euler(b, read_chain(b.n_rfe, true), "euler");
+        time_functions(euler);
     }
     return 0;
 }

@@ -16,7 +16,7 @@
 #include <string.h>
 #include <time.h>
 
-enum { BATCHES = 9, PATH_SIZE = 500 };
+enum { BATCHES = 100, PATH_SIZE = 500 };
 
 /* The random state of models/stateN.txt: coordinates, rates, forces, and accelerations for inverse dynamics.
  */
@@ -84,25 +84,21 @@ static double cpu_seconds(bench_call *call, void *subject, long times) {
     return (double)(to.tv_sec - from.tv_sec) + 1e-9 * (double)(to.tv_nsec - from.tv_nsec);
 }
 
-static int compare_times(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* The median of nine batches of about 40 ms. */
+/* The shortest of many batches of about 1 ms, most of which no other process interrupts. */
 static double microseconds(bench_call *call, void *subject) {
-    double t[BATCHES];
     long times = 1;
-    for (;;) {
-        double passed = cpu_seconds(call, subject, times);
-        if (passed > 0.03)
-            break;
-        times = passed < 1e-4 ? times * 10 : (long)((double)times * 0.04 / passed) + 1;
+    double passed = cpu_seconds(call, subject, times);
+    while (passed < 5e-4) {
+        times = passed < 1e-5 ? times * 10 : (long)((double)times * 1e-3 / passed) + 1;
+        passed = cpu_seconds(call, subject, times);
     }
-    for (int i = 0; i < BATCHES; i++)
-        t[i] = cpu_seconds(call, subject, times) / (double)times;
-    qsort(t, BATCHES, sizeof *t, compare_times);
-    return 1e6 * t[BATCHES / 2];
+    double shortest = passed;
+    for (int i = 0; i < BATCHES; i++) {
+        passed = cpu_seconds(call, subject, times);
+        if (passed < shortest)
+            shortest = passed;
+    }
+    return 1e6 * shortest / (double)times;
 }
 
 static void write_values(const struct bench *b, const char *quantity, const char *variant,
