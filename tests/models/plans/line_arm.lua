@@ -1,14 +1,14 @@
 -- A two-link arm in its vertical plane, whose tip follows a straight line: the way along it is a law of speeds at
--- knots of the path, or of control points in time, which a plan varies.
+-- knots of the path, of control points in time or of knots in time, which a plan varies.
 local rd = require "refdyn"
-local law = rd.option("law", "speeds", { "speeds", "control" })
+local law = rd.option("law", "speeds", { "speeds", "control", "knots" })
 local pieces = rd.option("pieces", 40)
 
 local l1, l2 = 0.8, 0.6
 local from, to = { 0.9, -0.5 }, { 0.4, 0.9 }
 
 local list = { { "T", 2, "s" } }
-local inner = law == "speeds" and pieces - 1 or pieces - 3
+local inner = law == "control" and pieces - 3 or pieces - 1
 for i = 1, inner do
   local x = i / (inner + 1)
   list[#list + 1] = law == "speeds" and { "v" .. i, 0.8, "1/s" } or { "c" .. i, 10 * x^3 - 15 * x^4 + 6 * x^5 }
@@ -30,6 +30,11 @@ local function share(t)
     return rd.timing { t, length = 1, speeds = values }
   end
   values[inner + 2] = 1
+  if law == "knots" then
+    local knots = {}
+    for i, way in ipairs(values) do knots[i] = { i - 1, way } end
+    return rd.timing { t, knots = knots, degree = 5, duration = p.T }
+  end
   return rd.timing { t, control = values, duration = p.T }
 end
 

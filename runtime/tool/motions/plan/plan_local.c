@@ -97,13 +97,14 @@ void plan_multipliers(const struct plan *plan, const struct plan_point *point, d
 
 enum {
     EVALUATIONS_MOST = 100, /* of one run */
-    IDLE_MOST = 25,         /* evaluations of a run that improve nothing */
+    IDLE_MOST = 50,         /* evaluations of a run that improve nothing */
     COBYLA_MORE = 20,       /* COBYLA may take so many times as many, since they have no gradients */
     ROUNDS_MOST = 12
 };
 
-/* The search ends when x changes by less than this, or the objective by less than this part of it. */
-static const double x_least = 1e-9, objective_least = 1e-10;
+/* A run ends when x changes by less than this. A small change of the objective is no sign of convergence:
+ * while limits are exceeded, SLSQP moves it to a bound, where it stays until they hold. */
+static const double x_least = 1e-9;
 /* NLopt accepts points up to this excess as within the limits; half the slack of `sim`. */
 static const double tolerance = 5e-10;
 /* Excess of a motion that does not reach its end, so that the search returns to others. */
@@ -323,10 +324,9 @@ static bool run(struct problem *problem, enum what what) {
     if (rows > 0)
         nlopt_add_inequality_mconstraint(optimiser, (unsigned)rows, inequalities, problem, tolerances);
     nlopt_set_xtol_abs1(optimiser, x_least);
-    nlopt_set_ftol_rel(optimiser, objective_least);
     nlopt_set_maxeval(optimiser, EVALUATIONS_MOST * evaluations_factor(problem));
     if (problem->what == MINIMISE_EXCESS)
-        nlopt_set_stopval(optimiser, -problem->margin);
+        nlopt_set_stopval(optimiser, 0);
     const nlopt_result result = nlopt_optimize(optimiser, x, &least);
     nlopt_destroy(optimiser);
     problem->optimiser = NULL;

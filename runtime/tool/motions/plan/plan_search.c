@@ -1,6 +1,7 @@
 /*
  * The search for a plan: a scan of many starts by a Halton sequence, then local searches from the best ones.
- * The best starts are those within the limits, by objective; if there are none, those of least excess.
+ * The best starts are those within the limits, by objective; if there are none, those of least excess. The
+ * least excess has local minima as well: searches go on while none has ended within the limits.
  */
 #include <math.h>
 #include <string.h>
@@ -39,7 +40,7 @@ static int choose(const struct plan *plan, const double *x, const double *object
                   int starts, int *chosen) {
     bool *is_out = format_allocate((size_t)starts, sizeof *is_out);
     int count = 0;
-    while (count < PLAN_SEARCHES) {
+    while (count < PLAN_SEARCHES_MOST) {
         int best = -1;
         for (int i = 0; i < starts; i++)
             if (!is_out[i] && !isinf(excesses[i] == -INFINITY ? 0 : excesses[i]) &&
@@ -74,6 +75,12 @@ static void keep_best(const struct plan *plan, const struct plan_point *point, s
     result->has_best = true;
 }
 
+/* The number of searches from `count` starts. */
+static int search_count(const struct plan *plan, const struct plan_result *result, int count) {
+    const bool is_found = result->has_best && plan_is_feasible(plan, &result->best);
+    return is_found && count > PLAN_SEARCHES ? PLAN_SEARCHES : count;
+}
+
 static void print_scan(const struct plan *plan, const double *x, const double *objectives,
                        const double *excesses, int starts, int best) {
     int feasible = 0;
@@ -86,6 +93,8 @@ static void print_scan(const struct plan *plan, const double *x, const double *o
 }
 
 static void print_search(const struct plan *plan, const struct plan_point *point, const char *name) {
+    if (!point->is_done && system_interrupted)
+        return;
     if (!point->is_done)
         fprintf(stderr, "%-12s the motion fails at t = %.6g: %s\n", name, plan->failed.t,
                 refdyn_status_text(plan->failed.status));
@@ -104,7 +113,7 @@ void plan_search(struct plan *plan, struct plan_result *result) {
     const int starts = (int)plan->file->starts;
     double *x = format_allocate_matrix(starts, plan->count), *objectives = format_allocate_matrix(starts, 1),
            *excesses = format_allocate_matrix(starts, 1);
-    int chosen[PLAN_SEARCHES];
+    int chosen[PLAN_SEARCHES_MOST];
     struct plan_point point;
     plan_point_start(plan, &point);
     plan_point_start(plan, &result->best);
@@ -118,13 +127,13 @@ void plan_search(struct plan *plan, struct plan_result *result) {
         keep_best(plan, &point, result);
         print_search(plan, &point, "resume");
     }
-    for (int i = 0; i < count && !system_interrupted; i++) {
+    for (int i = 0; i < search_count(plan, result, count) && !system_interrupted; i++) {
         memcpy(point.x, x + chosen[i] * plan->count, (size_t)plan->count * sizeof *x);
         plan_improve(plan, &point);
         keep_best(plan, &point, result);
         result->reached[result->searches++] =
             plan_is_feasible(plan, &point) ? plan_objective(plan, &point) : NAN;
         print_search(plan, &point, format_text("search %d", i + 1));
-        system_progress_show(&plan->progress, (i + 1.0) / count);
+        system_progress_show(&plan->progress, fmin((i + 1.0) / search_count(plan, result, count), 1));
     }
 }

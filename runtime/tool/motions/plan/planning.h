@@ -236,12 +236,15 @@ void plan_multipliers(const struct plan *plan, const struct plan_point *point, d
 
 /* ---- Search (plan_search.c) ---- */
 
-enum { PLAN_SEARCHES = 5 };
+enum {
+    PLAN_SEARCHES = 5,      /* local ones */
+    PLAN_SEARCHES_MOST = 10 /* if none of the first ends within the limits */
+};
 
 struct plan_result {
     struct plan_point best;
     bool has_best;
-    double reached[PLAN_SEARCHES]; /* objective of each local search; NAN: infeasible */
+    double reached[PLAN_SEARCHES_MOST]; /* objective of each local search; NAN: infeasible */
     int searches;
 };
 
