@@ -3,7 +3,7 @@
  *
  * In: the scenes of a structure, and the values of a case. Out: the record of the case, with the numbers of
  * the report of `sim --realise` and what is kept of the motion; a case that is refused has the message as its
- * reason. Each case is computed in a process of its own, which begins with the scenes as they were compiled,
+ * reason. Each case is computed in a separate process, which begins with the scenes as they were compiled,
  * so that a result depends on no other case.
  */
 #define _GNU_SOURCE

@@ -220,7 +220,7 @@ struct batch_sink {
 enum status runs_compute(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count);
 
 /* Computes the cases `numbers` (count) of a structure whose programmes drives perform, several at a time,
- * each in a process of its own; passes their records to `take`, until it returns false or a signal comes
+ * each in a separate process; passes their records to `take`, until it returns false or a signal comes
  * (realised_cases.c). */
 void runs_realise_cases(struct batch_setup *setup, struct structure *structure, const long *numbers,
                         long count, bool (*take)(void *context, const struct case_record *record),

@@ -155,6 +155,16 @@ double realise_merit(const struct realise_motion *motion, const struct realise_g
     return sum;
 }
 
+bool realise_end_find(const struct realise_motion *motion, const struct realise_goal *goal,
+                      double *residuals) {
+    const struct memory_mark mark = memory_mark(&format_memory);
+    struct end end;
+    const bool is_found = find_end(motion, goal->last, &end);
+    memcpy(residuals, end.residual, (size_t)end.count * sizeof *residuals);
+    memory_back(&format_memory, mark);
+    return is_found;
+}
+
 /* ---- The conditions of the minimum ---- */
 
 /* A symmetric band matrix in the form of LAPACK's dgbsv, the right side, and where the unknowns are. */

@@ -319,6 +319,7 @@ static enum realise_outcome solve_guesses(struct realise_work *work, double mesh
  * closest. */
 static bool solve_mesh(struct realise_work *work, double mesh, bool is_refined, struct meshes *meshes,
                        int *cell) {
+    work->solution.is_refined = is_refined;
     if (is_refined) {
         struct realise_motion fine;
         realise_refine(&fine, &work->solution.motion);

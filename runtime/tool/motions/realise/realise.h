@@ -152,6 +152,9 @@ bool realise_effort_solve(const struct realise_motion *motion, const struct real
 /* The residuals (2 n) of the end. False if the equations fail. */
 bool realise_end_find(const struct realise_motion *motion, const struct realise_goal *goal,
                       double *residuals);
+/* The residuals (2 n) of the end. False if the equations fail. */
+bool realise_end_find(const struct realise_motion *motion, const struct realise_goal *goal,
+                      double *residuals);
 /* The effort relative to its unit, and the squares of the distances of both ends from their goals with their
  * weights. */
 double realise_merit(const struct realise_motion *motion, const struct realise_goal *goal);
@@ -186,6 +189,7 @@ struct realise_solution {
     int iterations;    /* of Newton's method */
     double correction; /* the last one [m, rad] */
     int most;          /* of corrections towards the least effort */
+    bool is_refined;   /* the guess is the least effort of a coarser mesh */
 };
 
 /* Starts a motion on a mesh with steps of at most `mesh`, from `before` ahead of the scene's start to `after`

@@ -246,6 +246,10 @@ static enum realise_outcome minimise(struct iteration *iteration) {
     best.nodes = realise_scratch(motion->count + 1, 2 * motion->problem->n);
     best.stages = realise_scratch(motion->count, REALISE_STAGES * motion->problem->width);
     bool is_least = false;
+    if (iteration->solution->is_refined && realise_end_find(motion, &goal, aim)) {
+        outcome = correct_all(iteration, &projection);
+        merit = outcome == REALISE_SOLVED ? realise_merit(motion, &goal) : INFINITY;
+    }
     while (iteration->solution->iterations < iteration->solution->most && outcome == REALISE_SOLVED &&
            !is_least && step.damping <= damping_most) {
         copy_motion(&best, motion);
