@@ -40,7 +40,7 @@ return rd.model { name = "slider", gravity = { 0, 0, 0 },
 
 
 def test_results_state_the_version(tmp_path):
-    """Under one key in all JSON; the results of statics and modes stay states, and the same call gives the same bytes."""
+    """All JSON has the version under one key; results of statics and modes remain states, and equal calls give equal bytes."""
     (tmp_path / "slider.lua").write_text(SLIDER)
     (tmp_path / "sweep.lua").write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = { m = rd.grid(1, 2, 3) }, t_end = 0.1 }')
     (tmp_path / "plan.lua").write_text('local rd = require "refdyn"\nreturn rd.plan { vary = { T = rd.within(0.5, 3) }, t_end = "T", minimise = "T" }')

@@ -410,7 +410,7 @@ def test_derivatives(compiled):
 
 @pytest.mark.parametrize("n_rfe", [33, 37] if LONG else [33])
 def test_strips(n_rfe, tmp_path):
-    """Loops over pairs of long chains write strips of columns, whose last block is whole only with 37 elements."""
+    """Loops over pairs of long chains write strips of columns. With 37 elements the last block is whole, with 33 it is not."""
     name = emitted(REFERENCE, ("--set", f"n_rfe={n_rfe}", "--set", "eta=1e-3"), tmp_path / "emitted")
     assert "strips of columns" in (tmp_path / "emitted" / f"{name}.c").read_text()
     wide, narrow = (Emitted(tmp_path / "emitted", name, width) for width in ("wide", "narrow"))

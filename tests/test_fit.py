@@ -219,7 +219,7 @@ return rd.model {
     assert found["chi2_dof"] < 1.3 and found["rough_errors"] == []
     found, done = fit(model, data, "--vary", "wall=0.25:0.3", "--noise", "a_x=1e-4", folder=tmp_path)  # ends at the kink
     assert found["at_bounds"] == found["rough_errors"] == ["wall"]
-    assert "warning: a slight change of wall reorders events: its derivatives are differences of free motions" in done.stderr
+    assert "warning: a slight change of wall reorders events: its derivatives are differences of separate motions" in done.stderr
 
 
 BAD = {
@@ -234,8 +234,8 @@ BAD = {
     "inches": (lambda i, v: [v[0], v[1], v[2] / 0.0254], "times the motion: it seems to be in inches instead of metres"),
     "revolutions": (lambda i, v: [v[0], v[1] / 2 / math.pi, v[2]], "times the motion: it seems to be in revolutions instead of radians"),
     "microseconds": (lambda i, v: [1e6 * v[0], v[1], v[2]], ":1: data: t ends at 2e+06: it seems to be in microseconds; must be in seconds"),
-    "clock": (lambda i, v: [v[0] + 1.7e9, v[1], v[2]], ":2: data: t begins at 1.7e+09, 8.5e+08 times the length of the data after the start of the motion at 0;"),
-    "late": (lambda i, v: [v[0] + 3, v[1], v[2]], ":1: data: t begins at 3, but the motion at 0, which these data resemble less; t must count in seconds"),
+    "clock": (lambda i, v: [v[0] + 1.7e9, v[1], v[2]], ":2: data: t begins at 1.7e+09, but the motion starts at 0, earlier by 8.5e+08 times the length of the data;"),
+    "late": (lambda i, v: [v[0] + 3, v[1], v[2]], ":1: data: t begins at 3, but the motion starts at 0 and differs from the data at these times; t must be in seconds"),
     "missing": (lambda i, v: [v[0], v[1], ""], ":1: data: E_xdd has no measurement in this file; add its column, or omit it from --noise"),
     "early": (lambda i, v: [v[0] - 1, v[1], v[2]], ":2: data: t = -1; must not be before the motion, which starts at 0"),
 }

@@ -178,7 +178,7 @@ def test_compared_with_differences_of_tight_runs(number, tmp_path):
 
 
 def test_kinks_that_steps_meet_by_chance(tmp_path):
-    """The force of a motor stops growing. A step that was too long ends near this kink, and the next one passes it without an event."""
+    """The force of a motor saturates. A step may end just before this kink, so that the next one passes it without an event."""
     model, arguments = SOURCE / "docs" / "control" / "motor.lua", ["--until", 0.1, "--every", 0.002, "--tol", 1e-10]
     for R in numpy.linspace(0.8, 1.1, 120 if LONG else 30):
         found, said = derive(model, "--set", f"R={R}", *arguments, names=["R", "i"], folder=tmp_path)

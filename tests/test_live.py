@@ -401,7 +401,7 @@ def test_the_motion_of_a_pulled_cart(tmp_path):
         page.wait(f"state.answered === state.asked && {SHOWN}")
         names, rows = rows_of(page)
         assert page.ask("return byId('pulled').hidden") is False
-        assert page.ask("return 2000 * state.motion.seconds < performance.now() - window.started"), "the time of the pull is no time of computation"
+        assert page.ask("return 2000 * state.motion.seconds < performance.now() - window.started"), "the time of computation excludes the pull"
         set_value(page, "cart_x", 0.1)
         assert page.ask("return byId('pulled').hidden") is True
         (tmp_path / "start.json").write_text(page.ask("return stateText(state.motion.start, live)"))

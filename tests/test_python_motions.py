@@ -670,7 +670,7 @@ def test_drives(package):
 
 
 def test_drives_over_loads(package):
-    """`batch` with `realise`: the report's numbers are variables along the axes of the grid, and one warning has the reasons of refused cases."""
+    """`batch` with `realise`: the numbers of the report are variables on the axes of the grid, and one warning lists the reasons of refused cases."""
     link = package.Model(HUB, n_rfe=4)
     options = {"every": 1e-2, "realise": True, "before": 0.3, "after": 0.2}
     runs = link.batch(package.grid(m_tip=[0.07, 0.13], T=[0.9, 1.0]), 1, keep={"history": ["drive_hub_psi"], "limits": True}, threads=2, **options)

@@ -300,7 +300,7 @@ def test_limits_are_marked(tmp_path):
 
 
 def test_limits_are_marked_in_live_pages(tmp_path):
-    """The same for motions that the page computes: of a coordinate, and of an expression; a slider moves the motion beyond its limit."""
+    """The same for motions that the page computes, with limits of a coordinate and of an expression. A slider moves the motion beyond a limit."""
     (tmp_path / "swing.lua").write_text('local rd = require "refdyn"\nlocal p = rd.parameters { { "g", 1, "m/s^2" } }\n'
                                         'return rd.model { name = "swing", gravity = { 0, -p.g, 0 }, links = {'
                                         '{ "a", joint = "psi", mass = 1, center = { 0.7, 0, 0 }, inertia = { zz = 0.1 }, limits = { psi = { from = -2.1, to = 9 } } } },'

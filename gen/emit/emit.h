@@ -86,7 +86,7 @@ void emit_loops(struct emission *emission, struct text *text, const struct funct
  * those within two of the diagonal. */
 bool emit_is_written_by_loops(const struct function *function, int array);
 bool emit_is_written_to_diagonal(const struct function *function, int array);
-/* The entries of a local array: loops that work in blocks need whole ones. */
+/* The number of entries of a local array, rounded up to whole blocks if a loop works in blocks. */
 int emit_length_of_local(const struct emission *x, const struct function *function, int array);
 /* The text of an array in these loops. */
 const char *emit_array_text(struct emission *emission, const struct function *function, int array,

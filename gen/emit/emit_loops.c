@@ -93,8 +93,8 @@ bool emit_is_written_by_loops(const struct function *function, int array) {
     return false;
 }
 
-/* Entries of one block: the widest vectors of doubles. A strip has whole blocks; as many columns as the
- * nearest cache keeps. */
+/* Columns of one block, the widest vectors of doubles, and of one strip: whole blocks that fit into the
+ * first-level cache. */
 enum { BLOCK = 8, STRIP = 6 * BLOCK };
 
 /*
@@ -127,9 +127,9 @@ bool emit_is_written_to_diagonal(const struct function *function, int array) {
 }
 
 /*
- * Whole rows of long chains are written in strips of columns i, since entries (i, j) of all columns would
- * fill the nearest cache. Blocks begin at multiples of their length, where vectors are aligned; only the
- * last one of all begins earlier, and computes entries of its neighbour again.
+ * Whole rows of long chains are written in strips of columns i, since the entries (i, j) of all columns
+ * would exceed the first-level cache. Blocks begin at multiples of their length, where vectors are aligned.
+ * Only the last block begins earlier, and computes some entries of its neighbour again.
  */
 static bool is_in_strips(const struct emission *x, const struct function *function,
                          const struct pairs *pairs) {
@@ -382,7 +382,7 @@ static void put_columns(const struct printer *p, const struct pairs *pairs) {
         text_add(p->text, "            const int end = ends[j];\n");
 }
 
-/* Moments move in whole blocks: entries after the last coordinate are 0. */
+/* Moments are moved in whole blocks, so the entries after the last coordinate must be 0. */
 static void put_last_block(const struct printer *p, const struct pairs *pairs) {
     const int n = pairs->n, end = whole_blocks(n), count = plan_count_arrays(p->function);
     if (end == n)

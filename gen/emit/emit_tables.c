@@ -12,8 +12,8 @@
 
 /* ---- Limits of joints ---- */
 
-/* NAME_limits has one entry for each joint with limits, for planning and control; an infinite one is a
- * quotient by 0. The header declares the table if there are any. */
+/* NAME_limits has one entry for each joint with limits, for planning and control. A missing limit is
+ * infinite, written as 1 / 0.0. The header declares the table if there are any entries. */
 
 static int count_limits(const struct emission *x) {
     int count = 0;
@@ -33,7 +33,7 @@ void emit_limits_declaration(const struct emission *x, struct text *text) {
 
 static const char *limit_text(double limit, char digits[32]) {
     if (isinf(limit))
-        return limit < 0 ? "-1 / 0.0" : "1 / 0.0"; /* tcc takes -HUGE_VAL for no constant */
+        return limit < 0 ? "-1 / 0.0" : "1 / 0.0"; /* to tcc, -HUGE_VAL is no constant */
     return text_of_number(limit, digits);
 }
 

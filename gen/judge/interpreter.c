@@ -380,8 +380,8 @@ static void step_slots(struct state *state, int loop) {
             state->slots[s] = state->values[g->slots[s].next];
 }
 
-/* The coordinates of a run's elements, and whether an element is the last, have values in all loops over this
- * run, and in no others. */
+/* Two symbols depend on the element of a run: a coordinate of it, and whether it is the last. They have
+ * values in the loops over this run alone. */
 static bool is_symbol_of(const struct state *state, expression e, int run) {
     if (state->g->nodes[e].loop != ANY_LOOP)
         return false;

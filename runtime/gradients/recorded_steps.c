@@ -100,8 +100,8 @@ static int note_waypoint(struct recorded_steps *recorded, const struct refdyn_mo
     return pattern->waypoint_count - 1;
 }
 
-/* A kink that the motion has passed at the beginning of a step is farther from it in the copies, which end a
- * step there. So it is due at the end of the step before. Returns 0 without memory. */
+/* A kink that the motion passes at the very beginning of a step is farther from there in the copies, which
+ * must end a step at it. So it becomes due at the end of the step before. Returns 0 if memory is short. */
 static int note_passed(struct recorded_steps *recorded, const struct refdyn_state_events *events) {
     struct refdyn_pattern *pattern = &recorded->pattern;
     if (events->passed_count == 0 || pattern->step_count == 0 ||

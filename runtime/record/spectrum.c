@@ -2,13 +2,16 @@
  * Eigenvalues and shapes of small motions, from the linear equations of a model at rest.
  *
  * Coordinates are measured in 1/sqrt(M_jj). Motions satisfy x = Z y by the position rows and x' = N w + G x
- * by all rows (struct record_freedom); y leaves out states of controllers. The equations are the pencil y' =
- * (N w + G Z y)_independent N^T M N w' = -N^T ((K + (D + M G) G) Z y + (D + M G) N w) or E z' = A z, with a
- * time unit 1/s between those of stiff and soft coordinates. The eigenvalues tau of (A - E)^-1 E, with
- * balancing (as LAPACK dgeev), give mu = 1 + 1/tau. So both ends of a wide spectrum keep their digits, while
- * E^-1 A loses those of the low end. Each is then improved by the generalized Rayleigh quotient of its left
- * and right vectors (Ostrowski, Arch. Rational Mech. Anal. 3:325-340, 1959), whose error is the product of
- * theirs.
+ * by all rows (struct record_freedom); y leaves out states of controllers. The equations are the pencil
+ *
+ *     y' = (N w + G Z y)_independent,
+ *     N^T M N w' = -N^T ((K + (D + M G) G) Z y + (D + M G) N w),
+ *
+ * or E z' = A z, with a time unit 1/s between those of stiff and soft coordinates. The eigenvalues tau of
+ * (A - E)^-1 E, with balancing (as LAPACK dgeev), give mu = 1 + 1/tau. So both ends of a wide spectrum keep
+ * their digits, while E^-1 A loses those of the low end. Each is then improved by the generalized Rayleigh
+ * quotient of its left and right vectors (Ostrowski, Arch. Rational Mech. Anal. 3:325-340, 1959), whose error
+ * is the product of theirs.
  */
 #include <float.h>
 #include <math.h>

@@ -101,7 +101,7 @@ static double *row_of(const struct step_states *states, int which) {
     return data + (states->views[which].len <= size * (Py_ssize_t)sizeof(double) ? 0 : states->next * size);
 }
 
-enum { STEPS_PER_ASK = 16 }; /* steps between two looks at the clock, which cost little */
+enum { STEPS_PER_ASK = 16 }; /* between two looks at the clock, whose time is then negligible */
 
 /* Steps one state by h, in steps of the motion's options. */
 static int step_state(struct motion *motion, const struct step_states *states, struct unlocked *unlocked) {

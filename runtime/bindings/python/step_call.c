@@ -51,7 +51,7 @@ static int find_lane_rates(void *context, double c, double *stage, double *rates
     return REFDYN_OK;
 }
 
-enum { STEPS_PER_ASK = 64 }; /* steps between two looks at the clock, which cost little */
+enum { STEPS_PER_ASK = 64 }; /* between two looks at the clock, whose time is then negligible */
 
 /* Takes `steps` steps of h from state, which becomes the state after them. Returns RECORD_INTERRUPTED after a
  * signal. */

@@ -228,7 +228,8 @@ static int take_samples(struct refdyn_state_events *events, struct refdyn_step *
     return status;
 }
 
-/* Kinks are passed once in a step, those of a refused attempt and of the next one in any order. */
+/* Adds kink i to the ascending list of the step, at most once: a rejected attempt and the next one may pass
+ * the same kinks. */
 static void add_passed(struct refdyn_state_events *events, int i) {
     int k = events->passed_count;
     for (; k > 0 && events->passed[k - 1] >= i; k--)

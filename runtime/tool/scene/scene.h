@@ -116,7 +116,7 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
                        const char *state_path);
 void scene_close(struct scene *scene);
 /* Sets parameters, inputs and start values (NAME, NAME_d) of an open scene, and what follows from them. Names
- * that it does not read have no effect. Reports values that the model refuses. */
+ * that the model lacks have no effect. Reports values that the model refuses. */
 enum status scene_set_values(struct scene *scene, struct named_value *values, int count);
 /* Opens a scene, calls `work`, and closes it. */
 enum status scene_run(const struct options *options, unsigned needs, const char *state_path,
@@ -124,7 +124,7 @@ enum status scene_run(const struct options *options, unsigned needs, const char 
 
 /* Protects the model and all files that it requires: no target may be one of them. */
 void scene_spare_sources(const struct scene *scene, struct targets *targets);
-/* Opens the document of a result and its object, which has the version of the program as `refdyn`. */
+/* Opens the document of a result and its object, with the version of the program under the key `refdyn`. */
 void scene_document_open(struct document *document);
 /* Ends the document and makes it the result. Returns STATUS_NUMBERS if one of its numbers is not finite. */
 enum status scene_finish(struct scene *scene, struct document *document);

@@ -1,5 +1,5 @@
--- A two-link arm in its vertical plane, whose tip follows a straight line: the way along it is a law of speeds at
--- knots of the path, of control points in time or of knots in time, which a plan varies.
+-- A two-link arm in its vertical plane, whose tip follows a straight line: the way along it is a law by speeds at
+-- knots of the path, by control points in time, or by knots in time. A plan varies these numbers.
 local rd = require "refdyn"
 local law = rd.option("law", "speeds", { "speeds", "control", "knots" })
 local pieces = rd.option("pieces", 40)

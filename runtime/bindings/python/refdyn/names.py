@@ -86,7 +86,7 @@ def reals(name: str, value: npt.ArrayLike) -> np.ndarray:
         array = np.asarray(value)
     except TypeError as error:
         raise TypeError(f"{name}: {type(value).__name__}; must be real numbers") from error
-    except ValueError as error:  # of NumPy: "setting an array element with a sequence ..."
+    except ValueError as error:  # NumPy: "setting an array element with a sequence ..."
         raise ValueError(f"{name}: rows of different lengths; must be an array of real numbers") from error
     if array.dtype.kind not in "biufO" or array.dtype.kind == "O" and (callable(value) or isinstance(value, Mapping)):
         what = "a function" if callable(value) else f"values of {array.dtype}" if array.dtype.kind != "O" else type(value).__name__

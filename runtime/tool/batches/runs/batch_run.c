@@ -218,7 +218,7 @@ struct refdyn_batch runs_describe(const struct batch_setup *setup, const struct 
                                  .column_count = structure->column_count};
 }
 
-/* The record of a case that another process has computed, whose time is not that of this process. */
+/* Takes the record of a case that another process has computed, and adds the CPU time of that process. */
 static bool take_realised(void *context, const struct case_record *record) {
     struct running *running = context;
     running->count->cpu_started -= record->cpu_s;

@@ -346,7 +346,7 @@ static enum status read_cases(struct batch_setup *setup) {
                                &setup->options);
 }
 
-/* What excludes --realise in a batch, besides options. */
+/* Checks what --realise excludes in a batch: options, derivatives and files of inputs. */
 static enum status check_realise(const struct batch_setup *setup) {
     const struct options *options = &setup->options;
     const struct cases *cases = &setup->sweep.cases;
@@ -412,7 +412,7 @@ static enum status lay_out(struct batch_setup *setup) {
     if (status != STATUS_DONE)
         return status;
     setup->sweep.keep.realise = options_has(options, "realise");
-    if (setup->sweep.keep.realise) { /* outputs are where the cells of the drive forces begin */
+    if (setup->sweep.keep.realise) { /* an output is where a cell of the drive forces begins */
         every = record_distance(until - t, every);
         realise_tails(options, every, &before, &after);
     }

@@ -1,4 +1,4 @@
-/* The numbers that a batch keeps of one case, from the states of its motion at the recorded times. */
+/* In: the states of a case's motion at the recorded times. Out: the numbers that the batch keeps of it. */
 #include <math.h>
 #include <string.h>
 

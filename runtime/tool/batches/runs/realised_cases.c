@@ -2,8 +2,8 @@
  * Cases of a batch whose programmes drives perform: `refdyn batch --realise`.
  *
  * In: the scenes of a structure, and the values of a case. Out: the record of the case, with the numbers of
- * the report of `sim --realise` and what is kept of the motion; a case that is refused has the message as its
- * reason. Each case is computed in a separate process, which begins with the scenes as they were compiled,
+ * the report of `sim --realise` and what is kept of the motion. The reason of a case that is refused is the
+ * message. Each case is computed in a separate process, which begins with the scenes as they were compiled,
  * so that a result depends on no other case.
  */
 #define _GNU_SOURCE
@@ -95,7 +95,7 @@ struct answer {
 
 enum { REASON_LENGTH = 512 };
 
-/* The last line on the standard error, which says why the case failed, without the name of the program. */
+/* Why the case failed: the last line of standard error that is no warning, without the program's name. */
 static void read_reason(FILE *said, char reason[static REASON_LENGTH]) {
     char line[REASON_LENGTH];
     rewind(said);
@@ -118,7 +118,7 @@ static void write_answer(FILE *file, const struct batch_setup *setup, enum statu
     fwrite(reason, 1, answer.reason_length, file);
 }
 
-/* Signals end this process by the one that started it. */
+/* The process of one case. It ignores signals, since the process that started it ends it. */
 static void compute(struct batch_setup *setup, struct structure *structure, long number, FILE *file) {
     static const int ignored[] = {SIGINT, SIGTERM, SIGHUP};
     struct recording recording = {.setup = setup, .structure = structure};
@@ -164,7 +164,7 @@ static double seconds(struct timeval time) {
     return (double)time.tv_sec + 1e-6 * (double)time.tv_usec;
 }
 
-/* Passes on the record of a case whose process has ended with this status of wait. */
+/* Passes on the record of a case. `ended`: the status of its process, as wait4 reports it. */
 static bool collect(struct worker *worker, const struct batch_setup *setup, int ended,
                     const struct rusage *usage, bool (*take)(void *context, const struct case_record *record),
                     void *context) {
@@ -183,7 +183,7 @@ static bool collect(struct worker *worker, const struct batch_setup *setup, int 
             values[i] = NAN;
         snprintf(reason, sizeof reason,
                  WIFSIGNALED(ended) ? "signal %d ended the process of the case"
-                                    : "the process of the case has no result: %d",
+                                    : "the process of the case returned no result; its exit status is %d",
                  WIFSIGNALED(ended) ? WTERMSIG(ended) : WEXITSTATUS(ended));
     }
     const struct case_record record = {.number = worker->number,
@@ -213,7 +213,7 @@ static void kill_all(struct worker *workers, int count) {
     }
 }
 
-/* Polls, because a signal that comes just before a blocking call would not end that call. */
+/* Polls, because a signal that arrives just before a blocking call would not end this call. */
 void runs_realise_cases(struct batch_setup *setup, struct structure *structure, const long *numbers,
                         long count, bool (*take)(void *context, const struct case_record *record),
                         void *context) {

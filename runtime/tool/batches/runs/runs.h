@@ -125,7 +125,7 @@ void runs_recorder_take(struct recorder *recorder, int number);
 void runs_recorder_see(struct recorder *recorder, int number);
 /* Records the end of a case that an event has ended at t, and completes extremes and norms. */
 void runs_recorder_end(struct recorder *recorder, double t);
-/* Marks as unknown what a case that failed at t has of its end and of its whole motion. */
+/* Marks the values of the end and of the whole motion as unknown (NaN) for a case that failed at t. */
 void runs_recorder_fail(struct recorder *recorder, double t);
 
 /* d_COLUMN_by_NAME, the item of a derivative. */
@@ -220,7 +220,7 @@ struct batch_sink {
 enum status runs_compute(struct batch_setup *setup, const struct batch_sink *sink, struct batch_count *count);
 
 /* Computes the cases `numbers` (count) of a structure whose programmes drives perform, several at a time,
- * each in a separate process; passes their records to `take`, until it returns false or a signal comes
+ * each in a separate process; passes their records to `take`, until it returns false or a signal arrives
  * (realised_cases.c). */
 void runs_realise_cases(struct batch_setup *setup, struct structure *structure, const long *numbers,
                         long count, bool (*take)(void *context, const struct case_record *record),

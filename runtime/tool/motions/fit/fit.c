@@ -129,7 +129,7 @@ static enum status find(struct fit *fit) {
         fprintf(
             stderr,
             "refdyn: %s: the search ended before chi2 was least: no step decreases it further; the motion "
-            "may be less accurate than the data: use a smaller --tol\n",
+            "may be less accurate than the data, so use a smaller --tol\n",
             fit->scene->model->name);
         return STATUS_NUMBERS;
     }

@@ -92,7 +92,7 @@ struct fit_value {
     double lower, upper;             /* bounds; infinite if there are none */
     bool is_log;
     double unit;
-    bool is_rough; /* the last J has differences of free motions by it */
+    bool is_rough; /* its derivatives in the last J are differences of free motions */
 };
 
 /* A measured column. */
@@ -208,8 +208,9 @@ int fit_is_stopped(void *context);
 
 /* Writes the values of an output of a case, in its room; context: the fit. */
 typedef void fit_writer(void *context, const struct refdyn_batch_case *one, double *values);
-/* Writes the derivatives (variables x size) of the motion `batch` that copies do not have. In: why they are
- * missing, the changes of the variables, the outputs `at` (size) of the motion. Counts them. */
+/* Writes those derivatives (variables x size) of the motion `batch` that copies do not have. In: from where
+ * on they are missing, the changes of the variables, and the outputs `at` (size) of the motion. Adds the
+ * motions to fit->motions. */
 void fit_free_derivatives(struct fit *fit, const struct refdyn_batch *batch, fit_writer *write,
                           const struct refdyn_underivable *underivable, const double *changes,
                           const double *at, double *derivatives, size_t size);
@@ -232,7 +233,7 @@ struct least_squares {
     const double *lower, *upper; /* (count) bounds of the unknowns */
     double step_most;            /* largest change of an unknown in one step */
     double decrease_least;       /* ends when the derivatives predict a smaller decrease of chi^2 */
-    bool takes_last;             /* takes this last step as well if it decreases chi^2 */
+    bool takes_last;             /* also takes this last step if it decreases chi^2 */
     int rounds_most;
     enum fit_outcome (*residuals)(void *context, const double *u, double *r, double *J);
     void *context;

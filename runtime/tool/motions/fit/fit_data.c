@@ -177,15 +177,16 @@ static double spacing(const struct fit_data *data) {
     return length_of(data) / (data->rows - 1);
 }
 
-/* A clock that started long before the motion. */
+/* Refuses times of a clock that started long before the motion. */
 static bool refuse_clock(const struct fit *fit, const struct fit_data *data) {
     const double begin = fit->scene->state.t, ahead = data->t[0] - begin;
     if (ahead < 100 * length_of(data))
         return true;
-    format_complain_line(data->path, 2,
-                         format_text("data: t begins at %.9g, %.3g times the length of the data after the "
-                                     "start of the motion at %.9g; times must count from there",
-                                     data->t[0], ahead / length_of(data), begin));
+    format_complain_line(
+        data->path, 2,
+        format_text("data: t begins at %.9g, but the motion starts at %.9g, earlier by %.3g times "
+                    "the length of the data; t must count from the start of the motion",
+                    data->t[0], begin, ahead / length_of(data)));
     return false;
 }
 
@@ -219,7 +220,7 @@ static long count_measurements(const struct fit_data *data, int width, int colum
     return count;
 }
 
-/* A file may lack columns that others have. */
+/* Refuses a column that no file has; a file may lack columns that others have. */
 static bool refuse_missing(const struct fit *fit) {
     for (int k = 0; k < fit->signal_count; k++) {
         long count = 0;

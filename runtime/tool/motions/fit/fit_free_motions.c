@@ -2,10 +2,11 @@
  * Derivatives by differences of free motions, where those of copies that repeat steps do not exist: a slight
  * change of a value reorders events, or the motion starts exactly on a kink.
  *
- * In: a motion with its outputs and derivatives, and from where on which of them are missing. Out: these
- * derivatives. Free motions choose their own steps. Their noise, about the tolerance divided by the change,
- * is too large for certain results, but not for the direction of a step. Cases do not depend on threads or
- * lanes, so that the search remains the same in each run.
+ * In: a motion with its outputs and derivatives, which of the derivatives are missing, and from which time
+ * on. Out: central differences in their place. Free motions are separate motions that choose their own steps.
+ * Their differences have an error of about the tolerance divided by the change. This is too much for standard
+ * errors, but not for the direction of a step. Cases do not depend on threads or lanes, so that the search is
+ * the same in each run.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -35,7 +36,7 @@ static int end(void *context, const struct refdyn_batch_case *one, const struct 
     return 0;
 }
 
-/* The values of each case: those of the motion, and in two cases for each lost variable a change. */
+/* The values of each case: those of the motion, with one lost variable increased or decreased. */
 static void set_columns(const struct refdyn_batch *batch, const int *lost, int count, const double *changes,
                         struct refdyn_batch *free_batch) {
     struct refdyn_batch_column *columns =
@@ -61,8 +62,8 @@ static int first_lost(const struct refdyn_batch *batch, const struct refdyn_unde
     return row;
 }
 
-/* Differences of the two motions from output `row` on; of one of them and the motion itself if the other has
- * failed. */
+/* Writes differences of the two motions from output `row` on. If one of them has failed, the motion itself
+ * takes its place. */
 static void write_differences(const struct free_motions *motions, const struct refdyn_batch *batch,
                               int number, int row, double change, const double *at, double *derivatives) {
     const size_t width = (size_t)motions->fit->signal_count, count = ((size_t)batch->time_count + 1) * width;

@@ -17,7 +17,7 @@
  * errors of about 1e-6. */
 static const double dependent_most = 1e-4;
 /* Nothing depends on a value if a factor of e, or one unit, changes all residuals together by less than this
- * part of the noise. Its derivatives are then rounding, in any direction. */
+ * part of the noise. Its derivatives are then rounding errors. */
 static const double inert_most = 1e-5;
 /* The data do not determine a direction whose standard error exceeds 1: a factor of e, or one unit. */
 static const double determined_least = 1;
@@ -348,7 +348,7 @@ void fit_report_print(struct fit *fit, const struct fit_solution *solution,
         if (fit->values[k].is_rough)
             fprintf(stderr,
                     "refdyn: warning: a slight change of %s reorders events: its derivatives are differences "
-                    "of free motions, and its standard error is rough\n",
+                    "of separate motions, and its standard error is rough\n",
                     fit->values[k].name);
     if (fit->lost > 0)
         fprintf(stderr,

@@ -212,8 +212,8 @@ static void write_all(void *context, const struct refdyn_batch_case *one, double
     write_signals(context, one, values + 2 * n);
 }
 
-/* The change of a value in free motions, as part of it or of its unit: at a tolerance of 1e-6 their noise is
- * then about a thousandth of the difference. */
+/* The change of a value in free motions, as part of the value or of its unit. At a tolerance of 1e-6 the
+ * error of a difference is then about a thousandth of it. */
 static const double free_change = 1e-3;
 
 /* What a motion shows at its outputs. */
@@ -226,8 +226,8 @@ static struct view signals_of(const struct fit *fit) {
     return (struct view){fit->signal_count, write_signals};
 }
 
-/* The values (outputs x width) of a motion, and their derivatives with what is missing of them; both are NULL
- * if not needed. */
+/* The values (outputs x width) of a motion; their derivatives and which of these are missing, both NULL if
+ * not needed. */
 static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *file, struct view view,
                                    double *at, double *derivatives, struct refdyn_underivable *underivable) {
     struct refdyn_derivatives given = {.batch = &file->batch,
@@ -251,7 +251,7 @@ static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *fil
     return status || given.outputs < file->batch.time_count + 1 ? FIT_FAILED : FIT_DONE;
 }
 
-/* The values of a motion, and their derivatives, NULL if not needed: those that copies do not have are
+/* The values of a motion, and their derivatives, NULL if not needed. Derivatives that copies do not have are
  * differences of free motions. */
 static enum fit_outcome differentiate(struct fit *fit, const struct fit_data *data,
                                       const struct file_batch *file, double *at, double *derivatives,

@@ -116,7 +116,8 @@ static const struct {
 /* Data are in another unit if their cosine with the motion is larger, which is so even if noise is as large
  * as the motion, and the factor is within this part. */
 static const double cosine_least = 0.6, factor_part = 0.2;
-/* A sign seems reversed with a larger cosine; the search may still find a value of the other sign. */
+/* The sign of a column seems reversed if its cosine with the motion is below minus this. This is no error,
+ * since the search may find a value of the other sign. */
 static const double reversed_least = 0.95;
 /* Columns are exchanged if the exchange decreases both sums of squares, one of them by this factor. */
 static const double exchange_gain = 30;
@@ -175,10 +176,10 @@ static const struct {
     const char *text;
 } time_units[] = {{1e-6, "microseconds"}, {1e-3, "milliseconds"}};
 enum { TIME_UNITS = sizeof time_units / sizeof *time_units, ROWS_COMPARED = 1000 };
-/* In another unit, the motion resembles the data if its squared distance is less than this part of their
- * spread. Then the motion in seconds, which may last for days, takes at most so many times more steps. */
+/* The motion in another unit resembles the data if its mean squared residual is less than this part of their
+ * spread. The motion in seconds, which may last for days, is then limited to so many times its steps. */
 static const double resembles_most = 0.5, steps_factor = 100;
-/* A comparison with the data. */
+/* The motion in a unit of time, compared with the data. */
 struct time_unit {
     double misfit; /* mean squared residual; infinite if the motion fails */
     long steps;
@@ -196,7 +197,7 @@ static double misfit(const struct fit *fit, const struct fit_data *data, const d
     return sum / (double)count;
 }
 
-/* The same for constants in place of a motion: the means of the columns. */
+/* The same for the means of the columns in place of a motion. */
 static double spread(const struct fit *fit, const struct fit_data *data) {
     const size_t width = (size_t)fit->signal_count;
     double *means = format_allocate_large((size_t)data->rows * width, sizeof *means);
@@ -216,7 +217,7 @@ static double spread(const struct fit *fit, const struct fit_data *data) {
     return found;
 }
 
-/* The motion whose times are in this part of a second. */
+/* Compares the motion whose times are in this part of a second. */
 static struct time_unit compare_unit(struct fit *fit, const struct fit_data *data, const double *from,
                                      double factor) {
     const double begin = fit->scene->state.t;
@@ -233,20 +234,23 @@ static struct time_unit compare_unit(struct fit *fit, const struct fit_data *dat
     return unit;
 }
 
-/* Data that begin late may also resemble the start of the motion, at which a smaller unit stays. */
+/* Times in a smaller unit remain near the start of the motion, which data may resemble by chance. If data
+ * begin later than they last, a clock that began before the motion is the more likely cause. */
 static enum status refuse_times(const struct fit *fit, const struct fit_data *data, const char *text) {
     const double begin = fit->scene->state.t, first = data->t[0], last = data->t[data->rows - 1];
     format_complain_line(
         data->path, 1,
         first - begin < last - first
             ? format_text("data: t ends at %.6g: it seems to be in %s; must be in seconds", last, text)
-            : format_text("data: t begins at %.6g, but the motion at %.6g, which these data resemble less; "
-                          "t must count in seconds from the start of the motion",
-                          first, begin));
+            : format_text(
+                  "data: t begins at %.6g, but the motion starts at %.6g and differs from the data at "
+                  "these times; t must be in seconds from the start of the motion",
+                  first, begin));
     return STATUS_FAULT;
 }
 
-/* The motion in seconds, unless one in another unit explains the data far better. */
+/* Computes the motion in seconds. Refuses the times if the motion in another unit explains the data far
+ * better. */
 static enum status check_times(struct fit *fit, const struct fit_data *data, const double *from,
                                double *model, enum fit_outcome *outcome) {
     struct fit_data few;

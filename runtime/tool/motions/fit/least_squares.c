@@ -20,8 +20,8 @@ static const double gain_least = 1e-3;
 /* The search also ends when the predicted decrease is a smaller part of chi^2: below the error of the motion.
  */
 static const double decrease_part = 1e-9;
-/* The search is stuck if the derivatives predict a larger decrease, a standard error, and larger than this
- * part of chi^2, but no step decreases it. */
+/* The search is stuck if no step decreases chi^2 although the derivatives predict a decrease by more than the
+ * first number, one standard error, and by more than the second as part of chi^2. */
 static const double stuck_least = 1, stuck_part = 1e-6;
 
 /* A round: the factors of J, and scratch for steps. */
@@ -124,12 +124,12 @@ static bool make_step(struct round *round, double lambda) {
     return isfinite(largest);
 }
 
-/* Tries steps until one is good. Sets *is_last if none, or no further one, is worth trying. */
+/* Tries steps until one is good. Sets *is_last if no further step is worth trying. */
 static enum fit_outcome advance(struct round *round, struct least_squares *problem, double *lambda,
                                 bool *is_last) {
     const double least = fmax(problem->decrease_least, decrease_part * problem->chi2),
                  stuck = fmax(stuck_least, stuck_part * problem->chi2);
-    double most = 0; /* of the decreases that were predicted in vain */
+    double most = 0; /* the largest decrease that was predicted but not reached */
     round->has_moved = false;
     for (;;) {
         if (!make_step(round, *lambda))

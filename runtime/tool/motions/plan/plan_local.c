@@ -102,8 +102,8 @@ enum {
     ROUNDS_MOST = 12
 };
 
-/* A run ends when x changes by less than this. A small change of the objective is no sign of convergence:
- * while limits are exceeded, SLSQP moves it to a bound, where it stays until they hold. */
+/* A run ends when x changes by less than this. A small change of the objective does not mean convergence:
+ * while limits are exceeded, SLSQP may move the objective to a bound and keep it there until they hold. */
 static const double x_least = 1e-9;
 /* NLopt accepts points up to this excess as within the limits; half the slack of `sim`. */
 static const double tolerance = 5e-10;

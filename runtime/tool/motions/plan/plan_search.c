@@ -1,7 +1,7 @@
 /*
  * The search for a plan: a scan of many starts by a Halton sequence, then local searches from the best ones.
  * The best starts are those within the limits, by objective; if there are none, those of least excess. The
- * least excess has local minima as well: searches go on while none has ended within the limits.
+ * excess also has local minima, so further searches follow while none has ended within the limits.
  */
 #include <math.h>
 #include <string.h>

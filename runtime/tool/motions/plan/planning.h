@@ -237,8 +237,8 @@ void plan_multipliers(const struct plan *plan, const struct plan_point *point, d
 /* ---- Search (plan_search.c) ---- */
 
 enum {
-    PLAN_SEARCHES = 5,      /* local ones */
-    PLAN_SEARCHES_MOST = 10 /* if none of the first ends within the limits */
+    PLAN_SEARCHES = 5,      /* local searches */
+    PLAN_SEARCHES_MOST = 10 /* while no search has ended within the limits */
 };
 
 struct plan_result {

@@ -81,8 +81,8 @@ static bool choose_end(struct realise_problem *problem, double t, const double *
     return true;
 }
 
-/* The rates in directions that rows leave free, at the place of `last` for all motions, differ from the
- * wanted ones. */
+/* Residuals: the differences of the end's rates from the wanted ones in the directions that rows leave free.
+ * The directions are those at `last`, so that they are the same for all motions. */
 static bool put_rates(struct realise_problem *problem, double t, const double *last, const double *end,
                       const double *rates, struct end *out) {
     const int n = problem->n, m = problem->m;
@@ -116,7 +116,7 @@ static void put_forces_of_end(const struct realise_problem *problem, const struc
     for (int c = 0; c < n - balanced; c++, out->count++)
         for (int i = 0; i < n; i++) {
             out->residual[out->count] += Z[c * n + i] * unit * place->residual[i];
-            for (int j = 0; j < n; j++) /* at the wanted rates, whatever those of the end are */
+            for (int j = 0; j < n; j++) /* the rates of the end do not count */
                 out->by_state[out->count * 2 * n + j] += Z[c * n + i] * unit * place->K[i * n + j];
         }
 }

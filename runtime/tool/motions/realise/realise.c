@@ -173,12 +173,10 @@ static enum status report_failure(const struct realise_work *work, enum realise_
         fprintf(stderr, "refdyn: %s: interrupted\n", work->scene->model->name);
     else if (outcome == REALISE_FALLING)
         fprintf(stderr,
-                "refdyn: %s: --realise: the effort still becomes smaller after hundreds of corrections; "
-                "vibrations "
-                "with little damping can reduce it without end: use more damping, a smaller limit of the "
-                "drive that "
-                "excites them, or as many drives as rows\n",
-                work->scene->model->name);
+                "refdyn: %s: --realise: the effort still decreases after %d corrections; vibrations with "
+                "little damping can decrease it without end; use more damping, a smaller limit of the drive "
+                "that excites them, or as many drives as rows\n",
+                work->scene->model->name, work->solution.iterations);
     else if (outcome == REALISE_NOT_FINITE)
         fprintf(stderr,
                 "refdyn: %s: --realise: iteration %d: the equations of the motion are singular or not "
@@ -281,8 +279,8 @@ struct meshes {
     enum realise_outcome outcome; /* of the last one */
 };
 
-/* Vibrations that neither grow nor decay can reduce the effort without end: a search that takes long then
- * does not end. */
+/* Vibrations that neither grow nor decay can decrease the effort without end. A long search then finds no
+ * least effort. */
 static bool may_vibrate(const struct realise_work *work) {
     return is_resolved_more(&work->problem) && work->modes.vibrates;
 }
@@ -327,7 +325,7 @@ static bool solve_mesh(struct realise_work *work, double mesh, bool is_refined, 
     }
     meshes->outcome = is_refined ? realise_solve(&work->solution, work->last) : solve_guesses(work, mesh);
     if (is_refined && meshes->outcome == REALISE_FALLING)
-        meshes->outcome = REALISE_SOLVED; /* the effort of the coarse mesh was the least */
+        meshes->outcome = REALISE_SOLVED; /* the coarse mesh has found the least effort */
     if (meshes->outcome != REALISE_SOLVED)
         return false;
     if (meshes->solved == 0)

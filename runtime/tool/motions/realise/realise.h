@@ -140,7 +140,7 @@ struct realise_goal {
 struct realise_step {
     const struct realise_goal *goal;
     double damping; /* of the squares of the scaled changes [1/s] */
-    double *aim;    /* (2 n) residuals of the end that the step before predicted, and a projection restores */
+    double *aim;    /* (2 n) residuals of the end that a step predicts, and the next projection restores */
     bool is_projection; /* to a motion that satisfies the equations, with the least change of forces */
 };
 
@@ -149,9 +149,6 @@ struct realise_step {
 bool realise_effort_solve(const struct realise_motion *motion, const struct realise_interval *intervals,
                           const struct realise_step *step, const struct realise_ends *ends, double *changes,
                           double *values);
-/* The residuals (2 n) of the end. False if the equations fail. */
-bool realise_end_find(const struct realise_motion *motion, const struct realise_goal *goal,
-                      double *residuals);
 /* The residuals (2 n) of the end. False if the equations fail. */
 bool realise_end_find(const struct realise_motion *motion, const struct realise_goal *goal,
                       double *residuals);
@@ -181,14 +178,14 @@ bool realise_rest(struct realise_problem *problem, double t, double step, double
 
 /* ---- The solution (solution.c) ---- */
 
-/* REALISE_FALLING: the effort still becomes smaller after the last correction. */
+/* REALISE_FALLING: the effort still decreases when no further correction is allowed. */
 enum realise_outcome { REALISE_SOLVED, REALISE_STUCK, REALISE_FALLING, REALISE_NOT_FINITE, REALISE_STOPPED };
 
 struct realise_solution {
     struct realise_motion motion;
     int iterations;    /* of Newton's method */
     double correction; /* the last one [m, rad] */
-    int most;          /* of corrections towards the least effort */
+    int most;          /* iterations towards the least effort */
     bool is_refined;   /* the guess is the least effort of a coarser mesh */
 };
 
@@ -199,8 +196,6 @@ void realise_mesh(struct realise_motion *motion, struct realise_problem *problem
 /* Solves from the guess in the motion. `last` (3 n): the coordinates, rates and accelerations that the end
  * comes close to. */
 enum realise_outcome realise_solve(struct realise_solution *solution, const double *last);
-/* With more drives than rows: the motion near the guess that satisfies the equations, whatever its effort. */
-enum realise_outcome realise_project(struct realise_solution *solution, const double *last);
 /* The same motion on a mesh of half the steps, as a guess. */
 void realise_refine(struct realise_motion *fine, const struct realise_motion *coarse);
 /* The state (2 n) and drive forces (drives) of the motion at a time within its mesh. */
@@ -212,7 +207,7 @@ void realise_means(const struct realise_motion *motion, double t, double length,
 
 struct realise_modes {
     int growing, centre, decaying;
-    bool vibrates;           /* a centre mode has a frequency */
+    bool vibrates;           /* a centre mode oscillates */
     double slowest, fastest; /* growth, 0 if nothing grows [1/s] */
     double *cosines;         /* (m - loops) between the programme's rows and the drives, in the metric M^-1 */
     int cosine_count;
@@ -225,18 +220,18 @@ bool realise_modes_find(struct realise_problem *problem, double t, const double 
 
 /* ---- The drive forces of a programme (realise.c) ---- */
 
-/* `--from held` starts at the equilibrium on the programme that the drives hold. The path of the STATE.json
- * of
- * --from, NULL if it is none. */
+/* The path of --from, NULL if it is no STATE.json. `--from held` starts at the equilibrium on the programme
+ * that the drives hold. */
 const char *realise_state_path(const struct options *options);
-/* What a scene needs, in addition to simulate_needs, and opens the scene without the programme, in which the
- * forces are played back. `needs`: how it is compiled. */
+/* What a scene needs in addition to simulate_needs. */
 enum { REALISE_NEEDS = NEEDS_POINT_RATES | NEEDS_DRIVES };
+/* Opens the scene without the programme, in which the forces are played back. `needs`: how it is compiled. */
 enum status realise_open_played(struct scene *played, const struct options *options, unsigned needs);
-/* Refuses a model that has too few drives, or no smooth motion. */
+/* Refuses a model with too few drives or without smooth motions. */
 enum status realise_check_model(const struct scene *scene);
 /* The times for which the drives act before the start and after the end, from the options [s]; 0 where they
- * follow from the growth of modes. `every`: the time between outputs, of which the first is a multiple. */
+ * follow from the growth of modes. `before` is rounded up to a multiple of `every`, the time between outputs.
+ */
 void realise_tails(const struct options *options, double every, double *before, double *after);
 
 /* A programme that drives perform. */
@@ -268,8 +263,8 @@ static inline const struct model *realise_model(const struct realise_work *work)
 enum status realise_find(struct realise_work *work, struct scene *scene, struct scene *played,
                          const struct options *options, const struct refdyn_options *integration);
 
-/* Receives the motion: its table before the first row; then each row, with the drive forces as means over
- * their cells. They return a status of the runtime, or RECORD_NOT_WRITTEN. */
+/* Receives the motion. `begin` has its table before the first row, `put` each row, with the drive forces as
+ * means over their cells. Both return a status of the runtime, or RECORD_NOT_WRITTEN. */
 struct realise_rows {
     const double *times; /* (count) of the rows */
     int count;
@@ -278,7 +273,8 @@ struct realise_rows {
     int (*put)(void *context, struct record_table *table, int number);
 };
 
-/* Shows the motion at the times of the rows. `limits` is started and compared with the rows; may be NULL. */
+/* Passes the motion to `rows` at their times. `limits`, if not NULL, is started and compared with the rows.
+ */
 enum status realise_show(struct realise_work *work, const struct realise_rows *rows,
                          struct record_limits *limits);
 
@@ -289,14 +285,14 @@ struct realise_number {
 };
 
 /* The numbers of the report of a model, in the program's memory; returns how many there are. Without `work`
- * they have names alone. */
+ * they have only names and units. */
 int realise_list_numbers(const struct model *model, const struct realise_work *work,
                          struct realise_number **numbers);
 
 /* ---- The command (realise_command.c) ---- */
 
 extern const struct option_rule realise_rules[];
-/* Reports options that exclude --realise, or need it. */
+/* Reports options that --realise excludes, or that need it. */
 enum status realise_check_options(const struct options *options);
 enum status realise_run(const struct options *options);
 

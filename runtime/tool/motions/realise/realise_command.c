@@ -1,6 +1,6 @@
 /*
- * `refdyn sim --realise`: writes the motion and the drive forces of a programme, the report, and the state
- * from which the forces are played.
+ * `refdyn sim --realise`. In: a model, and the options. Out: the motion and the drive forces of its
+ * programme, the report, and the state from which the forces are played back.
  */
 #include <math.h>
 #include <string.h>
@@ -16,7 +16,8 @@ const struct option_rule realise_rules[] = {
      "modes)",
      NULL, NULL},
     {"after", "T2", OPTION_POSITIVE,
-     "with --realise: time after the end for which they act [s] (default: as before)", NULL, NULL},
+     "with --realise: time after the end for which they act [s] (default: from the growth of modes)", NULL,
+     NULL},
     {"mesh", "H", OPTION_POSITIVE, "with --realise: largest step of the mesh [s] (default: 0.05, or T/20)",
      NULL, NULL},
     {"play", "RUN", OPTION_TEXT,
@@ -45,7 +46,7 @@ static int put(void *context, struct record_table *table, int number) {
     return simulate_row_sink_put(&((struct output *)context)->rows, table) ? REFDYN_OK : RECORD_NOT_WRITTEN;
 }
 
-/* The rows are at the beginnings of the cells, and at the end of the last one. */
+/* Rows are at the beginning of each cell, and at the end of the last. */
 static enum status write_motion(struct realise_work *work, struct output *output) {
     const struct realise_motion *motion = &work->solution.motion;
     double *times = format_allocate_matrix(work->cells + 1, 1);

@@ -11,15 +11,14 @@ enum { ITERATIONS_MOST = 30 };
  * iteration also ends when small corrections no longer become smaller. */
 static const double correction_tol = 1e-11, stagnation_tol = 1e-6, stagnation = 0.3;
 
-/* Least effort: corrections of a projection at most; damping at first [1/s], its changes and its largest
- * value; that of projections, which keep the motion near its place; steps and gains of effort that end the
- * iteration [m, rad; relative].
- */
+/* Least effort: most corrections of a projection; damping at first [1/s], its changes and its largest value;
+ * the damping of projections, which keeps the motion near its place; steps and gains of effort that end the
+ * iteration [m, rad; relative]. */
 enum { PROJECTIONS_MOST = 12 };
 static const double damping_start = 1e-3, damping_after_success = 0.25, damping_after_failure = 8,
                     damping_most = 1e3, damping_of_projection = 10, step_tol = 1e-5,
                     step_with_effort_tol = 1e-3, effort_tol = 1e-10;
-/* A projection has failed if a correction is so many times the one before it. */
+/* A projection has failed if a correction is more than so many times the one before it. */
 static const double divergence = 10;
 
 /* ---- The mesh ---- */
@@ -276,7 +275,8 @@ static enum realise_outcome minimise(struct iteration *iteration) {
         return outcome;
     if (!isfinite(merit))
         return REALISE_STUCK;
-    return step.damping > damping_most ? REALISE_SOLVED : REALISE_FALLING; /* no step reduces the effort */
+    /* The effort is least if even with the largest damping no step decreases it. */
+    return step.damping > damping_most ? REALISE_SOLVED : REALISE_FALLING;
 }
 
 enum realise_outcome realise_solve(struct realise_solution *solution, const double *last) {

@@ -162,7 +162,7 @@ struct job {
 /* `words` ends with NULL. */
 void compile_job_add_word(struct job *job, const char *word);
 void compile_job_add_words(struct job *job, const char *const *words);
-/* Runs one job and returns whether it succeeded; `what` is the notice of a long wait. Reports no failure. */
+/* Runs one job and returns whether it succeeded, without a message. `what` is the notice of a long wait. */
 bool compile_job_succeeds(const struct scratch *scratch, const struct job *job, const char *what);
 /* Runs all jobs, two at a time. After a failure, which is reported with the compiler's output, no new one
  * starts. Returns whether all succeeded. */

@@ -11,7 +11,7 @@ const options = {until: live.until, step: live.step, tol: live.tol, from: "initi
 const runs = [];
 let page = null, clock = null;
 
-/* charts: all of the present motion; baseline: those of the motion before the last change. */
+/* charts: all charts of the present motion; baseline: those of the motion before the last change. */
 const state = {worker: null, asked: 0, answered: 0, motion: null, modes: null, charts: [], baseline: [], changedAt: 0, askedAt: 0, delay: 0, hidden: new Set()};
 const GESTURE = 700; /* changes that follow each other faster are one change: the pale curves stay [ms] */
 

@@ -60,7 +60,7 @@ function makeValue(kind, index, about, makeRange) {
             range: null, makeRange};
 }
 
-/* Shows the ends of the slider, and "log" between them if equal ways are equal factors. */
+/* Shows the ends of the slider, and "log" between them if equal distances are equal factors. */
 function setRange(one, range) {
     const ends = [range.from, range.to].map((end) => withMinus(shortNumber(Number(end.toPrecision(DIGITS))))), isLog = isLogarithmic(range);
     one.range = range;

@@ -133,7 +133,7 @@ function makeChart(chart, parent, runCount, palette) {
     Object.assign(chart, {runCount, palette, previous: [], canvas: document.createElement("canvas"), keys: newElement("p", "keys", "")});
     figure.append(newElement("figcaption", "", chart.title), plot, chart.keys);
     plot.append(chart.canvas);
-    chart.pen = chart.canvas.getContext("2d", {willReadFrequently: true}); /* without the graphics card, which may be software */
+    chart.pen = chart.canvas.getContext("2d", {willReadFrequently: true}); /* drawn by the CPU, since a graphics card may be emulated */
     chart.canvas.setAttribute("role", "img");
     chart.canvas.setAttribute("aria-label", `${chart.title}, ${chart.curves.length} curves`);
     chart.marks = (chart.isPath ? chart.curves : [null]).map(() => newElement("div", chart.isPath ? "dot" : "cursor", ""));
