@@ -20,8 +20,8 @@ static const double gain_least = 1e-3;
 /* The search also ends when the predicted decrease is a smaller part of chi^2: below the error of the motion.
  */
 static const double decrease_part = 1e-9;
-/* The search is stuck if no step decreases chi^2 although the derivatives predict a decrease by more than the
- * first number, one standard error, and by more than the second as part of chi^2. */
+/* The search is stuck if no step decreases chi^2 although the derivatives predict a decrease by more than one
+ * standard error (stuck_least) and by more than this part of chi^2 (stuck_part). */
 static const double stuck_least = 1, stuck_part = 1e-6;
 
 /* A round: the factors of J, and scratch for steps. */
