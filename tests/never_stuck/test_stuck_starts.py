@@ -282,7 +282,7 @@ def test_time_is_kept(tmp_path):
 def test_states_of_other_models_are_refused(tmp_path):
     refdyn("statics", MODELS / "fourbar.lua", "--set", "torque=0", "--way", "downhill", "-o", tmp_path / "state.json")
     done = refdyn("eval", MODELS / "slidercrank.lua", "--state", tmp_path / "state.json", status=1)
-    assert ":2: coordinates[1]: coupler_psi, but the model has rod_psi; use a state of the same model and options" in done.stderr
+    assert ":3: coordinates[1]: coupler_psi, but the model has rod_psi; use a state of the same model and options" in done.stderr
 
 
 def test_misspelt_keys_are_still_found(tmp_path):
