@@ -337,9 +337,15 @@ static enum status run_scene(struct scene *scene, const struct options *options,
 static void take_options(struct options *options, const struct plan_file *file) {
     const char *const names[] = {"from", "method", "hold"}, *const texts[] = {file->from, file->method,
                                                                               file->hold};
+    struct option_origin *origins = format_allocate(3, sizeof *origins);
+    options->origins = origins;
     for (int i = 0; i < 3; i++)
-        if (texts[i] && !options_has(options, names[i]))
+        if (texts[i] && !options_has(options, names[i])) {
+            const struct place place = value_find_field(script_result(file->plain.script), names[i])->place;
             options_set_text(options, names[i], texts[i]);
+            origins[options->origin_count++] =
+                (struct option_origin){names[i], names[i], format_text("%s:%d", place.file, place.line)};
+        }
     const bool has_steps = options_has(options, "tol") || options_has(options, "step");
     if (!has_steps)
         options_set_number(options, "tol", file->tol > 0 ? file->tol : tol_default);
