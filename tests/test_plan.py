@@ -437,6 +437,12 @@ def test_wrong_fields(fields, tmp_path):
     assert result is None and f"{tmp_path / 'plan.lua'}:3: {WRONG[fields]}\n" in said, said
 
 
+@pytest.mark.parametrize("name, fields", [("vary.a_z", "vary = { a_z = rd.within(1, 2) }"), ("for_all.b_z", "vary = { a_z_d = rd.within(1, 2) }, for_all = { b_z = { 1 } }")])
+def test_start_values_that_statics_moves(name, fields, tmp_path):
+    _, said = plan(tmp_path, BALLS, fields + ', t_end = 1, minimise = rd.at_end("a_z"), from = "statics"', status=1)
+    assert said == f"{tmp_path / 'plan.lua'}:3: {name}: statics moves this coordinate; add it to hold\n"
+
+
 @pytest.mark.parametrize("bounds", ["too = 1", 'to = "1"'])
 def test_one_message_for_a_wrong_bound(bounds, tmp_path):
     assert plan(tmp_path, slide(), FREE + f', within = {{ rd.at_end("cart_x", {{ {bounds} }}) }}', status=1)[1].count("\n") == 1

@@ -45,6 +45,14 @@ static void refuse_name(struct plan *plan, struct place place, const char *what,
                   near ? "\"?" : "");
 }
 
+/* Whether the start value has no effect, because statics moves the coordinate. */
+static bool is_moved(const struct refdyn_batch *batch, const struct refdyn_variable *variable) {
+    bool is_held = false;
+    for (int i = 0; i < batch->held_count; i++)
+        is_held = is_held || batch->held[i] == variable->place;
+    return batch->from_statics && variable->what == REFDYN_VARIED_COORDINATE && !is_held;
+}
+
 static void find_variable(struct plan *plan, struct place place, const char *what, const char *name,
                           struct refdyn_variable *variable) {
     const int count = simulate_derivatives_find(plan->scene->model, name, variable);
@@ -53,6 +61,9 @@ static void find_variable(struct plan *plan, struct place place, const char *wha
     else if (count > 1)
         message_error(&plan->file->plain.messages, place,
                       "%s%s: the model uses this name for several values; rename one of them", what, name);
+    else if (is_moved(&plan->batch, variable))
+        message_error(&plan->file->plain.messages, place,
+                      "%s%s: statics moves this coordinate; add it to hold", what, name);
 }
 
 static int value_named(const struct plan *plan, const char *name) {
