@@ -463,6 +463,16 @@ def test_start_is_a_file_beside_the_plan(tmp_path):
     assert plan(tmp_path, slide(), FREE + ', from = "state.json"', status=1)[1] == f"{state}: state: No such file or directory; must be a readable file\n"
 
 
+def test_result_is_no_file_that_the_plan_reads(tmp_path):
+    plan(tmp_path, slide(), FREE)
+    path = tmp_path / "plan.lua"
+    before = path.read_text()
+    for more in (["-o", path], ["-o", tmp_path / "x.json", "--reference", path]):
+        said = refdyn("plan", tmp_path / "model.lua", path, *more, status=1).stderr
+        assert said == f"{path}: output: {path} is the file {path}, which this command also reads or writes; give another name\n"
+    assert path.read_text() == before
+
+
 def test_missing_fields_and_files(tmp_path):
     _, said = plan(tmp_path, slide(), "t_end = 1", status=1)
     place = f"{tmp_path / 'plan.lua'}:2: rd.plan: "

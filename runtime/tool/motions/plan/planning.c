@@ -324,7 +324,6 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     struct motion motion = {.memory = NULL};
     struct inputs inputs = {.path = NULL};
     plan.integration.balance = 0;
-    system_targets_spare(&scene->targets, options->operands[1]);
     enum status status = prepare(&plan, &motion, &inputs);
     if (status == STATUS_DONE)
         status = plan_reference_open(&plan);
