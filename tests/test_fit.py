@@ -400,6 +400,17 @@ def test_file_in_place_of_options(slide, tmp_path):
     assert before["standard_errors"]["c"] > 0
 
 
+def test_result_is_no_file_that_the_fit_reads(slide, tmp_path):
+    data = slide_data(tmp_path / "0.csv", slide_rows(push=1.0))
+    path = lua_file(tmp_path, 'vary = { c = rd.free() }, noise = { a_x = 1e-5 }, data = { "0.csv" },')
+    before = data.read_text(), path.read_text()
+    for out in (data, path):
+        said = refdyn("fit", slide, path, "-o", out, status=1).stderr
+        assert f"{out}: output: {out} is the file {out}, which this command also reads or writes; give another name\n" in said
+    refdyn("fit", slide, data, "--vary", "c", "--noise", "a_x=1e-5", "-o", data, status=1)
+    assert before == (data.read_text(), path.read_text())
+
+
 SENSORS = {"offset": (0.02, "rd.free()"), "gain": (1.1, "rd.within(0.5, 2)"), "delay": (0.0123, "rd.within(0, 0.05)")}
 
 

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from program import REFDYN, refdyn
+from program import MODELS, REFDYN, refdyn
 
 pytestmark = pytest.mark.skipif("NLopt" not in refdyn("--version").stdout, reason="built without NLopt")
 
@@ -196,6 +196,45 @@ def test_manipulator_from_bad_starts(start, tmp_path):
     assert abs(result["objective"] - 1.685992) < 1e-6 and result["evaluations"] <= 400
 
 
+# The tip of the reference manipulator runs along a quarter circle about the column, at constant height above the base, and comes
+# nearer to the column by r on the way. All three drives have limits.
+DRIVES = """local rd = require "refdyn"
+local model = rd.model
+local p = rd.parameters { { "T_move", 1.5, "s" }, { "r", 0.2, "m" } }
+function rd.model(it)
+  it.links[2].limits, it.links[3].limits, it.links[4].limits = { psi = { force = 40 } }, { psi = { force = 75 } }, { z = { force = 14 } }
+  it.forces, it.courses, it.dependent = nil, nil, nil
+  function it.constraints(s)
+    local E, start = s.points.E, s.start.points.E
+    local c, turned = rd.max(rd.min(s.t / p.T_move, 1), 0), rd.pi / 2 * rd.smoothstep(s.t, 0, p.T_move, 5)
+    local reach = rd.parameter("reach", rd.sqrt(start.x^2 + start.y^2), "m") - p.r * 64 * c^3 * (1 - c)^3
+    local height = rd.parameter("height", start.z - s.start.q.base_z, "m")
+    return { rd.position { E.x - reach * rd.cos(turned), alpha = 0, beta = 0 }, rd.position { E.y - reach * rd.sin(turned), alpha = 0, beta = 0 },
+             rd.position { E.z - s.q.base_z - height, alpha = 0, beta = 0 } }
+  end
+  return model(it)
+end
+return require "manipulator"
+"""
+
+
+def test_three_drives_against_a_scan(tmp_path):
+    """From three bad starts, in at most 400 motions; a step of the grid in r costs more than one in time."""
+    write(tmp_path, "manipulator.lua", (MODELS / "manipulator.lua").read_text())
+    sweep = """local rd = require "refdyn"
+return rd.sweep { vary = { T_move = rd.grid(0.6, 3, 100), r = rd.grid(-0.3, 1.2, 100) }, t_end = 3, from = "statics", keep = { limits = true } }"""
+    refdyn("batch", write(tmp_path, "model.lua", DRIVES), write(tmp_path, "sweep.lua", sweep), "--set", "n_rfe=1", "-o", tmp_path / "scan.csv")
+    most = {"column_psi": 40, "arm_psi": 75, "effector_z": 14}
+    within = [float(row["T_move"]) for row in csv.DictReader((tmp_path / "scan.csv").open())
+              if all(-force <= float(row[f"limit_force_{name}_min"]) and float(row[f"limit_force_{name}_max"]) <= force for name, force in most.items())]
+    assert len(within) > 1000
+    for T, r in (0.65, 1.15), (2.95, -0.25), (0.7, -0.28):
+        fields = f'vary = {{ T_move = rd.within(0.6, 3, {T}), r = rd.within(-0.3, 1.2, {r}) }}, t_end = "T_move", from = "statics", minimise = "T_move", starts = 1'
+        result, _ = plan(tmp_path, DRIVES, fields, "--set", "n_rfe=1")
+        assert result["feasible"] and result["evaluations"] <= 400
+        assert 0 <= min(within) - result["objective"] < 0.06 and sum(limit["active"] for limit in result["limits"]) >= 2
+
+
 def test_the_same_plan_again(tmp_path):
     """Bytes do not depend on threads; another seed has other starts."""
     fields = 'vary = { T = rd.within(0.8, 3), r = rd.within(0, 0.8) }, t_end = 3.5, from = "statics", minimise = "T", starts = 30'
@@ -274,6 +313,20 @@ def test_kink_at_the_least_value(more, tmp_path):
     result, _ = plan(tmp_path, BALLS, f'vary = {{ a_z = rd.within(2.6, 7), a_z_d = rd.within(-2, 2, 0.3) }}, t_end = 1, minimise = rd.at_end("a_z"), within = {{}}, starts = 3{more}')
     assert 0 <= result["objective"] < 1e-7 and abs(result["parameters"]["a_z"] + result["parameters"]["a_z_d"] - 9.81 / 2) < 1e-6
     assert result["search"] == ("cobyla" if more else "slsqp")
+
+
+# The values of F and s at creases are best; the cart must go 2 m: 2 = F/m T^2 (2 s - s^2 - 1/2).
+CREASES = [("rd.abs(p.F - 4.2) + 0.1 * (p.s - 0.55)^2", 0.150004, "slsqp"), ("rd.abs(p.F - 4.2) + 0.1 * (p.s - 0.55)^2", 0.150004, "cobyla"),
+           ("rd.abs(p.F - 4.2) + 2 * rd.abs(p.s - 0.55)", 0.1 * math.sqrt(4 / 4.2 / (2 * 0.55 - 0.55**2 - 0.5)), "slsqp")]
+
+
+@pytest.mark.parametrize("crease, exact, search", CREASES)
+def test_creases(crease, exact, search, tmp_path):
+    """COBYLA goes on along a crease, at which its first run ends 30 % above the least value."""
+    model = THRUST.replace("forces = ", f"courses = function(s) return {{ crease = {crease} + 0.1 * p.T }} end,\n  forces = ")
+    result, _ = plan(tmp_path, model, f"""vary = {{ T = rd.within(0.5, 4), F = rd.within(2, 6), s = rd.within(0.3, 0.9) }}, t_end = "T",
+      minimise = rd.at_end("crease"), search = "{search}", within = {{ rd.at_end("cart_x", {{ from = 2 }}) }}""")
+    assert -1e-4 < result["objective"] / exact - 1 < 1e-3 and result["search"] == search
 
 
 def test_cobyla_continues_where_derivatives_do_not_exist(tmp_path):
@@ -361,6 +414,13 @@ WRONG = {
     FREE + ', within = { rd.at_end("cart_x", { from = 2, to = 1 }) }': "within[1]: from 2 is above to 1; must ascend",
     FREE + ", for_all = { T = { 1, 2 } }": "for_all.T: vary has it as well; remove one of them",
     FREE + ", for_all = { m = 2 }": "for_all.m: a number; must be a list of numbers such as { 1.8, 2.2 }",
+    FREE + ", for_all = { m = {} }": "for_all.m: empty; must have at least one number",
+    FREE + ", for_all = { m = { 2, 0/0 } }": "for_all.m[2]: value nan; must be finite",
+    FREE + ', within = { rd.at_end("cart_x", { to = 0/0 }) }': "within[1].to: value nan; must be finite",
+    FREE + ', within = { "cart_x_d", "cart_x_d" }': 'within[2]: "cart_x_d" is given twice; give it once',
+    FREE + ', within = { rd.at_end("cart_x", { to = 1 }), rd.at_end("cart_x", { from = 0 }) }':
+        'within[2]: "cart_x at end" is given twice; give from and to together',
+    FREE + ', hold = { "cart_z" }, from = "statics"': "hold: the model has no coordinate 'cart_z'; the nearest is cart_x",
     FREE + ', search = "mma"': 'search: a text; must be "slsqp" or "cobyla"',
     FREE.replace('t_end = "T"', 't_end = "moving"'): "t_end: the course moving changes during the motion; must depend on parameters alone",
     FREE.replace('t_end = "T"', 't_end = "Tx"'): 't_end: Tx: unknown name; did you mean "T"?',
@@ -375,6 +435,42 @@ WRONG = {
 def test_wrong_fields(fields, tmp_path):
     result, said = plan(tmp_path, slide(), fields, status=1)
     assert result is None and f"{tmp_path / 'plan.lua'}:3: {WRONG[fields]}\n" in said, said
+
+
+@pytest.mark.parametrize("name, fields", [("vary.a_z", "vary = { a_z = rd.within(1, 2) }"), ("for_all.b_z", "vary = { a_z_d = rd.within(1, 2) }, for_all = { b_z = { 1 } }")])
+def test_start_values_that_statics_moves(name, fields, tmp_path):
+    _, said = plan(tmp_path, BALLS, fields + ', t_end = 1, minimise = rd.at_end("a_z"), from = "statics"', status=1)
+    assert said == f"{tmp_path / 'plan.lua'}:3: {name}: statics moves this coordinate; add it to hold\n"
+
+
+@pytest.mark.parametrize("bounds", ["too = 1", 'to = "1"'])
+def test_one_message_for_a_wrong_bound(bounds, tmp_path):
+    assert plan(tmp_path, slide(), FREE + f', within = {{ rd.at_end("cart_x", {{ {bounds} }}) }}', status=1)[1].count("\n") == 1
+
+
+def test_value_that_the_model_refuses(tmp_path):
+    _, said = plan(tmp_path, slide(), FREE + ", for_all = { m = { -3, 2 } }", status=1)
+    line = slide()[:slide().index("mass =")].count("\n") + 1
+    assert said.endswith("no motion reaches its end; the last one fails at t = 0: the model refuses a value of its parameters: "
+                         f"{tmp_path / 'model.lua'}:{line}: links[1].mass: value -3; must be positive\n")
+
+
+def test_start_is_a_file_beside_the_plan(tmp_path):
+    state = write(tmp_path, "state.json", '{"q": [0], "parameters": {"m": 4}}')
+    result, _ = plan(tmp_path, slide(), FREE + ', from = "state.json"')
+    assert abs(result["objective"] / math.sqrt(4 * PEAK[5] / 20) - 1) < 1e-7
+    state.unlink()
+    assert plan(tmp_path, slide(), FREE + ', from = "state.json"', status=1)[1] == f"{state}: state: No such file or directory; must be a readable file\n"
+
+
+def test_result_is_no_file_that_the_plan_reads(tmp_path):
+    plan(tmp_path, slide(), FREE)
+    path = tmp_path / "plan.lua"
+    before = path.read_text()
+    for more in (["-o", path], ["-o", tmp_path / "x.json", "--reference", path]):
+        said = refdyn("plan", tmp_path / "model.lua", path, *more, status=1).stderr
+        assert said == f"{path}: output: {path} is the file {path}, which this command also reads or writes; give another name\n"
+    assert path.read_text() == before
 
 
 def test_missing_fields_and_files(tmp_path):

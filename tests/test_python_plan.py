@@ -50,6 +50,7 @@ def test_measures_cases_and_options(package, arm):
     found = arm.plan(vary={"d": (0.1, 2)}, t_end=1, minimise=package.at_end("cart_x"), within=package.at_end("cart_x", from_=0.3, to=0.5), tol=1e-8)
     assert found.objective == pytest.approx(0.3, abs=1e-7) and found.limits["limit"].values.tolist() == ["cart_x at end"]
     worst = arm.plan(**FAST, for_all={"m": np.array([1.8, 2.2]), "d": [0.9, 1.1]}, within="force_cart_x")
+    assert arm.plan(**FAST, search="cobyla").attrs["search"] == "cobyla"
     assert worst.worst_case == {"d": 1.1, "m": 2.2} and worst.objective == pytest.approx(math.sqrt(2.2 * 1.1 * PEAK[5] / 20), rel=1e-7)
 
 
@@ -68,6 +69,9 @@ def test_contradicting_limits(package, arm):
     ({"vary": {"Tx": (1, 2)}}, ValueError, "vary.Tx: unknown name; did you mean 'T'?"),
     ({"minimise": 3}, TypeError, "minimise: int; must be a name, or made by refdyn.at_end, refdyn.integral or refdyn.largest"),
     ({"for_all": {"m": 3}}, ValueError, "for_all: m: 3; must be a list of numbers"),
+    ({"vary": {"T": (1, math.inf)}}, ValueError, "vary.T: rd.within: a number is not finite; numbers must be finite"),
+    ({"for_all": {"m": [1, math.nan]}}, ValueError, "for_all.m[2]: value nan; must be finite"),
+    ({"search": "mma"}, ValueError, 'search: a text; must be "slsqp" or "cobyla"'),
     ({"within": ["force"]}, ValueError, "within: force is no limit of the model; use one of cart_x_d, force_cart_x"),
     ({"step_maxx": 1}, TypeError, "plan() got an unexpected keyword argument 'step_maxx'; did you mean 'step_max'?"),
 ])

@@ -470,6 +470,8 @@ static enum status open_targets(struct scene *scene, const struct options *optio
         system_targets_spare(targets, state_path);
     if (inputs)
         system_targets_spare(targets, inputs);
+    for (int i = 0; i < options->operand_count; i++)
+        system_targets_spare(targets, options->operands[i]);
     static const char *const read[] = {"play", "parameters"};
     for (int i = 0; i < 2; i++)
         if (options_text(options, read[i]))

@@ -466,8 +466,8 @@ class Model:
         return fitting.Fit(request.renamed(found), self._kinds["parameter"])
 
     def plan(self, *, vary: Mapping[str, Any], t_end: float | str, minimise: str | planning.Measure, within: Any = None, for_all: Mapping[str, Any] | None = None,
-             starts: int | None = None, seed: int | None = None, inputs: Given = None, parameters: Given = None, from_: str = "initial", tol: float | None = None,
-             method: str | None = None, progress: bool = False, **options: Any) -> planning.Plan:
+             search: str | None = None, starts: int | None = None, seed: int | None = None, inputs: Given = None, parameters: Given = None,
+             from_: str = "initial", tol: float | None = None, method: str | None = None, progress: bool = False, **options: Any) -> planning.Plan:
         """Finds values of a motion that minimise an objective and keep limits of the model at all times.
 
         vary        by name: (from, to) or (from, to, start) of parameters, inputs or start values
@@ -475,6 +475,7 @@ class Model:
         minimise    a name of `vary`, or `refdyn.at_end(column)`, `refdyn.integral(column)`, `refdyn.largest(column)`
         within      limits of the model by name, and `refdyn.at_end(column, from_=..., to=...)`; default: all limits of the model
         for_all     lists of values by name: the limits must hold for each combination
+        search      "slsqp" (default), or "cobyla", which needs no derivatives but more motions
         starts, seed   number of motions in the scan, and where its sequence begins
         options     further options of `refdyn plan`: step, step_max, stabilise, singular, start, hold, release, way, lanes
 
@@ -483,7 +484,7 @@ class Model:
         check_place("from_", from_, [])
         values = {**self._values("parameter", parameters), **self._values("input", by_order("input", inputs, self.inputs))}
         with program.private_folder() as folder:
-            path = planning.write(folder, vary, t_end, minimise, within, for_all, starts, seed)
+            path = planning.write(folder, vary, t_end, minimise, within, for_all, search, starts, seed)
             out = os.path.join(folder, "result.json")
             given = {"from": from_, "tol": tol, "method": method, "output": out, **program.further(options, self.plan, program.OF_FIT)}
             try:

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -31,7 +32,7 @@ class Measure:
     bounds: tuple[tuple[str, float], ...] = ()
 
     def text(self) -> str:
-        bounds = ", ".join(f"{name} = {text_of(name, value)}" for name, value in self.bounds)
+        bounds = ", ".join(f"{name} = {number_text(name, value)}" for name, value in self.bounds)
         return f"rd.{self.kind}({lua_text(self.column)}{f', {{ {bounds} }}' if bounds else ''})"
 
 
@@ -109,10 +110,16 @@ def numbers(values: Sequence[float | None]) -> np.ndarray:
 
 # ---- The file PLAN.lua of a call ----
 
+def number_text(name: str, value: Any) -> str:
+    """A number of the file. Lua has no words for NaN and infinity, which the program refuses with the name of the field."""
+    number = one_real(name, value)
+    return text_of(name, number) if math.isfinite(number) else "0/0" if math.isnan(number) else f"{math.copysign(1, number):.0f}/0"
+
+
 def range_text(name: str, value: Any) -> str:
     if isinstance(value, str) or np.ndim(value) != 1 or np.size(value) not in (2, 3):
         raise ValueError(f"vary: {name}: {value!r}; {RANGE}")
-    return f"rd.within({', '.join(text_of(name, one_real(name, number)) for number in value)})"
+    return f"rd.within({', '.join(number_text(name, number) for number in value)})"
 
 
 def named(argument: str, value: Any, form: str) -> Mapping[str, Any]:
@@ -132,21 +139,23 @@ def measure_text(argument: str, value: Any) -> str:
 def cases_text(name: str, values: Any) -> str:
     if np.ndim(values) != 1:
         raise ValueError(f"for_all: {name}: {values!r}; must be a list of numbers")
-    return f"{{ {', '.join(text_of(name, one_real(name, value)) for value in values)} }}"
+    return f"{{ {', '.join(number_text(name, value) for value in values)} }}"
 
 
-def write(folder: str, vary: Any, t_end: Any, minimise: Any, within: Any, for_all: Any, starts: int | None, seed: int | None) -> str:
+def write(folder: str, vary: Any, t_end: Any, minimise: Any, within: Any, for_all: Any, search: str | None, starts: int | None, seed: int | None) -> str:
     """Writes a PLAN.lua; returns its path."""
     ranges = named("vary", vary, "{'T': (0.5, 2)}")
     fields = [f"vary = {{ {', '.join(entry(name, range_text(name, value)) for name, value in ranges.items())} }}",
-              f"t_end = {lua_text(t_end) if isinstance(t_end, str) else text_of('t_end', one_real('t_end', t_end))}", f"minimise = {measure_text('minimise', minimise)}"]
+              f"t_end = {lua_text(t_end) if isinstance(t_end, str) else number_text('t_end', t_end)}", f"minimise = {measure_text('minimise', minimise)}"]
     if within is not None:
         limits = [within] if isinstance(within, (str, Measure)) else list(within)
         fields.append(f"within = {{ {', '.join(measure_text('within', limit) for limit in limits)} }}")
     if for_all is not None:
         cases = named("for_all", for_all, "{'m_E': [1.8, 2.2]}")
         fields.append(f"for_all = {{ {', '.join(entry(name, cases_text(name, values)) for name, values in cases.items())} }}")
-    fields += [f"{name} = {text_of(name, value)}" for name, value in (("starts", starts), ("seed", seed)) if value is not None]
+    if search is not None:
+        fields.append(f"search = {lua_text(search)}")
+    fields += [f"{name} = {number_text(name, value)}" for name, value in (("starts", starts), ("seed", seed)) if value is not None]
     path = os.path.join(folder, "plan.lua")
     with open(path, "w", encoding="utf-8") as file:
         file.write('local rd = require "refdyn"\nreturn rd.plan {\n' + "".join(f"  {field},\n" for field in fields) + "}\n")

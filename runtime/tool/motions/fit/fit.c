@@ -140,10 +140,9 @@ static enum status run_scene(struct scene *scene, const struct options *options,
                              const struct refdyn_options *integration, void *context) {
     const struct fit_request *request = context;
     struct fit fit = {.options = options, .scene = scene, .integration = *integration, .request = *request};
-    for (int i = 1; i < options->operand_count; i++)
-        system_targets_spare(&scene->targets, options->operands[i]);
-    for (int i = 0; i < request->data_count; i++)
-        system_targets_spare(&scene->targets, request->data[i].path);
+    for (int i = 0; i < request->data_count; i++) /* those of FIT.lua, too */
+        if (!system_targets_spare(&scene->targets, request->data[i].path))
+            return STATUS_FAULT;
     enum status status = prepare(&fit);
     if (status == STATUS_DONE)
         status = find(&fit);

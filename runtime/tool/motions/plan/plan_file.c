@@ -15,6 +15,16 @@ static void read_whole(const struct plain_file *file, const struct value *value,
         *(double *)target = value->number;
 }
 
+static bool read_finite(const struct plain_file *file, const struct value *value, const char *path,
+                        double *target) {
+    if (!plain_is_number(file, value, path))
+        return false;
+    *target = value->number;
+    if (!isfinite(value->number))
+        plain_refuse_number(file, value, path, "finite");
+    return isfinite(value->number);
+}
+
 /* ---- What varies ---- */
 
 static void read_range(const struct plain_file *file, const struct value *value, const char *path,
@@ -44,17 +54,16 @@ static void read_vary(const struct plain_file *file, const struct value *value, 
 
 static void read_cases(const struct plain_file *file, const struct value *value, const char *path,
                        struct plan_varied *into) {
-    if (!plain_is_list(value) || value->item_count == 0) {
+    if (!plain_is_list(value)) {
         plain_refuse(file, value, path, "a list of numbers such as { 1.8, 2.2 }");
         return;
     }
-    into->list = memory_get(file->check.memory, (size_t)value->item_count * sizeof *into->list);
+    if (value->item_count == 0)
+        message_error(file->check.messages, value->place, "%s: empty; must have at least one number", path);
+    into->list = memory_get(file->check.memory, ((size_t)value->item_count + 1) * sizeof *into->list);
     into->count = value->item_count;
-    for (int i = 0; i < value->item_count; i++) {
-        const struct value *item = &value->items[i];
-        into->list[i] = item->number;
-        plain_is_number(file, item, fields_path_item(&file->check, path, i));
-    }
+    for (int i = 0; i < value->item_count; i++)
+        read_finite(file, &value->items[i], fields_path_item(&file->check, path, i), &into->list[i]);
 }
 
 static void read_for_all(const struct plain_file *file, const struct value *value, const char *path,
@@ -115,6 +124,7 @@ static void read_bounds(const struct plain_file *file, const struct value *value
                         struct plan_limit *limit) {
     static const char *const names[] = {"from", "to"};
     double *const targets[] = {&limit->from, &limit->to};
+    bool is_good = true;
     for (int i = 0; i < value->field_count; i++) {
         const struct value *entry = &value->fields[i].value;
         const char *own = fields_path_name(&file->check, path, value->fields[i].name);
@@ -122,9 +132,10 @@ static void read_bounds(const struct plain_file *file, const struct value *value
         if (place < 0)
             fields_refuse_name(&file->check, entry->place, own, "unknown field", value->fields[i].name, names,
                                2);
-        else if (plain_is_number(file, entry, own))
-            *targets[place] = entry->number;
+        is_good = place >= 0 && read_finite(file, entry, own, targets[place]) && is_good;
     }
+    if (!is_good)
+        return;
     if (isinf(limit->from) && isinf(limit->to))
         message_error(file->check.messages, value->place, "%s: no bound; must have from or to", path);
     else if (!(limit->from <= limit->to))
@@ -150,6 +161,19 @@ static void read_limit(const struct plain_file *file, const struct value *value,
     }
 }
 
+/* The result has one entry of each name, and two equal limits would share their multiplier. */
+static void refuse_twins(const struct plain_file *file, const struct plan_file *plan, const char *path) {
+    for (int i = 1; i < plan->limit_count; i++)
+        for (int k = 0; k < i; k++)
+            if (plan->limits[i].name && plan->limits[k].name &&
+                strcmp(plan->limits[i].name, plan->limits[k].name) == 0) {
+                message_error(file->check.messages, plan->limits[i].place, "%s: \"%s\" is given twice; %s",
+                              fields_path_item(&file->check, path, i), plan->limits[i].name,
+                              plan->limits[i].is_at_end ? "give from and to together" : "give it once");
+                break;
+            }
+}
+
 static void read_limits(const struct plain_file *file, const struct value *value, const char *path,
                         void *target) {
     struct plan_file *plan = target;
@@ -160,6 +184,7 @@ static void read_limits(const struct plain_file *file, const struct value *value
     plan->limit_count = value->item_count;
     for (int i = 0; i < value->item_count; i++)
         read_limit(file, &value->items[i], fields_path_item(&file->check, path, i), &plan->limits[i]);
+    refuse_twins(file, plan, path);
 }
 
 static void read_search(const struct plain_file *file, const struct value *value, const char *path,
@@ -171,6 +196,17 @@ static void read_search(const struct plain_file *file, const struct value *value
     *(bool *)target = found == 1;
 }
 
+/* A path is relative to the folder of PLAN.lua. */
+static void read_from(const struct plain_file *file, const struct value *value, const char *path,
+                      void *target) {
+    const char *from = NULL, *slash = strrchr(file->path, '/');
+    plain_read_text(file, value, path, &from);
+    const bool is_beside = options_state_path(from) && *from != '/' && slash;
+    *(const char **)target = is_beside ? memory_format(file->check.memory, "%.*s%s",
+                                                       (int)(slash + 1 - file->path), file->path, from)
+                                       : from;
+}
+
 /* ---- The plan ---- */
 
 #define AT(field) offsetof(struct plan_file, field)
@@ -178,7 +214,7 @@ static void read_search(const struct plain_file *file, const struct value *value
 static const struct plain_field plan_fields[] = {
     {"vary", read_vary, 0},
     {"t_end", read_end, 0},
-    {"from", plain_read_text, AT(from)},
+    {"from", read_from, AT(from)},
     {"hold", plain_read_joined, AT(hold)},
     {"method", plain_read_text, AT(method)},
     {"tol", plain_read_positive, AT(tol)},

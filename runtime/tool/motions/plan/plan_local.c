@@ -368,7 +368,8 @@ static bool is_held(const struct problem *problem, const double *x) {
 
 /* Rounds until the best point within the limits is as good as the best one overall: with growing margins, and
  * with a smaller radius after a run that lost its way. Near the least value of a limit, such as a vibration,
- * SLSQP believes in far too long steps. */
+ * SLSQP believes in far too long steps. At a kink the simplex of COBYLA becomes flat: its runs begin again
+ * while they gain something. */
 static void run_rounds(struct problem *problem) {
     struct plan *plan = problem->plan;
     struct plan_point *point = problem->point;
@@ -381,6 +382,7 @@ static void run_rounds(struct problem *problem) {
             return;
         problem->radius = radius;
         memcpy(start, point->x, bytes);
+        const double before = plan_objective(plan, point);
         const bool has_converged =
             run(problem, has_several_objectives(plan) ? MINIMISE_LARGEST_OBJECTIVE : MINIMISE_OBJECTIVE);
         const bool is_kept =
@@ -390,7 +392,8 @@ static void run_rounds(struct problem *problem) {
             radius *= radius_falls;
         else if (is_held(problem, start))
             radius = fmin(radius * radius_grows, 1);
-        else if (is_kept)
+        else if (is_kept && !(problem->is_by_cobyla &&
+                              plan_objective(plan, point) < before - round_gain * problem->objective_size))
             return;
         if (!is_kept)
             problem->margin = problem->margin > 0 ? margin_grows * problem->margin : margin_first;

@@ -54,8 +54,7 @@ double plan_value_at(const struct plan *plan, int value, const double *x) {
 
 /* ---- Batches ---- */
 
-/* Sets the parameters and inputs of the scene to those of a motion. */
-static void set_values(const struct plan *plan, const struct motions *motions, int number) {
+void plan_set_values(const struct plan *plan, const struct motions *motions, int number) {
     struct refdyn_workspace *work = &plan->scene->work;
     for (int k = 0; k < motions->batch.column_count; k++) {
         const struct refdyn_batch_column *column = &motions->columns[k];
@@ -109,7 +108,7 @@ void plan_describe(const struct plan *plan, const double *x, int points, struct 
     motions->batch.columns = motions->columns;
     motions->batch.ends = motions->ends;
     for (int i = 0; i < total; i++) {
-        set_values(plan, motions, i);
+        plan_set_values(plan, motions, i);
         motions->ends[i] = plan_end(plan);
     }
 }

@@ -187,9 +187,10 @@ enum status plan_report(struct plan *plan, struct plan_result *result) {
         if (system_interrupted)
             fprintf(stderr, "refdyn: %s: interrupted before the first result\n", plan->scene->model->name);
         else
-            fprintf(stderr, "refdyn: %s: no motion reaches its end; the last one fails at t = %.6g: %s\n",
-                    plan->scene->model->name, plan->failed.t, refdyn_status_text(plan->failed.status));
-        return STATUS_NUMBERS;
+            fprintf(stderr, "refdyn: %s: no motion reaches its end; the last one fails at t = %.6g: %s%s%s\n",
+                    plan->scene->model->name, plan->failed.t, refdyn_status_text(plan->failed.status),
+                    *plan->failed.refused ? ": " : "", plan->failed.refused);
+        return *plan->failed.refused ? STATUS_FAULT : STATUS_NUMBERS;
     }
     plan_point_differentiate(plan, &result->best);
     if (plan_is_feasible(plan, &result->best))

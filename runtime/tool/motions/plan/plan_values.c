@@ -188,8 +188,9 @@ bool plan_is_feasible(const struct plan *plan, const struct plan_point *point) {
 struct scan {
     struct plan *plan;
     const struct motions *motions;
-    double *objectives, *excesses; /* by number of the motion */
-    double *values;                /* (rooms x signals) */
+    double *objectives, *excesses;       /* by number of the motion */
+    double *values;                      /* (rooms x signals) */
+    struct refdyn_batch_result *results; /* by number of the motion */
 };
 
 static int see_output(void *context, const struct refdyn_batch_case *one, int number) {
@@ -220,6 +221,7 @@ static int see_output(void *context, const struct refdyn_batch_case *one, int nu
 static int see_end(void *context, const struct refdyn_batch_case *one,
                    const struct refdyn_batch_result *result) {
     struct scan *scan = context;
+    scan->results[one->number] = *result;
     if (result->status)
         scan->excesses[one->number] = INFINITY;
     return 0;
@@ -241,6 +243,21 @@ static void join_cases(const struct plan *plan, const double *of_motions, int po
     }
 }
 
+/* Keeps the reason of the last failure, for the case that no motion reaches its end. */
+static void note_failures(struct plan *plan, const struct scan *scan, int count) {
+    struct refdyn_workspace *work = &plan->scene->work;
+    int last = count - 1;
+    while (last >= 0 && scan->results[last].status == REFDYN_OK)
+        last--;
+    if (last < 0)
+        return;
+    plan->failed.status = scan->results[last].status;
+    plan->failed.t = scan->results[last].t;
+    plan_set_values(plan, scan->motions, last);
+    if (refdyn_check_parameters(work) == REFDYN_REFUSED)
+        scene_refused_fact(plan->scene, work, plan->failed.refused);
+}
+
 void plan_scan(struct plan *plan, const double *x, int points, double *objectives, double *excesses) {
     const struct memory_mark mark = memory_mark(&format_memory);
     const int total = points * plan->case_count;
@@ -252,8 +269,10 @@ void plan_scan(struct plan *plan, const double *x, int points, double *objective
     scan.objectives = memory_scratch(&format_memory, (size_t)total * sizeof(double));
     scan.excesses = memory_scratch(&format_memory, (size_t)total * sizeof(double));
     scan.values = memory_scratch(&format_memory, (rooms * (size_t)plan->signal_count + 1) * sizeof(double));
+    scan.results = memory_scratch(&format_memory, (size_t)total * sizeof *scan.results);
     for (int i = 0; i < total; i++) {
         scan.excesses[i] = -INFINITY;
+        scan.results[i] = (struct refdyn_batch_result){.status = REFDYN_OK};
         scan.objectives[i] =
             plan->file->measure == PLAN_PARAMETER
                 ? plan_value_at(plan, plan->objective, x + i / plan->case_count * plan->count)
@@ -270,6 +289,7 @@ void plan_scan(struct plan *plan, const double *x, int points, double *objective
     motions.batch.stop = is_stopped;
     plan->motions += total;
     const int status = refdyn_batch_run(&motions.batch, NULL);
+    note_failures(plan, &scan, total);
     join_cases(plan, scan.objectives, points, objectives);
     join_cases(plan, scan.excesses, points, excesses);
     for (int i = 0; i < points && (status || system_interrupted); i++)

@@ -45,6 +45,14 @@ static void refuse_name(struct plan *plan, struct place place, const char *what,
                   near ? "\"?" : "");
 }
 
+/* Whether the start value has no effect, because statics moves the coordinate. */
+static bool is_moved(const struct refdyn_batch *batch, const struct refdyn_variable *variable) {
+    bool is_held = false;
+    for (int i = 0; i < batch->held_count; i++)
+        is_held = is_held || batch->held[i] == variable->place;
+    return batch->from_statics && variable->what == REFDYN_VARIED_COORDINATE && !is_held;
+}
+
 static void find_variable(struct plan *plan, struct place place, const char *what, const char *name,
                           struct refdyn_variable *variable) {
     const int count = simulate_derivatives_find(plan->scene->model, name, variable);
@@ -53,6 +61,9 @@ static void find_variable(struct plan *plan, struct place place, const char *wha
     else if (count > 1)
         message_error(&plan->file->plain.messages, place,
                       "%s%s: the model uses this name for several values; rename one of them", what, name);
+    else if (is_moved(&plan->batch, variable))
+        message_error(&plan->file->plain.messages, place,
+                      "%s%s: statics moves this coordinate; add it to hold", what, name);
 }
 
 static int value_named(const struct plan *plan, const char *name) {
@@ -313,7 +324,6 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     struct motion motion = {.memory = NULL};
     struct inputs inputs = {.path = NULL};
     plan.integration.balance = 0;
-    system_targets_spare(&scene->targets, options->operands[1]);
     enum status status = prepare(&plan, &motion, &inputs);
     if (status == STATUS_DONE)
         status = plan_reference_open(&plan);
@@ -337,9 +347,15 @@ static enum status run_scene(struct scene *scene, const struct options *options,
 static void take_options(struct options *options, const struct plan_file *file) {
     const char *const names[] = {"from", "method", "hold"}, *const texts[] = {file->from, file->method,
                                                                               file->hold};
+    struct option_origin *origins = format_allocate(3, sizeof *origins);
+    options->origins = origins;
     for (int i = 0; i < 3; i++)
-        if (texts[i] && !options_has(options, names[i]))
+        if (texts[i] && !options_has(options, names[i])) {
+            const struct place place = value_find_field(script_result(file->plain.script), names[i])->place;
             options_set_text(options, names[i], texts[i]);
+            origins[options->origin_count++] =
+                (struct option_origin){names[i], names[i], format_text("%s:%d", place.file, place.line)};
+        }
     const bool has_steps = options_has(options, "tol") || options_has(options, "step");
     if (!has_steps)
         options_set_number(options, "tol", file->tol > 0 ? file->tol : tol_default);

@@ -117,9 +117,10 @@ struct plan {
     long lost;             /* derivatives that do not exist */
     bool has_changed_over; /* from SLSQP to COBYLA, in some search */
     struct {
-        int status; /* of the runtime */
-        double t;   /* time reached [s] */
-    } failed;       /* of the last motion that failed */
+        int status;                   /* of the runtime */
+        double t;                     /* time reached [s] */
+        char refused[REFUSED_LENGTH]; /* the parameter value that the model refuses, "" if there is none */
+    } failed;                         /* of the last motion that failed */
     struct progress progress;
     struct target *reference; /* NULL: none */
     double *resumed;          /* (count) x of an earlier result; NULL: none */
@@ -174,6 +175,8 @@ int plan_break_count(const struct plan *plan);
 /* Describes the motions at x (points x count), in scratch memory. Outputs are the caller's. The scene has the
  * values of the last one then. */
 void plan_describe(const struct plan *plan, const double *x, int points, struct motions *motions);
+/* Sets the parameters and inputs of the scene to those of a motion. */
+void plan_set_values(const struct plan *plan, const struct motions *motions, int number);
 /* The end of a motion with the values of the scene [s]. */
 double plan_end(const struct plan *plan);
 /* Sets the scene to the start of a case's motion. Returns a status of the runtime. */

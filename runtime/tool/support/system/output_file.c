@@ -221,10 +221,14 @@ struct target *system_target_open(struct targets *targets, const char *path) {
     return NULL;
 }
 
-void system_targets_spare(struct targets *targets, const char *path) {
+bool system_targets_spare(struct targets *targets, const char *path) {
+    bool is_apart = true;
     targets->spared = memory_room(&format_memory, targets->spared, targets->spared_count,
                                   &targets->spared_room, sizeof *targets->spared);
     targets->spared[targets->spared_count++] = format_text("%s", path);
+    for (const struct target *target = targets->first; target && is_apart; target = target->next)
+        is_apart = !target->path || check_apart(targets, target, target->path);
+    return is_apart;
 }
 
 /* Called when a signal ends the program. */

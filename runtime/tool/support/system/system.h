@@ -65,8 +65,9 @@ struct targets {
     struct undo undo; /* for these folders */
 };
 
-/* Declares a file that the command reads: no target may be this file. */
-void system_targets_spare(struct targets *targets, const char *path);
+/* Declares a file that the command reads: no target may be this file. Returns false if an open one is, which
+ * it reports; targets that are opened later fail then. */
+bool system_targets_spare(struct targets *targets, const char *path);
 /* Makes a folder for targets; reports on stderr if it cannot. */
 bool system_targets_make_folder(struct targets *targets, const char *path);
 /* Opens a target; path NULL is stdout. Returns NULL and reports on stderr if it cannot be written. */
