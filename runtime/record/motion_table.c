@@ -229,7 +229,7 @@ static void put_values(struct record_table *table, const double *values, int cou
         put_value(table, values[i]);
 }
 
-/* rdd = C qdd + d */
+/* rdd += C qdd, where rdd is d before */
 static void add_accelerations(const struct refdyn_integrator *integrator, const double *C, double *rdd,
                               int rows) {
     int n = integrator->work->n;
@@ -243,13 +243,10 @@ static void put_points(struct record_table *table) {
     const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_model *model = work->model;
     int rows = 3 * model->point_count;
-    double *r = table->scratch, *rd = r + rows, *rdd = rd + rows, *C = rdd + rows;
+    double *r = table->scratch, *rd = r + rows, *C = rd + rows, *rdd = C + rows * work->n;
     if (rows == 0)
         return;
-    model->r(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, r);
-    model->rd(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, rd);
-    model->d(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, rdd);
-    model->C(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, C);
+    model->point_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, r);
     add_accelerations(integrator, C, rdd, rows);
     for (int point = 0; point < model->point_count; point++) {
         put_values(table, r + 3 * point, 3);
