@@ -957,15 +957,12 @@ def test_threads_have_models_of_their_own(package):
         assert inertia == 0.25 * mass and abs(20 * rest + 0.5 * mass * 9.81 * np.cos(rest)) < 1e-9
 
 
-def test_the_lock_is_let_go(arm):
-    """Other threads run while C computes: the main thread wakes often during one long call."""
-    q, qd = (np.repeat(array, 60000, axis=0) for array in states(arm, 1))
-    arm.qdd(q[:2], qd[:2])
-    compiled, function = arm.qdd._with_lanes()
-    out, done, wakes = np.empty(q.shape), threading.Event(), 0
+def wakes_during(call):
+    """How often the main thread wakes while another one makes this call."""
+    done, wakes = threading.Event(), 0
 
     def work():
-        function.many(len(q), q, qd, np.zeros(1), out, compiled.p, compiled.x)
+        call()
         done.set()
 
     thread = threading.Thread(target=work)
@@ -974,7 +971,16 @@ def test_the_lock_is_let_go(arm):
         time.sleep(1e-4)
         wakes += 1
     thread.join()
-    assert wakes >= 5
+    return wakes
+
+
+def test_the_lock_is_let_go(arm):
+    """Other threads run while C computes: the main thread wakes often during one long call, unless other programs have all processors."""
+    q, qd = (np.repeat(array, 60000, axis=0) for array in states(arm, 1))
+    arm.qdd(q[:2], qd[:2])
+    compiled, function = arm.qdd._with_lanes()
+    out = np.empty(q.shape)
+    assert any(wakes_during(lambda: function.many(len(q), q, qd, np.zeros(1), out, compiled.p, compiled.x)) >= 5 for _ in range(50))
 
 
 # ---- The page and the notebook ----
