@@ -454,7 +454,7 @@ def test_summary(tmp_path):
     import json
     batch(tmp_path, SWEEP, "--summary", tmp_path / "s.json")
     summary = json.loads((tmp_path / "s.json").read_text())
-    assert set(summary) == {"cases", "failed", "wall_s", "cpu_s", "cases_per_s", "lanes", "threads"}
+    assert set(summary) == {"refdyn", "cases", "failed", "wall_s", "cpu_s", "cases_per_s", "lanes", "threads"}
     assert summary["cases"] == CASES and summary["failed"] == 0
 
 
