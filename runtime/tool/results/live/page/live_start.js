@@ -12,7 +12,7 @@ const runs = [];
 let page = null, clock = null;
 
 /* charts: all charts of the present motion; baseline: those of the motion before the last change. */
-const state = {worker: null, asked: 0, answered: 0, motion: null, modes: null, charts: [], baseline: [], changedAt: 0, askedAt: 0, delay: 0, hidden: new Set()};
+const state = {worker: null, asked: 0, answered: 0, motion: null, modes: null, charts: [], baseline: [], changedAt: -Infinity, askedAt: 0, delay: 0, hidden: new Set()};
 const GESTURE = 700; /* changes that follow each other faster are one change: the pale curves stay [ms] */
 
 /* ---- From a motion to a run ---- */
