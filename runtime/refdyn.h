@@ -144,15 +144,16 @@ struct refdyn_workspace {
     double consistency_tol; /**< allowed contradiction of redundant rows, relative to their largest term;
                                default DBL_EPSILON^(1/4) */
 
-    double *equations; /**< results of refdyn_equations: M f u v phi psi k, contiguous in this order */
-    double *M;         /**< (n x n) mass matrix [kg, kg m, kg m^2] */
-    double *f;         /**< (n) h + Q [N, N m] */
-    double *u;         /**< (m x n) row coefficients */
-    double *v;         /**< (m) u qdd + v = 0 */
-    double *phi;       /**< (m) residual of position rows, 0 for the others */
-    double *psi;       /**< (m) velocity-level residual, 0 for acceleration rows */
-    double *k;         /**< (m) stabilised right side */
-    long evaluations;  /**< number of evaluations of equations or accelerations since init */
+    double *equations;    /**< results of refdyn_equations: M f u v phi psi k, contiguous in this order */
+    double *M;            /**< (n x n) mass matrix [kg, kg m, kg m^2] */
+    double *f;            /**< (n) h + Q [N, N m] */
+    double *u;            /**< (m x n) row coefficients */
+    double *v;            /**< (m) u qdd + v = 0 */
+    double *phi;          /**< (m) residual of position rows, 0 for the others */
+    double *psi;          /**< (m) velocity-level residual, 0 for acceleration rows */
+    double *k;            /**< (m) stabilised right side */
+    long evaluations;     /**< number of evaluations of equations or accelerations since init */
+    long row_evaluations; /**< number of times that u v phi psi k have been written since init */
 
     struct refdyn_partition partition; /**< result of refdyn_solve */
     struct refdyn_fault fault;         /**< of the last call that failed */

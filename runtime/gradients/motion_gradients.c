@@ -64,8 +64,10 @@ struct run {
     double *q;          /* (rows x n) positions of the motion */
     double *times;      /* (rows) of its outputs [s] */
     int *is_near;       /* (rows) an event is at this output */
-    int needs_base;
-    double *base; /* (rows x width) values of a copy without a change */
+    int has_near;
+    int needs_base; /* differences need a copy without a change, which repeats the steps of the other copies
+                     */
+    double *base;   /* (rows x width) values without a change: of this copy, or of the motion */
     int has_base;
 
     struct difference differences[BLOCK];
@@ -116,8 +118,10 @@ static int see_motion(void *context, const struct refdyn_batch_case *one, int nu
         keep_start(run, one->integrator);
     keep_positions(one->integrator, run->q + (size_t)number * (size_t)run->n);
     run->times[number] = one->integrator->t;
+    const size_t width = (size_t)run->width, at = (size_t)number * width;
+    write_values(run->given, one, run->base + at);
     if (run->given->at)
-        write_values(run->given, one, run->given->at + (size_t)number * (size_t)run->width);
+        memcpy(run->given->at + at, run->base + at, width * sizeof(double));
     run->given->outputs = number + 1;
     return 0;
 }
@@ -220,7 +224,7 @@ static void find_near(struct run *run) {
         }
     }
     for (int i = 1; i <= last; i++)
-        run->needs_base |= run->is_near[i];
+        run->has_near |= run->is_near[i];
 }
 
 /* ---- Changes of values ---- */
@@ -312,6 +316,7 @@ static int run_open(struct run *run) {
     for (int i = 0; i < run->count; i++)
         for (int side = 0; side < SIDES && run->differences[i].is_open; side++)
             numbers[count++] = SIDES * i + side;
+    run->needs_base |= run->has_near && run->recorded.has_other_steps;
     for (int i = 0; i < run->count; i++)
         run->needs_base |= run->differences[i].is_open && run->differences[i].form == ONE_SIDED;
     if (run->needs_base && !run->has_base)

@@ -165,18 +165,21 @@ static int leads_to_event(const struct refdyn_pattern *pattern, int i) {
 }
 
 /* Two steps to an event become equally long if the second one is shorter. */
-static void share_way(const struct refdyn_pattern *pattern, int i) {
+static void share_way(struct recorded_steps *recorded, int i) {
+    const struct refdyn_pattern *pattern = &recorded->pattern;
     struct refdyn_repeated_step *before = &pattern->steps[i - 1], *last = &pattern->steps[i];
     const double begin = i > 1 ? pattern->steps[i - 2].t : pattern->waypoints[0].t;
-    if (before->waypoint < 0 && before->method == last->method && last->t - before->t < before->t - begin)
-        before->t = begin + (last->t - begin) / 2;
+    if (before->waypoint >= 0 || before->method != last->method || last->t - before->t >= before->t - begin)
+        return;
+    before->t = begin + (last->t - begin) / 2;
+    recorded->has_other_steps = 1;
 }
 
 int refdyn_recorded_end(struct recorded_steps *recorded) {
     const struct refdyn_pattern *pattern = &recorded->pattern;
     for (int i = 1; i < pattern->step_count && !recorded->status; i++)
         if (leads_to_event(pattern, i))
-            share_way(pattern, i);
+            share_way(recorded, i);
     return recorded->status;
 }
 
@@ -187,6 +190,7 @@ int refdyn_recorded_refine(struct recorded_steps *recorded) {
     double begin = pattern->waypoints[0].t;
     if (!steps)
         return REFDYN_BAD_MEMORY;
+    recorded->has_other_steps = 1;
     pattern->step_count = 0;
     for (int i = 0; i < count; i++) {
         const struct refdyn_repeated_step *whole = &pattern->steps[i];

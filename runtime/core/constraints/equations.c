@@ -23,6 +23,7 @@ static void call(refdyn_function *function, const struct refdyn_workspace *work,
 /* u, v, phi, psi and k; quantities that the model lacks stay 0. */
 static void call_rows(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     const struct refdyn_model *model = work->model;
+    work->row_evaluations++;
     if (model->row_terms) {
         model->row_terms(work->p, work->x, t, q, qd, work->u);
         return;
@@ -74,9 +75,10 @@ int refdyn_fault_not_finite(struct refdyn_workspace *work) {
 
 int refdyn_equations(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     work->evaluations++;
-    if (work->model->equations)
+    if (work->model->equations) {
+        work->row_evaluations++;
         work->model->equations(work->p, work->x, t, q, qd, work->equations);
-    else
+    } else
         call_each(work, t, q, qd);
     if (refdyn_is_finite(work->f, work->n) && refdyn_is_finite(work->v, 4 * work->m))
         return REFDYN_OK;

@@ -87,6 +87,11 @@ struct refdyn_step {
     /* state_new has been projected onto the programme already: row met_row had the largest residual, `side`
      * is the state before, row terms and rates_new are evaluated */
     int is_met, met_row;
+    /* rates_new are those of state_new at this time, the right side of a time event at which no rows jump
+     * [s]; NAN: the end is not complete. The workspace had its row terms after so many evaluations of them.
+     */
+    double t_complete;
+    long row_evaluations;
     int is_looked_into; /* the additional stages of the interpolant have been evaluated */
     double failed_t;    /* time at which the last failed step failed [s] */
 };
@@ -109,6 +114,8 @@ int refdyn_step_take(struct refdyn_step *step, double t_new, double h);
 void refdyn_step_take_up(struct refdyn_step *step, double t_new);
 /* Sets the end of a step that batches or GSL took. */
 void refdyn_step_end(struct refdyn_step *step, double t_end);
+/* The end is complete: rates_new and the row terms in the workspace are those of state_new at t. */
+void refdyn_step_complete(struct refdyn_step *step, double t);
 /* Permits evaluations of rates up to t only; INFINITY: at any time. */
 void refdyn_step_limit(struct refdyn_step *step, double t);
 /* Returns the time at which rates for time t are evaluated, inside this limit. */

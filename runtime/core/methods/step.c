@@ -37,6 +37,7 @@ void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide
 
 void refdyn_step_place(struct refdyn_step *step, double t, const double *state) {
     step->t_begin = step->t_end = t;
+    step->t_complete = NAN;
     memcpy(step->state, state, refdyn_state_bytes(step));
     memcpy(step->state_new, state, refdyn_state_bytes(step));
 }
@@ -45,12 +46,14 @@ void refdyn_step_next(struct refdyn_step *step, double t_begin) {
     memcpy(step->state, step->state_new, refdyn_state_bytes(step));
     memcpy(step->rates, step->rates_new, refdyn_rates_bytes(step));
     step->t_begin = step->t_end = t_begin;
+    step->t_complete = NAN;
 }
 
 void refdyn_step_give_up(struct refdyn_step *step) {
     memcpy(step->state_new, step->state, refdyn_state_bytes(step));
     memcpy(step->rates_new, step->rates, refdyn_rates_bytes(step));
     step->t_end = step->t_begin;
+    step->t_complete = NAN;
 }
 
 void refdyn_step_end(struct refdyn_step *step, double t_end) {
@@ -60,8 +63,14 @@ void refdyn_step_end(struct refdyn_step *step, double t_end) {
 void refdyn_step_take_up(struct refdyn_step *step, double t_new) {
     refdyn_step_end(step, t_new);
     step->failed_t = step->t_begin;
+    step->t_complete = NAN;
     step->is_looked_into = step->is_met = 0;
     step->has_rates_new = step->method->is_last_new;
+}
+
+void refdyn_step_complete(struct refdyn_step *step, double t) {
+    step->t_complete = t;
+    step->row_evaluations = step->evaluation.work->row_evaluations;
 }
 
 int refdyn_step_take(struct refdyn_step *step, double t_new, double h) {

@@ -140,7 +140,8 @@ int refdyn_motion_complete(struct refdyn_motion *motion) {
     if (status) {
         refdyn_motion_failed(motion, status, step->t_end);
         refdyn_rows_change_at_end(motion, 0);
-    }
+    } else
+        refdyn_step_complete(step, t);
     return status;
 }
 

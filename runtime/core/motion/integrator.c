@@ -368,13 +368,30 @@ int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t) {
 
 /* ---- States at outputs ---- */
 
+/* Does the caller see the end of the last step, whose rates are known? */
+static int is_complete_end(const struct refdyn_integrator *integrator) {
+    const struct refdyn_step *step = &integrator->motion->step;
+    return integrator->t >= step->t_end && integrator->t_right == step->t_complete;
+}
+
+/* Row terms of the state that the caller sees, in the workspace. */
+static int find_row_terms_seen(const struct refdyn_integrator *integrator) {
+    struct refdyn_workspace *work = integrator->work;
+    return is_complete_end(integrator) && integrator->motion->step.row_evaluations == work->row_evaluations
+               ? REFDYN_OK
+               : refdyn_row_terms(work, integrator->t_right, integrator->q, integrator->qd);
+}
+
 /* Accelerations and multipliers of a state of the motion, whose row terms are in the workspace. */
 static int accelerate_seen(struct refdyn_integrator *integrator) {
     const struct refdyn_step *step = &integrator->motion->step;
-    const int n = step->n;
-    const int status = refdyn_rates(&step->evaluation, integrator->t_right, integrator->q, step->side);
-    memcpy(integrator->qdd, step->side + n, (size_t)n * sizeof(double));
-    memcpy(integrator->lambda, step->side + 2 * n + 1, (size_t)integrator->work->m * sizeof(double));
+    const int n = step->n, is_known = is_complete_end(integrator);
+    const double *rates = is_known ? step->rates_new : step->side;
+    const int status = is_known
+                           ? REFDYN_OK
+                           : refdyn_rates(&step->evaluation, integrator->t_right, integrator->q, step->side);
+    memcpy(integrator->qdd, rates + n, (size_t)n * sizeof(double));
+    memcpy(integrator->lambda, rates + 2 * n + 1, (size_t)integrator->work->m * sizeof(double));
     return status;
 }
 
@@ -438,7 +455,7 @@ static int show_state(struct refdyn_integrator *integrator, double t) {
         status = interpolate_seen(integrator);
     integrator->work_done = integrator->q[2 * step->n];
     if (!status)
-        status = refdyn_row_terms(integrator->work, integrator->t_right, integrator->q, integrator->qd);
+        status = find_row_terms_seen(integrator);
     if (!status)
         refdyn_statistics_residuals(&motion->statistics, integrator->work);
     refdyn_rows_note_seen(motion, integrator->q);
