@@ -87,9 +87,9 @@ struct refdyn_step {
     /* state_new has been projected onto the programme already: row met_row had the largest residual, `side`
      * is the state before, row terms and rates_new are evaluated */
     int is_met, met_row;
-    /* rates_new are those of state_new at this time, the right side of a time event at which no rows jump
-     * [s]; NAN: the end is not complete. The workspace had its row terms after so many evaluations of them.
-     */
+    /* The time for which rates_new are those of state_new, right of a time event unless rows jump there [s];
+     * NAN: they are not known. `row_evaluations`: that of the workspace when it had the row terms of
+     * state_new. */
     double t_complete;
     long row_evaluations;
     int is_looked_into; /* the additional stages of the interpolant have been evaluated */
