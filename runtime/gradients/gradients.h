@@ -11,9 +11,11 @@ struct recorded_steps {
     struct refdyn_step_watch watch; /* of the motion */
     struct refdyn_pattern pattern;
     int step_room, waypoint_room, place_room;
-    long aligned;   /* programme.aligned after the last step */
-    double *breaks; /* (break_count) scratch */
-    int status;     /* BAD_MEMORY if a step could not be recorded */
+    int has_other_steps; /* the pattern's steps are no longer those of the motion */
+    long aligned;        /* programme.aligned after the last step */
+    long rejected;       /* attempts that were refused until then */
+    double *breaks;      /* (break_count) scratch */
+    int status;          /* BAD_MEMORY if a step could not be recorded */
 };
 
 /* Allocates; error: BAD_MEMORY. Call the second function in any case. */

@@ -1,8 +1,9 @@
 /*
  * Records the steps of a motion as a pattern for its copies.
  *
- * In: the accepted steps of a motion, one by one. Out: the pattern of repeated_steps.c. A short step to a
- * state event and the step before it become equally long, because the event moves in the copies.
+ * In: the accepted steps of a motion, one by one. Out: the pattern of repeated_steps.c. The event to which
+ * steps lead moves in the copies, so that short steps near it would be on its wrong side. They and the step
+ * before them become equally long.
  */
 #include "runtime/gradients/gradients.h"
 
@@ -125,6 +126,7 @@ static void note(void *context, const struct refdyn_motion *motion, const struct
     const int is_noted = note_passed(recorded, &motion->state_events),
               waypoint = is_noted ? note_waypoint(recorded, motion, ahead) : -2;
     struct refdyn_repeated_step *taken = waypoint > -2 && ahead ? add_step(recorded) : NULL;
+    const long rejected = motion->statistics.rejected;
     recorded->aligned = ahead ? recorded->aligned : motion->programme.aligned;
     if (!taken && !ahead && waypoint >= 0)
         return;
@@ -137,10 +139,12 @@ static void note(void *context, const struct refdyn_motion *motion, const struct
                                            .waypoint = waypoint,
                                            .is_empty = step->t_end == step->t_begin,
                                            .is_special = step->guide != NULL,
+                                           .is_cut = rejected > recorded->rejected,
                                            .aligns = motion->programme.aligned != recorded->aligned};
     if (step->method->kind == &refdyn_collocation && !motion->work->model->saturates)
         taken->iterations = refdyn_collocation_iterations(step, &taken->keeps);
     recorded->aligned = motion->programme.aligned;
+    recorded->rejected = rejected;
 }
 
 int refdyn_recorded_start(struct recorded_steps *recorded, const struct refdyn_model *model) {
@@ -164,19 +168,40 @@ static int leads_to_event(const struct refdyn_pattern *pattern, int i) {
     return waypoint >= 0 && !pattern->steps[i].is_empty && pattern->waypoints[waypoint].due_count > 0;
 }
 
-/* Two steps to an event become equally long if the second one is shorter. */
-static void share_way(const struct refdyn_pattern *pattern, int i) {
-    struct refdyn_repeated_step *before = &pattern->steps[i - 1], *last = &pattern->steps[i];
-    const double begin = i > 1 ? pattern->steps[i - 2].t : pattern->waypoints[0].t;
-    if (before->waypoint < 0 && before->method == last->method && last->t - before->t < before->t - begin)
-        before->t = begin + (last->t - begin) / 2;
+static double begin_of(const struct refdyn_pattern *pattern, int i) {
+    return i > 0 ? pattern->steps[i - 1].t : pattern->waypoints[0].t;
+}
+
+/* Does step i belong to the same way, by the same method, as the one after it? */
+static int is_on_way(const struct refdyn_pattern *pattern, int i) {
+    return i >= 0 && pattern->steps[i].waypoint < 0 && !pattern->steps[i].is_special &&
+           pattern->steps[i].method == pattern->steps[i + 1].method;
+}
+
+/* Steps that were cut short become equally long with step `last` to an event, as does the step before them if
+ * it is longer. Their own number of iterations no longer suits them. */
+static void share_way(struct recorded_steps *recorded, int last) {
+    const struct refdyn_pattern *pattern = &recorded->pattern;
+    const double end = pattern->steps[last].t;
+    int first = last;
+    while (is_on_way(pattern, first - 1) && pattern->steps[first - 1].is_cut)
+        first--;
+    if (is_on_way(pattern, first - 1) && begin_of(pattern, first) - begin_of(pattern, first - 1) >
+                                             (end - begin_of(pattern, first)) / (last - first + 1))
+        first--;
+    const double begin = begin_of(pattern, first);
+    for (int i = first; i < last; i++)
+        pattern->steps[i].t = begin + (end - begin) * (i - first + 1) / (last - first + 1);
+    for (int i = first; i <= last && first < last; i++)
+        pattern->steps[i].iterations = 0;
+    recorded->has_other_steps |= first < last;
 }
 
 int refdyn_recorded_end(struct recorded_steps *recorded) {
     const struct refdyn_pattern *pattern = &recorded->pattern;
     for (int i = 1; i < pattern->step_count && !recorded->status; i++)
         if (leads_to_event(pattern, i))
-            share_way(pattern, i);
+            share_way(recorded, i);
     return recorded->status;
 }
 
@@ -187,6 +212,7 @@ int refdyn_recorded_refine(struct recorded_steps *recorded) {
     double begin = pattern->waypoints[0].t;
     if (!steps)
         return REFDYN_BAD_MEMORY;
+    recorded->has_other_steps = 1;
     pattern->step_count = 0;
     for (int i = 0; i < count; i++) {
         const struct refdyn_repeated_step *whole = &pattern->steps[i];

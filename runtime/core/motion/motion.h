@@ -605,6 +605,7 @@ struct refdyn_repeated_step {
     int waypoint;          /* where it ends; -1: nowhere */
     int is_empty;          /* no step: events became due when others acted */
     int is_special;        /* through a singular state, or to rows that fade out */
+    int is_cut;            /* an attempt to take a longer step was refused */
     int aligns;            /* directions in the metric of M are computed at its end */
     int iterations, keeps; /* as in struct refdyn_step */
 };
