@@ -227,6 +227,39 @@ def test_short_steps_to_kinks(method, tol, tmp_path):
             assert numpy.max(numpy.abs(found[f"d_{column}_by_{name}"] - exact[column])) < 1e-3 * size, (name, column)
 
 
+METHODS = ["rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"]
+
+
+@pytest.mark.parametrize("place", [0.5, 0.4713])
+@pytest.mark.parametrize("method", METHODS)
+def test_force_that_begins_at_a_place(method, place, tmp_path):
+    """The last stage of a step to the jump keeps its side: x = t + F/2m (t - P)^2, v = 1 + F/m (t - P)."""
+    model = written(tmp_path, "jump", f"""local rd = require "refdyn"
+local p = rd.parameters {{ {{ "P", {place}, "m" }}, {{ "F", 3, "N" }} }}
+return rd.model {{
+  name = "jump", gravity = {{ 0, 0, 0 }},
+  links = {{ {{ "a", joint = "x", mass = 2, start_rate = {{ x = 1 }} }} }},
+  forces = function(s) return {{ a_x = rd.where(rd.less(s.q.a_x, p.P), 0, p.F) }} end,
+}}""")
+    found, said = derive(model, "--until", 1, "--every", 0.15, "--method", method, names=["P", "F"], folder=tmp_path)
+    assert "warning" not in said
+    after = numpy.maximum(found["t"] - place, 0)
+    exact = {"a_x_by_P": -1.5 * after, "a_x_by_F": after ** 2 / 4, "a_x_d_by_P": -1.5 * (after > 0), "a_x_d_by_F": after / 2}
+    for name, values in exact.items():
+        assert largest(found[f"d_{name}"], values) < 1e-6, name
+
+
+def test_value_at_its_largest(tmp_path):
+    """A restitution of 1 changes to one side only, also where the first change is too large."""
+    values = {"H": 130, "e": 1, "g": 9.81}
+    model = written(tmp_path, "ball", BALL.format(more="").replace("events =", "constraints =").replace("rd.event", "rd.contact"))
+    found, said = derive(model, "--until", 16, "--every", 16, *settings(values), names=list(values), folder=tmp_path)
+    assert "warning" not in said
+    for name in values:
+        exact = complex_step(lambda **v: ball_height(16.0, **v), values, name)
+        assert abs(found[f"d_ball_z_by_{name}"][-1] / exact - 1) < 1e-5, name
+
+
 # ---- Lanes and threads ----
 
 @pytest.mark.parametrize("seed", range(10 if LONG else 3))

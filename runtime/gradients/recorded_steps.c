@@ -10,6 +10,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+/* Steps shorter than this part of the longest one on their way are tiny. */
+static const double tiny = 1e-3;
+
 /* ---- Growing arrays ---- */
 
 /* Makes room for one more entry. Returns 0 without memory. */
@@ -172,24 +175,38 @@ static double begin_of(const struct refdyn_pattern *pattern, int i) {
     return i > 0 ? pattern->steps[i - 1].t : pattern->waypoints[0].t;
 }
 
+static double length_of(const struct refdyn_pattern *pattern, int i) {
+    return pattern->steps[i].t - begin_of(pattern, i);
+}
+
 /* Does step i belong to the same way, by the same method, as the one after it? */
 static int is_on_way(const struct refdyn_pattern *pattern, int i) {
     return i >= 0 && pattern->steps[i].waypoint < 0 && !pattern->steps[i].is_special &&
            pattern->steps[i].method == pattern->steps[i + 1].method;
 }
 
-/* Steps that were cut short become equally long with step `last` to an event, as does the step before them if
- * it is longer. Their own number of iterations no longer suits them. */
+/* The first of the steps that share their way with step `last` to an event: back to the first that was cut
+ * short or is tiny, and the step before it if it is longer than their mean. */
+static int first_that_shares(const struct refdyn_pattern *pattern, int last) {
+    const double end = pattern->steps[last].t;
+    double longest = 0;
+    int first = last;
+    for (int i = last; i == last || is_on_way(pattern, i); i--)
+        longest = fmax(longest, length_of(pattern, i));
+    while (is_on_way(pattern, first - 1) &&
+           (pattern->steps[first - 1].is_cut || length_of(pattern, first - 1) < tiny * longest))
+        first--;
+    return is_on_way(pattern, first - 1) &&
+                   length_of(pattern, first - 1) > (end - begin_of(pattern, first)) / (last - first + 1)
+               ? first - 1
+               : first;
+}
+
+/* Steps to an event become equally long. Their own numbers of iterations no longer suit them. */
 static void share_way(struct recorded_steps *recorded, int last) {
     const struct refdyn_pattern *pattern = &recorded->pattern;
-    const double end = pattern->steps[last].t;
-    int first = last;
-    while (is_on_way(pattern, first - 1) && pattern->steps[first - 1].is_cut)
-        first--;
-    if (is_on_way(pattern, first - 1) && begin_of(pattern, first) - begin_of(pattern, first - 1) >
-                                             (end - begin_of(pattern, first)) / (last - first + 1))
-        first--;
-    const double begin = begin_of(pattern, first);
+    const int first = first_that_shares(pattern, last);
+    const double begin = begin_of(pattern, first), end = pattern->steps[last].t;
     for (int i = first; i < last; i++)
         pattern->steps[i].t = begin + (end - begin) * (i - first + 1) / (last - first + 1);
     for (int i = first; i <= last && first < last; i++)
