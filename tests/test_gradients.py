@@ -187,6 +187,79 @@ def test_kinks_that_steps_meet_by_chance(tmp_path):
         assert largest(found["d_rotor_psi_d_by_R"], (sides[0] - sides[1]) / 2e-5) < 1e-5
 
 
+# Slides on a base with friction that saturates: its kinks refuse steps, so that short ones lead to them. An impact, an event that sets an input.
+KINKS = """local rd = require "refdyn"
+local p = rd.parameters { { "m", 1.27, "kg" }, { "T", 0.41, "s" }, { "e", 0.77 }, { "stop", 0.21 }, { "gap", 0.02 }, { "A", 1.4 }, { "mu", 0.41 } }
+local tau = rd.input("tau", 2.1, "N m")
+return rd.model {
+  name = "kinks", gravity = { 0, 0.4, -9.81 },
+  links = {
+    { "base", joint = "psi,z", mass = p.m, inertia = { zz = 0.05 }, spring = { z = 900, psi = 49.3 }, damper = { z = 9, psi = 0.66 }, start = { psi = 0.21 } },
+    { "left", on = "base", at = { 0.2, 0.1, 0 }, joint = "theta", mass = 0.9, center = { 0.01, 0, -0.2 }, inertia = { yy = 0.03 }, start = { theta = -0.6 } },
+    { "slide", on = "left", at = { 0, 0, -0.2 }, joint = "x", mass = 0.3, spring = { x = 60 }, damper = { x = 0.5 } },
+    { "right", on = "base", at = { -0.2, 0.05, 0 }, joint = "phi", mass = 0.5, center = { 0, 0, -0.25 }, inertia = { xx = 0.01 }, start = { phi = 0.5 } },
+  },
+  forces = function(s)
+    return { base_psi = tau * rd.where(rd.less(s.t, p.T), 1, -0.4),
+             right_phi = -p.mu * rd.max(-1, rd.min(1, s.qd.right_phi / 0.1)) + p.A * rd.where(rd.less(s.t, p.T + 0.33), 0, rd.sin(5 * s.t)) }
+  end,
+  events = function(s)
+    return { rd.event { p.stop - s.q.left_theta, restitution = p.e, name = "stop" },
+             rd.event { s.q.slide_x - p.gap, direction = "up", inputs = { tau = tau - 0.9 }, name = "switch" } }
+  end,
+}"""
+
+
+@pytest.mark.parametrize("method, tol", [("rk54", 1e-8), ("rodas5p", 1e-8), ("rodas6p", 1e-7), ("radau9", 1e-9)])
+def test_short_steps_to_kinks(method, tol, tmp_path):
+    """Refused steps leave short ones near a kink, which moves farther than these in the copies. Two copies of each value suffice."""
+    model, summary = written(tmp_path, "kinks", KINKS), tmp_path / "summary.json"
+    arguments, values = ["--until", 1.4, "--every", 0.07], {"m": 1.27, "T": 0.41, "e": 0.77, "stop": 0.21, "gap": 0.02, "A": 1.4, "mu": 0.41, "tau": 2.1}
+    found, said = derive(model, *arguments, "--method", method, "--tol", tol, "--summary", summary, names=list(values), folder=tmp_path)
+    assert "warning" not in said
+    assert json.loads(summary.read_text())["derivatives"]["motions"] == 2 * len(values) + 1  # one of them without a change
+    columns = [name[:-2] for name in found if name.endswith("_d") and name[:-2] in found]
+    for name, value in values.items():
+        sides = [derive(model, *arguments, "--tol", 1e-12, "--set", f"{name}={value * (1 + change)!r}", names=["m"], folder=tmp_path)[0] for change in (1e-4, -1e-4)]
+        exact = {column: (sides[0][column] - sides[1][column]) / (2e-4 * value) for column in columns}
+        size = max(numpy.max(numpy.abs(column)) for column in exact.values())
+        for column in columns:
+            assert numpy.max(numpy.abs(found[f"d_{column}_by_{name}"] - exact[column])) < 1e-3 * size, (name, column)
+
+
+METHODS = ["rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"]
+
+
+@pytest.mark.parametrize("place", [0.5, 0.4713])
+@pytest.mark.parametrize("method", METHODS)
+def test_force_that_begins_at_a_place(method, place, tmp_path):
+    """The last stage of a step to the jump keeps its side: x = t + F/2m (t - P)^2, v = 1 + F/m (t - P)."""
+    model = written(tmp_path, "jump", f"""local rd = require "refdyn"
+local p = rd.parameters {{ {{ "P", {place}, "m" }}, {{ "F", 3, "N" }} }}
+return rd.model {{
+  name = "jump", gravity = {{ 0, 0, 0 }},
+  links = {{ {{ "a", joint = "x", mass = 2, start_rate = {{ x = 1 }} }} }},
+  forces = function(s) return {{ a_x = rd.where(rd.less(s.q.a_x, p.P), 0, p.F) }} end,
+}}""")
+    found, said = derive(model, "--until", 1, "--every", 0.15, "--method", method, names=["P", "F"], folder=tmp_path)
+    assert "warning" not in said
+    after = numpy.maximum(found["t"] - place, 0)
+    exact = {"a_x_by_P": -1.5 * after, "a_x_by_F": after ** 2 / 4, "a_x_d_by_P": -1.5 * (after > 0), "a_x_d_by_F": after / 2}
+    for name, values in exact.items():
+        assert largest(found[f"d_{name}"], values) < 1e-6, name
+
+
+def test_value_at_its_largest(tmp_path):
+    """A restitution of 1 changes to one side only, also where the first change is too large."""
+    values = {"H": 130, "e": 1, "g": 9.81}
+    model = written(tmp_path, "ball", BALL.format(more="").replace("events =", "constraints =").replace("rd.event", "rd.contact"))
+    found, said = derive(model, "--until", 16, "--every", 16, *settings(values), names=list(values), folder=tmp_path)
+    assert "warning" not in said
+    for name in values:
+        exact = complex_step(lambda **v: ball_height(16.0, **v), values, name)
+        assert abs(found[f"d_ball_z_by_{name}"][-1] / exact - 1) < 1e-5, name
+
+
 # ---- Lanes and threads ----
 
 @pytest.mark.parametrize("seed", range(10 if LONG else 3))

@@ -13,6 +13,7 @@ struct recorded_steps {
     int step_room, waypoint_room, place_room;
     int has_other_steps; /* the pattern's steps are no longer those of the motion */
     long aligned;        /* programme.aligned after the last step */
+    long rejected;       /* attempts that were refused until then */
     double *breaks;      /* (break_count) scratch */
     int status;          /* BAD_MEMORY if a step could not be recorded */
 };

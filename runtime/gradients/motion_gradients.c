@@ -27,14 +27,15 @@ enum {
  * change of a value of 0, which may be a time constant: small, so that it is raised if need be. */
 enum { CHANGE_EXPONENT = -17, CHANGE_OF_ZERO = -30 };
 /* Response: the largest change of positions in the motion [rad, length]. A difference between the bounds is
- * accurate; one outside them aims at `response_aim`. */
-static const double response_least = 1e-9, response_most = 1e-4, response_aim = 1e-6;
+ * accurate; one outside them aims at `response_aim`. If changes with a response above `response_lost` meet
+ * other events, there is no derivative: smaller differences would be rounding. */
+static const double response_least = 1e-9, response_most = 1e-4, response_aim = 1e-6, response_lost = 1e-10;
 /* Bound on the change of a value that is not zero, relative to it. */
 static const double change_most = 0x1p-8;
 /* Largest curvature relative to the response; curvature from rounding and errors of iterations. */
 static const double curved_most = 0.05, curved_least = 1e-7;
-/* Factor of the next change after copies have met other events. */
-static const double smaller = 1.0 / 64;
+/* Factor of the next change after copies have met other events, and bound on all later ones. */
+static const double smaller = 1.0 / 64, below_failed = 1.0 / 4;
 /* An output is at an event if their times differ by less than this part of the motion. There, a value jumps
  * if its second difference exceeds `jump` of the largest difference between the sides, and rounding. */
 static const double near_part = 1e-5, jump = 0.05, rounding = 1e-11;
@@ -46,7 +47,11 @@ enum form { CENTRAL, /* x + d, x - d */ ONE_SIDED /* x + d, x + 2 d */ };
 struct difference {
     enum form form;
     double change;
+    double failed; /* first change with which copies have failed; 0: none */
+    double good;   /* last change with which they have not; 0: none */
+    double most;   /* bound on the magnitude of further changes */
     int tries, is_open;
+    int is_lost; /* there is no derivative: the last copies are those with the change `failed` */
 };
 
 /* How a copy has ended. */
@@ -61,14 +66,12 @@ struct run {
     int refined;        /* how often the pattern was refined */
     int n, width, rows; /* rows: outputs that memory has */
     double *start;      /* p, x, q, qd of the motion at its start */
-    double *q;          /* (rows x n) positions of the motion */
+    double *q;          /* (rows x n) positions without a change, as `base` */
     double *times;      /* (rows) of its outputs [s] */
     int *is_near;       /* (rows) an event is at this output */
-    int has_near;
-    int needs_base; /* differences need a copy without a change, which repeats the steps of the other copies
-                     */
-    double *base;   /* (rows x width) values without a change: of this copy, or of the motion */
-    int has_base;
+    int needs_base;     /* differences need a copy without a change that repeats the steps of the others */
+    int has_base;       /* it has been computed */
+    double *base;       /* (rows x width) values without a change: of this copy, otherwise of the motion */
 
     struct difference differences[BLOCK];
     int first, count; /* variables of the block */
@@ -145,8 +148,10 @@ static int see_copy(void *context, const struct refdyn_batch_case *one, int numb
     if (number >= run->given->outputs)
         return 0;
     write_values(run->given, one, values_of(run, one->number) + row * (size_t)run->width);
-    if (one->number < SIDES * BLOCK)
-        keep_positions(one->integrator, run->positions + ((size_t)one->number * (size_t)run->rows + row) * n);
+    keep_positions(one->integrator,
+                   one->number == SIDES * BLOCK
+                       ? run->q + row * n
+                       : run->positions + ((size_t)one->number * (size_t)run->rows + row) * n);
     run->endings[one->number].outputs = number + 1;
     return 0;
 }
@@ -223,8 +228,6 @@ static void find_near(struct run *run) {
                 there->break_count + there->is_switch + there->due_count > 0 && !(is_ended && i == last);
         }
     }
-    for (int i = 1; i <= last; i++)
-        run->has_near |= run->is_near[i];
 }
 
 /* ---- Changes of values ---- */
@@ -248,9 +251,9 @@ static int is_of_state(const struct refdyn_variable *variable) {
     return variable->what == REFDYN_VARIED_COORDINATE || variable->what == REFDYN_VARIED_RATE;
 }
 
-/* The largest power of two that is not larger than x. */
+/* The largest power of two that is not larger than x in magnitude, with its sign. */
 static double power_of_two(double x) {
-    return ldexp(1, ilogb(x));
+    return copysign(ldexp(1, ilogb(x)), x);
 }
 
 /* The first change of a variable. A value of 0 says nothing about its size; its change follows the response.
@@ -316,7 +319,7 @@ static int run_open(struct run *run) {
     for (int i = 0; i < run->count; i++)
         for (int side = 0; side < SIDES && run->differences[i].is_open; side++)
             numbers[count++] = SIDES * i + side;
-    run->needs_base |= run->has_near && run->recorded.has_other_steps;
+    run->needs_base |= run->recorded.has_other_steps;
     for (int i = 0; i < run->count; i++)
         run->needs_base |= run->differences[i].is_open && run->differences[i].form == ONE_SIDED;
     if (run->needs_base && !run->has_base)
@@ -350,43 +353,49 @@ static void find_response(const struct run *run, int i, double *response, double
     }
 }
 
-/* The change with which to form the difference again; the same change if it is good. */
-static double better_change(const struct run *run, int i) {
+/* The change with which to form the difference again; the same change if it is good, with its response. */
+static double better_change(const struct run *run, int i, double *response) {
     const struct difference *difference = &run->differences[i];
     const double value = value_of(run, &run->given->variables[run->first + i]);
-    double response, curvature, change = difference->change;
-    find_response(run, i, &response, &curvature);
-    if (response == 0)
+    double curvature, change = difference->change;
+    find_response(run, i, response, &curvature);
+    if (*response == 0)
         return change;
-    if (response > response_most)
-        change *= response_aim / response;
-    else if (difference->form == CENTRAL && curvature > curved_least && curvature > curved_most * response)
-        change *= fmax(smaller, curved_most * response / curvature / 4);
-    else if (response < response_least)
-        change *= response_aim / response;
-    if (value != 0 && change > difference->change)
-        change = fmax(difference->change, fmin(change, change_most * fabs(value)));
+    if (*response > response_most)
+        change *= response_aim / *response;
+    else if (difference->form == CENTRAL && curvature > curved_least && curvature > curved_most * *response)
+        change *= fmax(smaller, curved_most * *response / curvature / 4);
+    else if (*response < response_least)
+        change *= response_aim / *response;
+    if (fabs(change) > fabs(difference->change)) {
+        const double most = fmin(difference->most, value != 0 ? change_most * fabs(value) : INFINITY);
+        change = copysign(fmax(fabs(difference->change), fmin(fabs(change), most)), change);
+    }
     return change == difference->change ? change : power_of_two(change);
 }
 
-static void note_underivable(struct run *run, int i, int side) {
-    const struct ending *ending = ending_of(run, i, side);
+static void note_failure(struct run *run, int i, const struct ending *ending, double change) {
     struct refdyn_underivable *found = &run->given->underivable[run->first + i];
-    if (found->status && found->t <= ending->t)
+    if (is_like_motion(run, ending) || (found->status && found->t <= ending->t))
         return;
     *found = (struct refdyn_underivable){.status = ending->status ? ending->status : REFDYN_NO_DERIVATIVE,
                                          .t = ending->t,
-                                         .change = change_of(&run->differences[i], side),
+                                         .change = change,
                                          .event = ending->event,
                                          .is_at_start = ending->is_at_start};
 }
 
-/* A side of the difference that has not ended like the motion; -1: none. */
-static int failed_side(const struct run *run, int i) {
+static void note_failures(struct run *run, int i) {
     for (int side = 0; side < SIDES; side++)
-        if (!is_like_motion(run, ending_of(run, i, side)))
-            return side;
-    return -1;
+        note_failure(run, i, ending_of(run, i, side), change_of(&run->differences[i], side));
+    if (run->has_base)
+        note_failure(run, i, &run->endings[SIDES * BLOCK], 0);
+}
+
+/* Has one of the copies that form the difference not ended like the motion? */
+static int has_failed(const struct run *run, int i) {
+    return !is_like_motion(run, ending_of(run, i, 0)) || !is_like_motion(run, ending_of(run, i, 1)) ||
+           (run->has_base && !is_like_motion(run, &run->endings[SIDES * BLOCK]));
 }
 
 /* Prepares another round of a difference after one of its sides has failed; *refines: with refined steps.
@@ -401,35 +410,56 @@ static int remedy(const struct run *run, struct difference *difference, const st
     }
     if (is_refused)
         return 0;
-    const int has_failed = a->status == REFDYN_NO_CONVERGENCE || b->status == REFDYN_NO_CONVERGENCE ||
-                           a->status == REFDYN_NOT_FINITE || b->status == REFDYN_NOT_FINITE;
-    if (has_failed && run->refined < REFINED_MOST && difference->tries > 1) {
+    const int is_stuck = a->status == REFDYN_NO_CONVERGENCE || b->status == REFDYN_NO_CONVERGENCE ||
+                         a->status == REFDYN_NOT_FINITE || b->status == REFDYN_NOT_FINITE;
+    if (is_stuck && run->refined < REFINED_MOST && difference->tries > 1) {
         *refines = 1;
         return 1;
     }
-    difference->change *= smaller;
-    return difference->tries < 3;
+    const int was_good = difference->good != 0;
+    difference->failed = difference->failed == 0 ? difference->change : difference->failed;
+    difference->most = was_good ? fabs(difference->good) : below_failed * fabs(difference->change);
+    difference->change = was_good ? difference->good : smaller * difference->change;
+    return was_good || difference->tries < 3;
+}
+
+/* There is no derivative from the time of a failure on. Before it, differences are most accurate with the
+ * first change, whose copies are computed again. */
+static void lose(struct run *run, int i) {
+    struct difference *difference = &run->differences[i];
+    note_failures(run, i);
+    difference->is_lost = 1;
+    difference->is_open = difference->failed != 0 && difference->failed != difference->change;
+    difference->change = difference->is_open ? difference->failed : difference->change;
+}
+
+/* Judges a difference whose copies have ended like the motion. */
+static void judge_good(struct run *run, int i) {
+    struct difference *difference = &run->differences[i];
+    double response;
+    const double change = better_change(run, i, &response);
+    difference->good = difference->change;
+    difference->is_open = change != difference->change && difference->tries < ROUNDS;
+    if (difference->is_open)
+        difference->change = change;
+    else if (difference->failed != 0 && response < response_lost)
+        lose(run, i);
 }
 
 /* Judges a difference whose copies were computed. */
 static void judge(struct run *run, int i, int *refines) {
     struct difference *difference = &run->differences[i];
-    const int side = failed_side(run, i);
     difference->tries++;
     difference->is_open = 0;
-    if (side >= 0) {
-        difference->is_open = difference->tries < ROUNDS &&
-                              remedy(run, difference, ending_of(run, i, 0), ending_of(run, i, 1), refines);
-        for (int k = 0; k < SIDES && !difference->is_open; k++)
-            if (!is_like_motion(run, ending_of(run, i, k)))
-                note_underivable(run, i, k);
-        return;
-    }
-    const double change = better_change(run, i);
-    if (change != difference->change && difference->tries < ROUNDS) {
-        difference->change = change;
+    if (difference->is_lost)
+        note_failures(run, i);
+    else if (!has_failed(run, i))
+        judge_good(run, i);
+    else if (difference->tries < ROUNDS &&
+             remedy(run, difference, ending_of(run, i, 0), ending_of(run, i, 1), refines))
         difference->is_open = 1;
-    }
+    else
+        lose(run, i);
 }
 
 static int has_open(const struct run *run) {
@@ -451,8 +481,9 @@ static double largest_difference(const struct run *run, const double *a, const d
 }
 
 /* Does value number `at` jump at the event that is at its output? */
-static int jumps(const struct run *run, const double *a, const double *b, size_t at) {
-    const double base = run->base[at], twice = fabs(a[at] - 2 * base + b[at]);
+static int jumps(const struct run *run, enum form form, const double *a, const double *b, size_t at) {
+    const double base = run->base[at],
+                 twice = fabs(form == CENTRAL ? a[at] - 2 * base + b[at] : base - 2 * a[at] + b[at]);
     return twice > rounding * fabs(base) &&
            twice > jump * largest_difference(run, a, b, (int)(at % (size_t)run->width));
 }
@@ -475,7 +506,7 @@ static void write_derivatives(struct run *run, int i) {
                       : difference->form == CENTRAL
                           ? (a[at] - b[at]) / apart
                           : (4 * a[at] - b[at] - 3 * run->base[at]) / (2 * difference->change);
-            if (!is_lost && run->is_near[row] && difference->form == CENTRAL && jumps(run, a, b, at)) {
+            if (!is_lost && run->is_near[row] && jumps(run, difference->form, a, b, at)) {
                 found->t_jump = found->jumps++ == 0 ? run->times[row] : found->t_jump;
                 out[at] = NAN;
             }
@@ -484,20 +515,29 @@ static void write_derivatives(struct run *run, int i) {
 
 /* ---- All variables, block by block ---- */
 
+/* Refines the steps. All differences that exist are formed again, with the same steps as `base`. */
+static int refine(struct run *run) {
+    run->refined++;
+    run->has_base = 0;
+    for (int i = 0; i < run->count; i++)
+        run->differences[i].is_open = !run->differences[i].is_lost;
+    return refdyn_recorded_refine(&run->recorded);
+}
+
 static int differentiate_block(struct run *run) {
     for (int i = 0; i < run->count; i++)
         run->differences[i] =
-            (struct difference){CENTRAL, first_change(run, &run->given->variables[run->first + i]), 0, 1};
+            (struct difference){.form = CENTRAL,
+                                .change = first_change(run, &run->given->variables[run->first + i]),
+                                .most = INFINITY,
+                                .is_open = 1};
     while (has_open(run)) {
         int refines = 0, status = run_open(run);
         for (int i = 0; i < run->count && !status; i++)
             if (run->differences[i].is_open)
                 judge(run, i, &refines);
-        if (!status && refines) {
-            run->refined++;
-            run->has_base = 0;
-            status = refdyn_recorded_refine(&run->recorded);
-        }
+        if (!status && refines)
+            status = refine(run);
         if (status)
             return status;
     }

@@ -1,13 +1,17 @@
 /*
  * Records the steps of a motion as a pattern for its copies.
  *
- * In: the accepted steps of a motion, one by one. Out: the pattern of repeated_steps.c. A short step to a
- * state event and the step before it become equally long, because the event moves in the copies.
+ * In: the accepted steps of a motion, one by one. Out: the pattern of repeated_steps.c. The event to which
+ * steps lead moves in the copies, so that short steps near it would be on its wrong side. They and the step
+ * before them become equally long.
  */
 #include "runtime/gradients/gradients.h"
 
 #include <math.h>
 #include <stdlib.h>
+
+/* Steps shorter than this part of the longest one on their way are tiny. */
+static const double tiny = 1e-3;
 
 /* ---- Growing arrays ---- */
 
@@ -125,6 +129,7 @@ static void note(void *context, const struct refdyn_motion *motion, const struct
     const int is_noted = note_passed(recorded, &motion->state_events),
               waypoint = is_noted ? note_waypoint(recorded, motion, ahead) : -2;
     struct refdyn_repeated_step *taken = waypoint > -2 && ahead ? add_step(recorded) : NULL;
+    const long rejected = motion->statistics.rejected;
     recorded->aligned = ahead ? recorded->aligned : motion->programme.aligned;
     if (!taken && !ahead && waypoint >= 0)
         return;
@@ -137,10 +142,12 @@ static void note(void *context, const struct refdyn_motion *motion, const struct
                                            .waypoint = waypoint,
                                            .is_empty = step->t_end == step->t_begin,
                                            .is_special = step->guide != NULL,
+                                           .is_cut = rejected > recorded->rejected,
                                            .aligns = motion->programme.aligned != recorded->aligned};
     if (step->method->kind == &refdyn_collocation && !motion->work->model->saturates)
         taken->iterations = refdyn_collocation_iterations(step, &taken->keeps);
     recorded->aligned = motion->programme.aligned;
+    recorded->rejected = rejected;
 }
 
 int refdyn_recorded_start(struct recorded_steps *recorded, const struct refdyn_model *model) {
@@ -164,15 +171,47 @@ static int leads_to_event(const struct refdyn_pattern *pattern, int i) {
     return waypoint >= 0 && !pattern->steps[i].is_empty && pattern->waypoints[waypoint].due_count > 0;
 }
 
-/* Two steps to an event become equally long if the second one is shorter. */
-static void share_way(struct recorded_steps *recorded, int i) {
+static double begin_of(const struct refdyn_pattern *pattern, int i) {
+    return i > 0 ? pattern->steps[i - 1].t : pattern->waypoints[0].t;
+}
+
+static double length_of(const struct refdyn_pattern *pattern, int i) {
+    return pattern->steps[i].t - begin_of(pattern, i);
+}
+
+/* Does step i belong to the same way, by the same method, as the one after it? */
+static int is_on_way(const struct refdyn_pattern *pattern, int i) {
+    return i >= 0 && pattern->steps[i].waypoint < 0 && !pattern->steps[i].is_special &&
+           pattern->steps[i].method == pattern->steps[i + 1].method;
+}
+
+/* The first of the steps that share their way with step `last` to an event: back to the first that was cut
+ * short or is tiny, and the step before it if it is longer than their mean. */
+static int first_that_shares(const struct refdyn_pattern *pattern, int last) {
+    const double end = pattern->steps[last].t;
+    double longest = 0;
+    int first = last;
+    for (int i = last; i == last || is_on_way(pattern, i); i--)
+        longest = fmax(longest, length_of(pattern, i));
+    while (is_on_way(pattern, first - 1) &&
+           (pattern->steps[first - 1].is_cut || length_of(pattern, first - 1) < tiny * longest))
+        first--;
+    return is_on_way(pattern, first - 1) &&
+                   length_of(pattern, first - 1) > (end - begin_of(pattern, first)) / (last - first + 1)
+               ? first - 1
+               : first;
+}
+
+/* Steps to an event become equally long. Their own numbers of iterations no longer suit them. */
+static void share_way(struct recorded_steps *recorded, int last) {
     const struct refdyn_pattern *pattern = &recorded->pattern;
-    struct refdyn_repeated_step *before = &pattern->steps[i - 1], *last = &pattern->steps[i];
-    const double begin = i > 1 ? pattern->steps[i - 2].t : pattern->waypoints[0].t;
-    if (before->waypoint >= 0 || before->method != last->method || last->t - before->t >= before->t - begin)
-        return;
-    before->t = begin + (last->t - begin) / 2;
-    recorded->has_other_steps = 1;
+    const int first = first_that_shares(pattern, last);
+    const double begin = begin_of(pattern, first), end = pattern->steps[last].t;
+    for (int i = first; i < last; i++)
+        pattern->steps[i].t = begin + (end - begin) * (i - first + 1) / (last - first + 1);
+    for (int i = first; i <= last && first < last; i++)
+        pattern->steps[i].iterations = 0;
+    recorded->has_other_steps |= first < last;
 }
 
 int refdyn_recorded_end(struct recorded_steps *recorded) {

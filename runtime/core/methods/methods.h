@@ -63,11 +63,19 @@ struct refdyn_stage_guide {
     void *context;
 };
 
+/* Keeps the rates of a step on the side of a kink where it began: repeated_steps.c. */
+struct refdyn_side_guard {
+    void (*hold)(void *context, double t, double *state);
+    void *context;
+    double *state; /* (2 n + 1) scratch */
+};
+
 struct refdyn_step {
     int n, joints; /* coordinates; those before states */
     struct refdyn_evaluation evaluation;
     struct refdyn_linear *linear;
     const struct refdyn_stage_guide *guide; /* NULL: stages are not projected */
+    const struct refdyn_side_guard *guard;  /* NULL: rates are those of the state itself */
     enum refdyn_method number;              /* the method that takes the step */
     const struct refdyn_method_definition *method;
     double tolerance;      /* of the motion; 0: steps are fixed */
@@ -100,6 +108,8 @@ void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *mo
                          struct layout *layout);
 /* Projects stages onto the programme, and computes rates by the index partition; NULL: ends this. */
 void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide *guide);
+/* Computes the rates of a state in the step, held by the guard. Errors: those of refdyn_rates. */
+int refdyn_step_rates(const struct refdyn_step *step, double t, const double *state, double *rates);
 /* The method forgets earlier steps and, with is_new, all information about the motion. */
 void refdyn_step_break_off(struct refdyn_step *step, int is_new);
 /* Sets both ends of the step to `state` at t, where a motion begins or continues. */

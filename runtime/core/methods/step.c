@@ -35,6 +35,17 @@ void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide
     step->evaluation.by_partition = guide != NULL;
 }
 
+int refdyn_step_rates(const struct refdyn_step *step, double t, const double *state, double *rates) {
+    const struct refdyn_side_guard *guard = step->guard;
+    if (!guard)
+        return refdyn_rates(&step->evaluation, t, state, rates);
+    memcpy(guard->state, state, refdyn_state_bytes(step));
+    guard->hold(guard->context, t, guard->state);
+    const int status = refdyn_rates(&step->evaluation, t, guard->state, rates);
+    memcpy(rates, state + step->n, (size_t)step->n * sizeof *rates);
+    return status;
+}
+
 void refdyn_step_place(struct refdyn_step *step, double t, const double *state) {
     step->t_begin = step->t_end = t;
     step->t_complete = NAN;

@@ -233,7 +233,7 @@ static int attempt_begin(struct refdyn_motion *motion, double t_out, struct refd
 
 /* May a batch take the step, by the method alone, with the parameters as they are? */
 static int may_be_taken_beside(const struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
-    return !attempt->is_left && !motion->step.guide && !motion->options.balance &&
+    return !attempt->is_left && !motion->step.guide && !motion->step.guard && !motion->options.balance &&
            motion->options.gain_share == 0 && motion->state_events.named == 0;
 }
 

@@ -135,12 +135,12 @@ int refdyn_motion_complete(struct refdyn_motion *motion) {
     if (!status && step->is_met)
         work->evaluations++; /* the batch that took the step has evaluated them */
     if (!status && !is_known)
-        status = refdyn_rates(&step->evaluation, t, step->state_new, step->rates_new);
+        status = refdyn_step_rates(step, t, step->state_new, step->rates_new);
     refdyn_partition_bound_rank(work, work->partition.rank);
     if (status) {
         refdyn_motion_failed(motion, status, step->t_end);
         refdyn_rows_change_at_end(motion, 0);
-    } else
+    } else if (!step->guard)
         refdyn_step_complete(step, t);
     return status;
 }

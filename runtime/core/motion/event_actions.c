@@ -121,6 +121,20 @@ static int move_before_kinks(struct refdyn_state_events *events, const struct re
     return held;
 }
 
+void refdyn_kinks_hold(struct refdyn_motion *motion, int i, double t, double *state) {
+    struct refdyn_state_events *events = &motion->state_events;
+    const struct refdyn_workspace *work = motion->work;
+    const struct refdyn_step *step = &motion->step;
+    const int n = step->n, side = events->side[i];
+    work->model->event(work->p, work->x, t, state, state + n, events->values);
+    work->model->event_terms(work->p, work->x, t, state, state + n, events->terms);
+    const double noise = refdyn_state_events_assess(events, step, i, t, state, step->rates).noise;
+    const double change = side * margin_of(events, i, noise) - events->values[i];
+    const double *by_qd = refdyn_state_events_by_qd(events, n, i);
+    if (side * change > 0 && !move_along(by_qd, n, change, state + n))
+        move_along(by_qd - events->count * n, n, change, state);
+}
+
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step) {
     events->held = move_before_kinks(events, step, refdyn_step_inside(step, step->t_end), step->state_new);
 }
@@ -384,8 +398,9 @@ static int pass_kinks(struct refdyn_motion *motion) {
         status = go_on(motion);
         return !status && kinks_lead_back(&motion->state_events, step) ? REFDYN_SLIDES : status;
     }
-    return status || !has_moved ? status
-                                : refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
+    return status || !(has_moved || refdyn_repeats(motion))
+               ? status
+               : refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
 }
 
 /* The actions of all that is due, and the state from which the motion continues. */

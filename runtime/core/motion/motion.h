@@ -572,6 +572,8 @@ double refdyn_kinks_width(const struct refdyn_state_events *events, int i);
  * state. */
 int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step,
                                int i);
+/* Moves a state of the step that is beyond kink i back to the side where the step began. */
+void refdyn_kinks_hold(struct refdyn_motion *motion, int i, double t, double *state);
 /* After a step that passes kinks of positions by rounding alone: moves its end back before them, so that rows
  * that turn there are still as at its beginning. The second function moves a state at t in the step. */
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step);
@@ -605,6 +607,7 @@ struct refdyn_repeated_step {
     int waypoint;          /* where it ends; -1: nowhere */
     int is_empty;          /* no step: events became due when others acted */
     int is_special;        /* through a singular state, or to rows that fade out */
+    int is_cut;            /* an attempt to take a longer step was refused */
     int aligns;            /* directions in the metric of M are computed at its end */
     int iterations, keeps; /* as in struct refdyn_step */
 };
@@ -626,6 +629,7 @@ struct refdyn_repetition {
     double t_start, stretch;              /* start; length of the copy relative to the recorded motion */
     int is_additional;                    /* the next step is not in the pattern */
     double *breaks;                       /* (break_count) scratch: own times of known time events [s] */
+    struct refdyn_side_guard guard;       /* of steps to kinks */
 };
 
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,

@@ -11,6 +11,9 @@
  * keep their fractions of the time between waypoints, because otherwise a step would see an event on its
  * wrong side. Each copy computes the times of its time events, and locates its state events.
  *
+ * Without control of errors, a stage at the end of a step to a kink would see the force beyond it, however
+ * long the step is. So stages of this step keep the side of the kink on which it began.
+ *
  * A copy that meets other events than its pattern ends with REFDYN_NO_DERIVATIVE.
  */
 #include "runtime/core/motion/motion.h"
@@ -28,12 +31,14 @@ static const double settled = 1e-11;
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,
                                struct layout *layout) {
     repetition->breaks = layout_doubles(layout, model->break_count);
+    repetition->guard.state = layout_doubles(layout, 2 * model->n + 1);
 }
 
 void refdyn_repetition_clear(struct refdyn_motion *motion) {
     motion->repetition.pattern = NULL;
     motion->repetition.status = REFDYN_OK;
     motion->step.iterations = 0;
+    motion->step.guard = NULL;
     refdyn_programme_hold(&motion->programme, 0);
 }
 
@@ -231,6 +236,26 @@ static void use_method(struct refdyn_motion *motion, enum refdyn_method method) 
         refdyn_automatic_change(motion, method);
 }
 
+/* Holds a state before the kinks to which the next step leads. */
+static void hold(void *context, double t, double *state) {
+    struct refdyn_motion *motion = context;
+    const struct refdyn_repetition *repetition = &motion->repetition;
+    const struct refdyn_waypoint *there = waypoint_at(repetition, next_of(repetition)->waypoint);
+    for (int k = 0; k < there->due_count; k++) {
+        const int i = repetition->pattern->places[there->first_due + k];
+        if (refdyn_state_events_is_kink(&motion->state_events, i))
+            refdyn_kinks_hold(motion, i, t, state);
+    }
+}
+
+static int leads_to_kink(const struct refdyn_motion *motion, const struct refdyn_repeated_step *next) {
+    const struct refdyn_repetition *repetition = &motion->repetition;
+    const struct refdyn_waypoint *there = next->waypoint < 0 ? NULL : waypoint_at(repetition, next->waypoint);
+    return there && there->due_count > 0 &&
+           refdyn_state_events_is_kink(&motion->state_events,
+                                       repetition->pattern->places[there->first_due + there->due_count - 1]);
+}
+
 /* Finds what is ahead of a step of h. */
 static void find_ahead(struct refdyn_motion *motion, double t_out, double h, struct refdyn_ahead *ahead) {
     refdyn_control_begin(&motion->control, h);
@@ -243,6 +268,7 @@ int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct re
     const double t_begin = motion->step.t_begin;
     const double additional = find_additional(motion, refdyn_control_least(t_begin, t_out));
     motion->step.iterations = 0;
+    motion->step.guard = NULL;
     if (isfinite(additional)) {
         repetition->is_additional = 1;
         repetition->t_from = additional;
@@ -260,6 +286,11 @@ int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct re
     use_method(motion, next->method);
     motion->step.iterations = next->iterations;
     motion->step.keeps = next->keeps;
+    if (leads_to_kink(motion, next) && !next->is_special) {
+        repetition->guard.hold = hold;
+        repetition->guard.context = motion;
+        motion->step.guard = &repetition->guard;
+    }
     if (next->aligns)
         refdyn_programme_forget(&motion->programme);
     find_ahead(motion, t_out, (1 + beyond) * (t - t_begin), ahead);
