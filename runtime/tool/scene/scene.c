@@ -333,7 +333,7 @@ static void warn_of_unread(const struct scene *scene, const struct options *opti
     for (int i = 0; i < options->setting_count && !is_expected; i++) {
         const char *name = options->settings[i].name;
         if (is_given(values, name) && refdyn_find_name(model->parameters, model->parameter_count, name) < 0)
-            fprintf(stderr, "refdyn: warning: --set %s: nothing in this model reads it\n", name);
+            fprintf(stderr, "refdyn: warning: --set %s: nothing that this command computes reads it\n", name);
     }
 }
 
