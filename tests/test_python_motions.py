@@ -490,6 +490,11 @@ WRONG_TYPES = {
     "qd: values of <U1; must be real numbers": lambda m: m.step([1, 2], ["1", "2"], 0, 0.1),
     "inputs: values of complex128; must be real numbers": lambda m: m.motion().set(inputs=np.ones(1) * 1j),
     "parameters: str; must be values by name, {'NAME': value}": lambda m: m.motion(parameters="1"),
+    "hold: 3; must be a text or a list of texts": lambda m: m.statics(hold=3),
+    "release: [1]; must be a text or a list of texts": lambda m: m.modes(release=[1]),
+    "hold: b'rod_psi'; must be a text or a list of texts": lambda m: m.linearise(hold=b"rod_psi"),
+    "stop: None; must be a text or a list of texts": lambda m: m.simulate(1, stop=None),
+    "derivatives: 2; must be a text or a list of texts": lambda m: m.simulate(1, derivatives=2),
     "a motion cannot be pickled: it has memory of C; pickle motion.state": lambda m: pickle.dumps(m.motion()),
 }
 
