@@ -70,7 +70,9 @@ const struct option_rule scene_rules[] = {
      acceleration_words, NULL},
     {"parameters", "FIT.json", OPTION_TEXT, "the values that `fit` has found; --set takes precedence", NULL,
      NULL},
-    {"watch", NULL, OPTION_FLAG, "repeat whenever the model, a file that it requires, or a RUN is saved",
+    {"watch", NULL, OPTION_FLAG,
+     "repeat whenever a file that the command reads is saved: the model, what it requires, a RUN, inputs, a "
+     "state",
      NULL, NULL},
     {"fold", NULL, OPTION_FLAG, "turn parameters into numbers in the C", NULL, NULL},
     {.name = NULL}};
