@@ -479,6 +479,7 @@ WRONG = {
     "method: 'auto' has no fixed steps; use one of rk4, rk54": lambda m: m.step([1, 2], [1, 2], 0, 0.1, method="auto"),
     "inputs: has shape (2,); its last axis must have 1 entries (push)": lambda m: m.step([1, 2], [1, 2], 0, 0.1, np.ones(2)),
     "input push: contains nan; all numbers must be finite": lambda m: m.step([1, 2], [1, 2], 0, 0.1, {"push": np.nan}),
+    "shape mismatch: the leading axes qd (2,), qdd (3,) cannot be broadcast": lambda m: m.inverse_dynamics(np.ones(2), np.ones((2, 2)), np.ones((3, 2))),
     "shape mismatch: the leading axes q (2,), t (3,) cannot be broadcast": lambda m: m.step(np.ones((2, 2)), np.ones(2), np.zeros(3), 0.1),
 }
 WRONG_TYPES = {

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, inline, motion, planning, program, recorded, stepping, urdf
-from .names import ByName, by_name, by_order, finite, finite_row, nearest, one_real, texts_of, unknown
+from .names import ByName, by_name, by_order, common_lead, finite, finite_row, nearest, one_real, texts_of, unknown
 from .passing import Given
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
@@ -212,8 +212,10 @@ class Model:
         They act in addition to the model's own forces, those of the inputs included. With rows, they are the forces of drives and
         rows together: at `qdd = arm.qdd(q, qd)` the result is `arm.force(q, qd)`. Axes before the last one are a batch.
         """
-        rates = np.broadcast_arrays(*(states_of(name, value, len(self.coordinates)) for name, value in (("qd", qd), ("qdd", qdd))))
-        return self.inverse(q, np.concatenate(rates, axis=-1), t, inputs, parameters)
+        n = len(self.coordinates)
+        rates = {name: states_of(name, value, n) for name, value in (("qd", qd), ("qdd", qdd))}
+        lead = common_lead((name, array.shape[:-1]) for name, array in rates.items())
+        return self.inverse(q, np.concatenate([np.broadcast_to(array, lead + (n,)) for array in rates.values()], axis=-1), t, inputs, parameters)
 
     def _library(self, emit: str | None, has_lanes: bool) -> Compiled:
         with self._lock:
