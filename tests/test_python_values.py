@@ -1,5 +1,6 @@
 """Inputs and parameters of Python's quantities: by name and as arrays, for one state and many, and what such a call costs."""
 import collections
+import pickle
 import re
 import time
 import warnings
@@ -211,6 +212,19 @@ def test_arrays_of_a_motion(arm, swing):
     for warned in (lambda: swing.motion(parameters={"unread": 3}), lambda: swing.motion().set(parameters={"unread": 3})):
         with pytest.warns(Warning, match="^unread: nothing in this model reads it$"):
             warned()
+
+
+def test_a_file_that_is_gone(package, tmp_path):
+    """The model keeps its text, also in a pickle, which may be loaded where the file never was."""
+    file = tmp_path / "slide.lua"
+    file.write_text('return require "refdyn".model { name = "slide", links = { { "cart", joint = "x", mass = 2.5, damper = { x = 0.7 } } } }')
+    model = package.Model(file)
+    sent = pickle.dumps(model)
+    file.unlink()
+    for other in (lambda: model, lambda: pickle.loads(sent)):
+        with pytest.warns(package.ModelWarning, match="slide.lua: the file can no longer be read; the model stays as it was$"):
+            found = other().d_qdd([0.1], [0.3])
+        assert found["qd"] == [[-0.7 / 2.5]]
 
 
 def test_a_model_without_inputs(package):
