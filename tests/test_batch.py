@@ -52,6 +52,20 @@ def done(tmp_path_factory):
 
 # ---- The numbers ----
 
+def test_what_varies_without_effect_is_reported(tmp_path):
+    """A parameter that nothing reads; not one that only a course reads, nor one that only some structures have."""
+    (tmp_path / "slide.lua").write_text(HEAD + """local p = rd.parameters { { "m", 2, "kg" }, { "gain", 3 }, { "idle", 4 } }
+local is_braked = rd.option("is_braked", false)
+local damper = is_braked and { x = rd.parameter("c", 0.3, "N s/m") } or nil
+return rd.model { name = "slide", links = { { "cart", joint = "x", mass = p.m, damper = damper, start_rate = { x = 1 } } },
+  courses = function(s) return { level = p.gain * s.q.cart_x } end }
+""")
+    vary = "vary = { m = { 1, 3 }, gain = { 2, 5 }, idle = { 1, 2 }, is_braked = { true, false }, c = { 0.1, 0.2 } }"
+    said = batch(tmp_path, HEAD + "return rd.sweep { " + vary + ", t_end = 0.1 }", model=tmp_path / "slide.lua").stderr
+    assert [line for line in said.splitlines() if "warning" in line] == ["refdyn: warning: idle: varies, but nothing in this model reads it"], said
+
+
+
 def test_each_case_is_a_motion_of_sim(done, tmp_path):
     """Final states, times, extremes, norms and histories are those of the CSV of `sim`, bit for bit."""
     with h5py.File(done) as file:

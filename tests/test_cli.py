@@ -68,7 +68,7 @@ def test_values_that_nothing_reads(tmp_path):
 local load, spare = rd.parameter("load", 1, "kg"), rd.parameter("spare", 3)
 return rd.model { name = "m", gravity = { 0, 0, -9.81 }, links = { { "a", joint = "z", mass = load } } }""")
     said = refdyn("sim", "m.lua", "--until", "0.1", "--set", "load=2", "--set", "spare=4", "-o", "m.csv", cwd=tmp_path).stderr
-    assert [line for line in said.splitlines() if "warning" in line] == ["refdyn: warning: --set spare: nothing in this model reads it"]
+    assert [line for line in said.splitlines() if "warning" in line] == ["refdyn: warning: --set spare: nothing that this command computes reads it"]
 
 
 def test_motions_are_no_models(tmp_path):

@@ -187,6 +187,16 @@ def test_progress(ball, monkeypatch):
     assert not stream.getvalue().strip("\0")
 
 
+# ---- Words ----
+
+def test_commands_in_messages_are_calls(package):
+    from refdyn.wording import of_python
+    for text, expected in (("`refdyn sim` of one case", "`arm.simulate` of one case"), ("the growing modes were counted; refdyn modes shows them", "the growing modes were counted; arm.modes shows them"),
+                           ("convert a URDF file by `refdyn import`", "convert a URDF file by `refdyn.Model.from_urdf`"), ("usage: refdyn batch MODEL.lua", "usage: refdyn batch MODEL.lua"),
+                           ("/tmp/refdyn sim/a.lua", "/tmp/refdyn sim/a.lua")):
+        assert of_python(text) == expected
+
+
 # ---- Wrong calls ----
 
 WRONG = {
@@ -205,6 +215,8 @@ WRONG = {
     "keep: at: values of <U1; must be real numbers": (TypeError, lambda ball: ball.batch({"m": [1]}, 1, keep={"at": "a"})),
     "keep: keeps nothing; add final = true or names of columns": (ValueError, lambda ball: ball.batch({"m": [1]}, 1, keep={"final": False})),
     "keep: the sweep file defines what is kept; write it there": (ValueError, lambda ball: ball.batch(sweep="sweep.lua", keep={"final": True})),
+    "cases: column 0; the names of columns must be texts": (TypeError, lambda ball: ball.batch({0: [1.0, 2.0]}, 1)),
+    "m: rows of different lengths; must be a row of values": (ValueError, lambda ball: ball.batch({"m": [1, [2]]}, 1)),
     "cases: mm: unknown name; did you mean 'm'?": (ValueError, lambda ball: ball.batch({"mm": [1]}, 1)),
     "cases: m: 'nan' is not a finite number (case 1)": (ValueError, lambda ball: ball.batch({"m": [1, np.nan]}, 1)),
     "batch() got an unexpected keyword argument 'thread'; did you mean 'threads'?": (TypeError, lambda ball: ball.batch({"m": [1]}, 1, thread=2)),
@@ -224,6 +236,8 @@ WRONG = {
     "normal: a number is not finite; numbers must be finite": (ValueError, lambda ball: sys.modules["refdyn"].normal(np.nan, 1)),
     "mm: unknown option, parameter or input; did you mean 'm'?": (ValueError, lambda ball: type(ball).from_text(BALL, mm=2)),
     "shape: value \"oval\"; must be one of round, flat": (ValueError, lambda ball: type(ball).from_text(BALL, shape="oval")),
+    "view: run 7: int; must be a dataset of arm.simulate": (TypeError, lambda ball: ball.view({"7": 7})),
+    "view: run ball has no ball_x; must have all coordinates, as a dataset of arm.simulate does": (ValueError, lambda ball: ball.view(ball.simulate(0.1)[["B_x"]])),
     "view: int; must be a dataset of arm.simulate, or several by name or in a list": (TypeError, lambda ball: ball.view(3, "ball.html")),
 }
 

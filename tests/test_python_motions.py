@@ -479,6 +479,7 @@ WRONG = {
     "method: 'auto' has no fixed steps; use one of rk4, rk54": lambda m: m.step([1, 2], [1, 2], 0, 0.1, method="auto"),
     "inputs: has shape (2,); its last axis must have 1 entries (push)": lambda m: m.step([1, 2], [1, 2], 0, 0.1, np.ones(2)),
     "input push: contains nan; all numbers must be finite": lambda m: m.step([1, 2], [1, 2], 0, 0.1, {"push": np.nan}),
+    "shape mismatch: the leading axes qd (2,), qdd (3,) cannot be broadcast": lambda m: m.inverse_dynamics(np.ones(2), np.ones((2, 2)), np.ones((3, 2))),
     "shape mismatch: the leading axes q (2,), t (3,) cannot be broadcast": lambda m: m.step(np.ones((2, 2)), np.ones(2), np.zeros(3), 0.1),
 }
 WRONG_TYPES = {
@@ -490,6 +491,11 @@ WRONG_TYPES = {
     "qd: values of <U1; must be real numbers": lambda m: m.step([1, 2], ["1", "2"], 0, 0.1),
     "inputs: values of complex128; must be real numbers": lambda m: m.motion().set(inputs=np.ones(1) * 1j),
     "parameters: str; must be values by name, {'NAME': value}": lambda m: m.motion(parameters="1"),
+    "hold: 3; must be a text or a list of texts": lambda m: m.statics(hold=3),
+    "release: [1]; must be a text or a list of texts": lambda m: m.modes(release=[1]),
+    "hold: b'rod_psi'; must be a text or a list of texts": lambda m: m.linearise(hold=b"rod_psi"),
+    "stop: None; must be a text or a list of texts": lambda m: m.simulate(1, stop=None),
+    "derivatives: 2; must be a text or a list of texts": lambda m: m.simulate(1, derivatives=2),
     "a motion cannot be pickled: it has memory of C; pickle motion.state": lambda m: pickle.dumps(m.motion()),
 }
 

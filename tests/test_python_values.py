@@ -1,12 +1,14 @@
 """Inputs and parameters of Python's quantities: by name and as arrays, for one state and many, and what such a call costs."""
 import collections
+import pickle
 import re
 import time
+import warnings
 
 import numpy as np
 import pytest
 
-from program import REFERENCE, SANITIZED, evaluate
+from program import REFERENCE, SANITIZED, TESTS, evaluate
 from python_package import package, same  # noqa: F401 (a fixture)
 
 RANDOM = np.random.default_rng(29)
@@ -171,6 +173,58 @@ def test_one_bad_row_among_many(arm):
         arm.qdd(arm.q0, parameters=bad)
     with pytest.raises(ValueError, match=re.escape("shape mismatch: the leading axes inputs (3,), parameters (4,) cannot be broadcast")):
         arm.qdd(arm.q0, inputs=np.zeros((3, 1)), parameters=bad)
+
+
+@pytest.mark.parametrize("name", ["contacts/jaws", "events/pendulum"])
+def test_batches_of_a_model_with_events(name, package):
+    """It has no lanes: each state of a batch has the bits of a single call."""
+    model = package.Model(TESTS / "models" / f"{name}.lua")
+    q, qd = (start + 0.05 * RANDOM.standard_normal((5, len(start))) for start in (model.q0, model.qd0))
+    for quantity in (model.qdd, model.M, model.energy):
+        assert same(quantity(q, qd, 0.2), [quantity(*state, 0.2) for state in zip(q, qd)])
+    many, one = model.event_terms(q, qd, 0.2), model.event_terms(q[3], qd[3], 0.2)
+    assert all(same(many[part][3], one[part]) for part in one)
+
+
+@pytest.mark.filterwarnings("ignore:.*(start is far|do not balance|not an equilibrium|equilibrium is unstable):Warning")
+def test_arrays_of_a_motion(arm, swing):
+    """Motions, equilibria and modes take rows of all parameters. Only a parameter that the start of a motion sets may be NaN."""
+    changed = row(swing.parameters, c=0.7, at=np.nan, level=np.nan)
+    for call in (lambda given: swing.simulate(0.1, every=0.1, inputs=[3.0, 0.2], parameters=given, dataset=False)["tip_psi"],
+                 lambda given: swing.motion(inputs=[3.0, 0.2], parameters=given).qdd, lambda given: swing.statics(inputs=[0.3, 0.2], parameters=given).tip_psi,
+                 lambda given: swing.modes("initial", parameters=given).frequency):
+        assert same(call(changed), call({"c": 0.7}))
+        with pytest.raises(ValueError, match="^parameter m: contains nan; all numbers must be finite$"):
+            call(row(swing.parameters, m=np.nan))
+        with pytest.raises(ValueError, match="^parameter c: contains inf; all numbers must be finite$"):
+            call({"c": np.inf})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        swing.motion(q=[0.1, 0.2], parameters={"gain": 2.0}).set(parameters=row(swing.parameters))  # only a course reads gain
+    by_array, by_name = arm.motion(tol=1e-7), arm.motion(tol=1e-7)
+    for motion, given in ((by_array, row(arm.parameters, m_E=2.9, xc=np.nan)), (by_name, {"m_E": 2.9})):
+        motion.advance(0.05)
+        motion.set(parameters=given)
+        motion.advance(0.1)
+    assert same(by_array.state, by_name.state) and by_array.parameters == by_name.parameters
+    with pytest.raises(ValueError, match=re.escape(f"parameters: have shape (2,); must have ({len(arm.parameters)},), one number for each of the model's parameters")):
+        by_array.set(parameters=[1.0, 2.0])
+    for warned in (lambda: swing.motion(parameters={"unread": 3}), lambda: swing.motion().set(parameters={"unread": 3})):
+        with pytest.warns(Warning, match="^unread: nothing in this model reads it$"):
+            warned()
+
+
+def test_a_file_that_is_gone(package, tmp_path):
+    """The model keeps its text, also in a pickle, which may be loaded where the file never was."""
+    file = tmp_path / "slide.lua"
+    file.write_text('return require "refdyn".model { name = "slide", links = { { "cart", joint = "x", mass = 2.5, damper = { x = 0.7 } } } }')
+    model = package.Model(file)
+    sent = pickle.dumps(model)
+    file.unlink()
+    for other in (lambda: model, lambda: pickle.loads(sent)):
+        with pytest.warns(package.ModelWarning, match="slide.lua: the file can no longer be read; the model stays as it was$"):
+            found = other().d_qdd([0.1], [0.3])
+        assert found["qd"] == [[-0.7 / 2.5]]
 
 
 def test_a_model_without_inputs(package):

@@ -446,6 +446,22 @@ def test_watch_repeats_when_a_file_is_saved(swing):
     assert re.findall(r"\n\nrefdyn: \d\d:\d\d:\d\d: (\S+) has changed\n", said)[:2] == [str(size.name), "swing.lua"], said
 
 
+def test_watch_repeats_when_inputs_or_the_start_change(swing):
+    (swing.folder / "swing.lua").write_text(MODEL.replace("return rd", 'rd.input("push", 0, "N m")\nreturn rd').replace("\n}\n", "\n  forces = function(s) return { a_phi = s.inputs.push } end }\n"))
+    run, inputs, start = (swing.folder / name for name in ("run.csv", "inputs.csv", "start.json"))
+    inputs.write_text("t,push\n0,0.3\n")
+    start.write_text('{"q": [0.7]}')
+    watching = Watching(swing, "sim", "swing.lua", "--until", "1", "--inputs", "inputs.csv", "--from", "start.json", "-o", "run.csv")
+    watching.wait_for("refdyn: watching swing.lua and 3 more files; Ctrl-C ends\n")
+    texts = [run.read_text()]
+    for file, text in ((inputs, "t,push\n0,0.9\n"), (start, '{"q": [0.71]}')):
+        file.write_text(text)
+        wait_for(lambda: run.read_text() != texts[-1])
+        texts.append(run.read_text())
+    assert len(set(texts)) == 3
+    watching.end()
+
+
 def test_watch_begins_with_a_wrong_model(swing):
     """Also if the error is in a file that the model requires."""
     size = swing.folder / "size.lua"

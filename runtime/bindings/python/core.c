@@ -39,7 +39,7 @@ static const struct quantity *find_quantity(const char *name) {
 struct function {
     PyObject_HEAD struct library *library; /* held */
     refdyn_function *of_one;
-    refdyn_lane_function *of_lanes; /* NULL: the quantity is not emitted for lanes */
+    refdyn_lane_function *of_lanes; /* NULL: the quantity, or a model with events, is not emitted for lanes */
     int rates, size;                /* numbers in qd and in a result */
     double *rest;                   /* (rates) zeros */
 };
@@ -408,7 +408,8 @@ static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_
     if (open == ROWS_COUNT &&
         refdyn_need_doubles(given[4], "out", many.size * many.count, 1, PyBUF_WRITABLE, &views[open]))
         many.out = views[open++].buf;
-    PyObject *result = open > ROWS_COUNT ? compute_many(&many, function->library->lanes->width) : NULL;
+    const int width = many.of_lanes ? function->library->lanes->width : 1;
+    PyObject *result = open > ROWS_COUNT ? compute_many(&many, width) : NULL;
     while (open > 0)
         PyBuffer_Release(&views[--open]);
     return result;

@@ -70,7 +70,9 @@ const struct option_rule scene_rules[] = {
      acceleration_words, NULL},
     {"parameters", "FIT.json", OPTION_TEXT, "the values that `fit` has found; --set takes precedence", NULL,
      NULL},
-    {"watch", NULL, OPTION_FLAG, "repeat whenever the model, a file that it requires, or a RUN is saved",
+    {"watch", NULL, OPTION_FLAG,
+     "repeat whenever a file that the command reads is saved: the model, what it requires, a RUN, inputs, a "
+     "state",
      NULL, NULL},
     {"fold", NULL, OPTION_FLAG, "turn parameters into numbers in the C", NULL, NULL},
     {.name = NULL}};
@@ -333,7 +335,7 @@ static void warn_of_unread(const struct scene *scene, const struct options *opti
     for (int i = 0; i < options->setting_count && !is_expected; i++) {
         const char *name = options->settings[i].name;
         if (is_given(values, name) && refdyn_find_name(model->parameters, model->parameter_count, name) < 0)
-            fprintf(stderr, "refdyn: warning: --set %s: nothing in this model reads it\n", name);
+            fprintf(stderr, "refdyn: warning: --set %s: nothing that this command computes reads it\n", name);
     }
 }
 

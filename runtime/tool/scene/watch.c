@@ -1,6 +1,6 @@
 /*
  * --watch: repeats a command whenever one of the files that it reads is saved: the model, the files that it
- * requires, and runs.
+ * requires, and those that the command names, such as runs or inputs.
  *
  * Each repetition is a process, which first reports the files of the model. Errors in the model end the
  * process, and watching continues. A repetition that still computes when a file changes is ended.

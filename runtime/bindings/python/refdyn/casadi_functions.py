@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from . import program
-from .names import nearest
+from .names import nearest, texts_of
 
 if TYPE_CHECKING:
     from .model import Model
@@ -63,7 +63,7 @@ class CasadiFunctions:
 
 def load(model: Model, quantities: Sequence[str] | None, folds: bool) -> CasadiFunctions:
     casadi_module()
-    emit = [name for name in USUAL if name in model._default] + ["step"] if quantities is None else [quantities] if isinstance(quantities, str) else list(quantities)
+    emit = [name for name in USUAL if name in model._default] + ["step"] if quantities is None else list(texts_of("quantities", quantities))
     folder = tempfile.mkdtemp(prefix=program.PRIVATE)
     atexit.register(remove, folder, os.getpid())
     model._run("gen", {"emit": ",".join(emit), "for_casadi": True, "fold": folds, "output": folder})

@@ -93,6 +93,9 @@ def columns(cases: Any) -> dict[str, Any]:
     if not hasattr(cases, "items"):
         raise TypeError(f"cases: {type(cases).__name__}; must be columns by name, {{'NAME': values}}, a data frame or refdyn.grid(NAME=values)")
     found = dict(cases.items())
+    for name in found:
+        if not isinstance(name, str):
+            raise TypeError(f"cases: column {name!r}; the names of columns must be texts")
     if not found:
         raise ValueError("cases: no column; add values of at least one name")
     if "inputs" in found:

@@ -199,7 +199,7 @@ def write_table(columns: Mapping[str, Any], path: str) -> str:
     for name, values in columns.items():
         if has_masked(values):
             raise TypeError(f"{name}: has masked values; each case needs a value")
-    arrays = [np.atleast_1d(np.asarray(values)) for values in columns.values()]
+    arrays = [np.atleast_1d(column_of(name, values)) for name, values in columns.items()]
     rows = max((array.size for array in arrays), default=0)
     for name, array in zip(columns, arrays):
         if array.ndim > 1 or array.size not in (1, rows):
@@ -209,6 +209,13 @@ def write_table(columns: Mapping[str, Any], path: str) -> str:
     lines = [",".join(columns), *map(",".join, zip(*fields))]
     pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
+
+
+def column_of(name: str, values: Any) -> np.ndarray:
+    try:
+        return np.asarray(values)
+    except ValueError as error:  # NumPy: "setting an array element with a sequence ..."
+        raise ValueError(f"{name}: rows of different lengths; must be a row of values") from error
 
 
 def field_of(name: str, value: Any) -> str:

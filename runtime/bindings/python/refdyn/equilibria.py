@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import motion
-from .names import finite_row
+from .names import finite_row, texts_of
 
 if TYPE_CHECKING:
     from .model import Model
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 WAYS = ("load", "path", "downhill")
 
 
-def names_of(value: str | Sequence[str] | None) -> list[str] | None:
-    return value if value is None else [name for name in (value.split(",") if isinstance(value, str) else value) if name]
+def names_of(argument: str, value: str | Sequence[str] | None) -> list[str] | None:
+    return None if value is None else [name for name in texts_of(argument, value.split(",") if isinstance(value, str) else value) if name]
 
 
 def find(model: Model, purpose: str, q: npt.ArrayLike | None, t: Any, inputs: Mapping[str, float], parameters: Mapping[str, float], hold: str | Sequence[str] | None,
          release: str | Sequence[str] | None, way: str | None) -> dict[str, Any] | None:
     """Computes the equilibrium near q; None if the program has to say what is wrong with the arguments."""
-    held, released = names_of(hold), names_of(release) or []
+    held, released = names_of("hold", hold), names_of("release", release) or []
     state = None if q is None else finite_row("q", q, "one state: a row of numbers")
     time = None if t is None else finite_row("t", t, "one state: a row of numbers")
     names = tuple(model.coordinates)
@@ -55,7 +55,7 @@ def find(model: Model, purpose: str, q: npt.ArrayLike | None, t: Any, inputs: Ma
 def modes(model: Model, at: str, q: npt.ArrayLike | None, t: Any, inputs: Mapping[str, float], parameters: Mapping[str, float], most: Any, hold: str | Sequence[str] | None,
           release: str | Sequence[str] | None, way: str | None) -> dict[str, Any] | None:
     """Computes small motions; None if the program has to do it, or to say what is wrong with the arguments."""
-    names, held = tuple(model.coordinates), names_of(hold)
+    names, held = tuple(model.coordinates), names_of("hold", hold)
     if model.state_names or most is not None and not (type(most) is int and most > 0) or at not in ("statics", "initial") or not set(held or ()) <= set(names):
         return None
     state = model.q0 if q is None else finite_row("q", q, "one state: a row of numbers")

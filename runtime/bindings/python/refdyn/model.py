@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, inline, motion, planning, program, recorded, stepping, urdf
-from .names import ByName, by_name, by_order, finite_row, nearest, one_real, unknown
+from .names import ByName, by_name, by_order, common_lead, finite, finite_row, nearest, one_real, texts_of, unknown
 from .passing import Given
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
@@ -212,8 +212,10 @@ class Model:
         They act in addition to the model's own forces, those of the inputs included. With rows, they are the forces of drives and
         rows together: at `qdd = arm.qdd(q, qd)` the result is `arm.force(q, qd)`. Axes before the last one are a batch.
         """
-        rates = np.broadcast_arrays(*(states_of(name, value, len(self.coordinates)) for name, value in (("qd", qd), ("qdd", qdd))))
-        return self.inverse(q, np.concatenate(rates, axis=-1), t, inputs, parameters)
+        n = len(self.coordinates)
+        rates = {name: states_of(name, value, n) for name, value in (("qd", qd), ("qdd", qdd))}
+        lead = common_lead((name, array.shape[:-1]) for name, array in rates.items())
+        return self.inverse(q, np.concatenate([np.broadcast_to(array, lead + (n,)) for array in rates.values()], axis=-1), t, inputs, parameters)
 
     def _library(self, emit: str | None, has_lanes: bool) -> Compiled:
         with self._lock:
@@ -278,8 +280,8 @@ class Model:
         if found is not None:
             return datasets.of_equilibrium(self, found, found["held"], datasets.attributes(self, values, inputs))
         with self._state_file(q, None, t, self._values("input", inputs)) as state:
-            printed = self._run("statics", {"state": state, "hold": listed(hold), "release": listed(release), "way": way}, values)
-        held = self.held if hold is None else (listed(hold) or "").split(",")
+            printed = self._run("statics", {"state": state, "hold": listed("hold", hold), "release": listed("release", release), "way": way}, values)
+        held = self.held if hold is None else (listed("hold", hold) or "").split(",")
         return datasets.of_equilibrium(self, json.loads(printed), held, datasets.attributes(self, values, inputs))
 
     def modes(self, at: str = "statics", *, q: npt.ArrayLike | None = None, t: float | None = None, inputs: Given = None, parameters: Given = None,
@@ -304,7 +306,7 @@ class Model:
         if found is not None:
             return datasets.of_modes(self, {"at": at if q is None else "state", **found}, datasets.attributes(self, values, inputs))
         with self._state_file(q, None, t, {} if is_found else constants) as state:
-            given = {"at": state or at, "modes": modes, "hold": listed(hold), "release": listed(release), "way": way}
+            given = {"at": state or at, "modes": modes, "hold": listed("hold", hold), "release": listed("release", release), "way": way}
             printed = self._run("modes", given, {**values, **constants} if is_found else values)
         return datasets.of_modes(self, json.loads(printed), datasets.attributes(self, values, inputs))
 
@@ -329,7 +331,7 @@ class Model:
         if is_found and t is not None:
             raise ValueError("t: the equilibrium is computed at t = 0; add q or at=\"initial\" for another time")
         with self._state_file(q, qd, t, {} if is_found else constants) as state:
-            given = {"at": state or at, "hold": listed(hold), "move_held": move_held, "release": listed(release), "way": way}
+            given = {"at": state or at, "hold": listed("hold", hold), "move_held": move_held, "release": listed("release", release), "way": way}
             printed = self._run("linearise", given, {**values, **constants} if is_found else values)
         return datasets.of_linear_model(self, json.loads(printed), datasets.attributes(self, values, inputs))
 
@@ -355,8 +357,7 @@ class Model:
         inputs = by_order("input", inputs, self.inputs, "; samples need their times, inputs={'t': times, 'NAME': values}")
         values = self._values("parameter", parameters)
         constants, columns = split(inputs, self._kinds, self._by_events)
-        conditions = (stop,) if isinstance(stop, str) else tuple(stop)
-        by = (derivatives,) if isinstance(derivatives, str) else tuple(derivatives)
+        conditions, by = texts_of("stop", stop), texts_of("derivatives", derivatives)
         shown = (lambda run: self._dataset(run, values, inputs)) if dataset else (lambda run: run)
         if recorded.is_in_process(method, from_, conditions, options):
             chosen = motion.options_of(method, tol, step, *(options.get(name) for name in recorded.OPTIONS), True)
@@ -546,6 +547,9 @@ class Model:
         for name, run in runs.items():
             if run.attrs.get("model", self._name) != self._name:
                 raise ValueError(f"view: run {name} belongs to the model {run.attrs['model']}; must belong to {self._name}")
+            missing = [coordinate for coordinate in self._joints if coordinate not in run]
+            if missing:
+                raise ValueError(f"view: run {name} has no {missing[0]}; must have all coordinates, as a dataset of arm.simulate does")
             given = {**json.loads(run.attrs.get("options", "{}")), **json.loads(run.attrs.get("parameters", "{}"))}
             values.append({key: value for key, value in given.items() if value != {**self.options, **self._fixed}.get(key)})
         for (name, _), given in zip(runs.items(), values):
@@ -563,9 +567,11 @@ class Model:
         return np.stack(joints + [rest] * len(self.state_names), axis=-1), np.stack(rates, axis=-1)
 
     def _values(self, kind: str, given: Given) -> dict[str, float]:
-        """Returns one number for each name. An array has the values of all inputs or parameters in their order."""
-        values = by_order(kind, given, self._units[f"{kind}s"])
-        return {name: one_real(f"{kind} {name}", value) for name, value in by_name(kind, values, self._kinds).items()}
+        """Returns one number for each name. An array has the values of all inputs or parameters in their order; NaN leaves out a
+        parameter that the model anchors at the start of a motion."""
+        free = [name for name, is_anchored in self._order.items() if is_anchored] if kind == "parameter" else ()
+        values = by_order(kind, given, self._units[f"{kind}s"], free=free)
+        return {name: one_real(f"{kind} {name}", finite(f"{kind} {name}", value)) for name, value in by_name(kind, values, self._kinds).items()}
 
     def _run(self, command: str, options: Mapping[str, Any], values: Mapping[str, float | None] = {}, *words: str, shows_progress: bool = False) -> str:
         """Runs a command with these values instead of the model's. Names with None are left out: another option sets them."""
@@ -613,8 +619,10 @@ def runs_by_name(model: str, runs: Any) -> dict[str, xarray.Dataset]:
         raise TypeError(f"view: {type(runs).__name__}; must be a dataset of arm.simulate, or several by name or in a list")
     if not runs:
         raise ValueError("view: no run; give at least one")
-    for name in runs:
-        if not name or "/" in name or name.startswith("-"):
+    for name, run in runs.items():
+        if not hasattr(run, "data_vars"):
+            raise TypeError(f"view: run {name}: {type(run).__name__}; must be a dataset of arm.simulate")
+        if not isinstance(name, str) or not name or "/" in name or name.startswith("-"):
             raise ValueError(f"view: the run's name {name!r} is not a file name; must be without / and must not begin with -")
     return dict(runs)
 
@@ -643,5 +651,5 @@ def constant(values: Sequence[float]) -> np.ndarray:
     return array
 
 
-def listed(names: str | Sequence[str] | None) -> str | None:
-    return names if names is None or isinstance(names, str) else ",".join(names)
+def listed(argument: str, names: str | Sequence[str] | None) -> str | None:
+    return None if names is None else ",".join(texts_of(argument, names))

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import program
 from .core import METHODS
-from .names import by_name, finite, not_one_of, one_real
+from .names import finite, not_one_of, one_real
 from .wording import shown
 
 if TYPE_CHECKING:
@@ -75,9 +75,15 @@ def values_of(compiled: Compiled, parameters: Mapping[str, float]) -> tuple[np.n
     for name, value in parameters.items():
         if name in compiled.places:
             values[compiled.places[name]] = value
-        elif name in compiled.description["unread"]:
-            program.warn(f"--set {name}: nothing in this model reads it")
+        else:
+            warn_if_unread(compiled, name)
     return values, bytes(is_anchored and name not in parameters for name, is_anchored in zip(compiled.places, compiled.anchored))
+
+
+def warn_if_unread(compiled: Compiled, name: str) -> None:
+    """Warns about a parameter that the whole model does not read; `compiled` alone may not read those of courses."""
+    if name not in compiled.of_parameters.order:
+        program.warn(f"{name}: nothing in this model reads it")
 
 
 def new_core(compiled: Compiled, options: tuple[Any, ...], x: np.ndarray, parameters: Mapping[str, float]) -> Core:
@@ -173,16 +179,19 @@ class Motion:
             raise failure_of(self._model, status, said, False)
 
     def _changed(self, kind: str, given: Any, places: Mapping[str, int], read: Any) -> np.ndarray:
-        """The present values with the given ones: by name, or inputs as a row in the order of the model."""
+        """The present values with the given ones, by name or as a row in the order of the model. NaN in a row leaves a parameter
+        as it is that the model anchors at the start of a motion."""
         row = self._numbers(len(places), read)
         if kind == "input" and isinstance(given, (np.ndarray, list, tuple)):
             values = finite("inputs", given)
             if values.shape != row.shape:
                 raise ValueError(f"inputs: have shape {values.shape}; must have shape {row.shape}")
             return np.ascontiguousarray(values)
-        for name, value in by_name(kind, given, self._model._kinds).items():
+        for name, value in self._model._values(kind, given).items():
             if name in places:
-                row[places[name]] = one_real(f"{kind} {name}", finite(f"{kind} {name}", value))
+                row[places[name]] = value
+            else:
+                warn_if_unread(self._compiled, name)
         return row
 
     @staticmethod

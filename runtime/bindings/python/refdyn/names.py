@@ -61,16 +61,24 @@ def by_name(kind: str, given: Mapping[str, Any] | None, kinds: Mapping[str, Coll
     return given
 
 
-def by_order(kind: str, given: Any, names: Collection[str], samples: str = "") -> Any:
-    """Returns the values of an array by name; the array has one value for each of `names`, in their order. The start of a motion sets
-    a parameter that is NaN. `samples`: how to pass values along time instead."""
+def by_order(kind: str, given: Any, names: Collection[str], samples: str = "", free: Collection[str] = ()) -> Any:
+    """Returns the values of an array by name; the array has one value for each of `names`, in their order. NaN leaves a value of
+    `free` out. `samples`: how to pass values along time instead."""
     if given is None or isinstance(given, Mapping) or np.ndim(given) == 0:
         return given
     values = reals(f"{kind}s", given)
     if values.shape != (len(names),):
         hint = samples if values.ndim == 2 and values.shape[1] == len(names) else ""
         raise ValueError(f"{kind}s: have shape {values.shape}; must have ({len(names)},), one number for each of the model's {kind}s, or names{hint}")
-    return {name: value for name, value in zip(names, values.tolist()) if kind != "parameter" or not np.isnan(value)}
+    return {name: value for name, value in zip(names, values.tolist()) if name not in free or not np.isnan(value)}
+
+
+def texts_of(argument: str, value: Any) -> tuple[str, ...]:
+    """One text, or several in a list."""
+    found = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Iterable) and not isinstance(value, bytes) else (None,)
+    if not all(isinstance(text, str) for text in found):
+        raise TypeError(f"{argument}: {value!r}; must be a text or a list of texts")
+    return found
 
 
 def has_masked(value: Any) -> bool:

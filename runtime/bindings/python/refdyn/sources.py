@@ -51,7 +51,10 @@ class Sources:
         if self.main == TEXT:
             return
         self.places[self._copies] = os.path.dirname(self.main)
-        warn(f"{changed}: the file has changed since the model was read; the model stays as it was, and refdyn.Model reads the new file")
+        if bytes_of(changed) is None:
+            warn(f"{changed}: the file can no longer be read; the model stays as it was")
+        else:
+            warn(f"{changed}: the file has changed since the model was read; the model stays as it was, and refdyn.Model reads the new file")
 
 
 def bytes_of(file: str) -> bytes | None:

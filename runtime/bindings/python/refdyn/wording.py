@@ -12,6 +12,8 @@ OPTIONS = ("accuracy", "after", "at", "before", "derivatives", "drives", "E", "e
            "stop", "threads", "tip", "tol", "verify", "way", *ARGUMENTS)
 VALUES = ("baumgarte", "baumgarte-auto", "downhill", "held", "load", "none", "pass", "path", "project", "statics", "stop")
 OPTION = re.compile(rf"--({'|'.join(sorted(OPTIONS, key=len, reverse=True))})(?![\w-])(?: ({'|'.join(VALUES)})(?![\w-]))?")
+CALLS = {"import": "refdyn.Model.from_urdf", "sim": "arm.simulate"}  # calls of the package whose names differ from their commands
+COMMAND = re.compile(r"(?<![\w/.-])refdyn (batch|fit|import|linearise|modes|plan|sim|statics|view)(?![\w-])(?! [A-Z-])")
 NEAREST = re.compile(r"; (?:the nearest known one is \"([^\"\n]*)\"|the nearest is '?([\w.]+)'?)(?=\n|$)", re.M)
 OF_OPTION = re.compile(r"^[^\n]*?: (?=--[\w-]+: )")
 OF_FILE = re.compile(r"^<(?:state|cases|inputs|sweep|fit|plan|(?:data|held_out)_\d+)>(?::\d+)?: ", re.M)
@@ -33,10 +35,11 @@ def argument(found: re.Match[str]) -> str:
 
 
 def of_python(text: str) -> str:
-    """Writes options as arguments: `start="project"` for `--start project`."""
+    """Writes options as arguments, `start="project"` for `--start project`, and commands as calls: `arm.simulate` for `refdyn sim`."""
     text = text.replace("the CSV has no column", "a motion has no column").replace("--set ", "")
     text = NEAREST.sub(lambda found: f"; did you mean {found[1] or found[2]!r}?", text)
-    return re.sub(r"^refdyn: ", "", OPTION.sub(argument, text), flags=re.M)
+    text = COMMAND.sub(lambda found: CALLS.get(found[1], f"arm.{found[1]}"), OPTION.sub(argument, text))
+    return re.sub(r"^refdyn: ", "", text, flags=re.M)
 
 
 def is_about_arguments(text: str) -> bool:

@@ -40,10 +40,22 @@ static enum status run_model(const struct options *options) {
     return options_has(options, "realise") ? realise_run(options) : simulate_run(options);
 }
 
+/* The motion depends on these files, too. */
+static enum status watch_model(const struct options *options) {
+    const char *const given[] = {options_text(options, "inputs"), options_text(options, "play"),
+                                 options_text(options, "parameters"), realise_state_path(options)};
+    enum { MOST = sizeof given / sizeof *given };
+    const char *files[MOST];
+    int count = 0;
+    for (int i = 0; i < MOST; i++)
+        if (given[i])
+            files[count++] = given[i];
+    return scene_watch(options, *options->operands, files, count, run_model);
+}
+
 static enum status run_motion(const struct options *options) {
     if (!options_has(options, "of") && !options_has(options, "case"))
-        return options_has(options, "watch") ? scene_watch(options, *options->operands, NULL, 0, run_model)
-                                             : run_model(options);
+        return options_has(options, "watch") ? watch_model(options) : run_model(options);
     const enum status status = check_case(options);
     return status == STATUS_DONE ? runs_case_again(options) : status;
 }

@@ -345,6 +345,26 @@ static enum status open_structure(struct structure *structure, struct memory *me
     return status;
 }
 
+/* ---- All structures ---- */
+
+static bool is_read(const struct structures *structures, const struct varied *column) {
+    for (int i = 0; i < structures->count; i++)
+        for (int k = 0; k < structures->list[i].column_count; k++)
+            if (structures->list[i].columns[k].values == column->values)
+                return true;
+    return false;
+}
+
+/* Cases that differ in nothing else have equal results. */
+static void warn_of_unread(const struct structures *structures, const struct cases *cases) {
+    for (int i = 0; i < cases->width; i++) {
+        const struct varied *column = &cases->columns[i];
+        if (column->kind == VARIED_PARAMETER && !is_read(structures, column))
+            fprintf(stderr, "refdyn: warning: %s: varies, but nothing in this model reads it\n",
+                    column->target);
+    }
+}
+
 enum status sweeps_structures_open(struct structures *structures, struct memory *memory,
                                    const struct cases *cases, const struct refdyn_options *integration,
                                    int threads) {
@@ -354,6 +374,8 @@ enum status sweeps_structures_open(struct structures *structures, struct memory 
     compile_all(structures, threads);
     for (int i = 0; i < structures->count && status == STATUS_DONE; i++)
         status = open_structure(&structures->list[i], memory, cases, integration);
+    if (status == STATUS_DONE)
+        warn_of_unread(structures, cases);
     return status;
 }
 
