@@ -348,6 +348,25 @@ def test_other_order_of_events(tmp_path):
     assert numpy.isfinite(found["d_ball_z_by_H"][:-1]).all() and numpy.isnan(found["d_ball_z_d_by_H"][-1])
 
 
+@pytest.mark.parametrize("method", ["auto", "rk54", "rodas5p", "radau9"])
+def test_grazing(method, tmp_path):
+    """A ball that just reaches a ceiling, with dense outputs: exact before, nan from the ceiling on, also inside the step that meets it."""
+    model = written(tmp_path, "graze", """local rd = require "refdyn"
+local p = rd.parameters { { "v", 3, "m/s" }, { "g", 9.81, "m/s^2" } }
+return rd.model {
+  name = "graze", gravity = { 0, 0, -p.g },
+  links = { { "ball", joint = "z", mass = 2, start_rate = { z = p.v } } },
+  events = function(s) return { rd.event { 9 / 19.62 - s.q.ball_z, restitution = 0.5, name = "ceiling" } } end,
+}""")
+    found, said = derive(model, "--until", 0.5, "--every", 0.002, "--method", method, names=["v", "g"], folder=tmp_path)
+    for name in ("v", "g"):
+        start = re.search(rf"warning: --derivatives {name}: nan from t = (\S+) s on: when {name} changes by \S+, the event ceiling happens in another order", said)
+        assert start and abs(float(start[1]) - 3 / 9.81) < 2e-3, said
+        is_before = found["t"] < float(start[1])
+        column, exact = found[f"d_ball_z_by_{name}"], found["t"] if name == "v" else -found["t"] ** 2 / 2
+        assert numpy.isnan(column[~is_before]).all() and largest(column[is_before], exact[is_before]) < 1e-7
+
+
 @pytest.mark.parametrize("names, message", [
     ("nope", "'nope' is unknown; use a parameter, an input, a coordinate or its rate NAME_d"),
     ("m_EE", "'m_EE' is unknown; the nearest is 'm_E'"), ("n_rfe", "n_rfe is an option of the model, which fixes its structure"),

@@ -73,7 +73,7 @@ void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_a
                              double error);
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
 /* After an accepted step: calls the watch; a copy compares the step with its pattern. */
-int refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
+void refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
 /* Returns whether options.step_limit steps have been tried. */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 
@@ -624,6 +624,7 @@ struct refdyn_pattern {
 struct refdyn_repetition {
     const struct refdyn_pattern *pattern; /* NULL: the motion chooses its steps */
     int status;                           /* why the copy has left the pattern; 0: it has not */
+    double t_failed;                      /* when [s] */
     int next, from, to;                   /* step; last waypoint; next waypoint of time, -1: not known */
     double t_from, t_to;                  /* own times of these waypoints [s] */
     double t_start, stretch;              /* start; length of the copy relative to the recorded motion */
@@ -639,10 +640,10 @@ void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struc
 void refdyn_repetition_clear(struct refdyn_motion *motion);
 void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_pattern *pattern,
                              double t_final);
-/* Before and after each step; error: NO_DERIVATIVE where the events differ from those of the pattern. They do
- * nothing in a motion that chooses its steps. */
+/* Before and after each step. The second compares its events with those of the pattern; the first refuses the
+ * next step if they differ, with NO_DERIVATIVE. They do nothing in a motion that chooses its steps. */
 int refdyn_repetition_begin_step(struct refdyn_motion *motion);
-int refdyn_repetition_end_step(struct refdyn_motion *motion);
+void refdyn_repetition_end_step(struct refdyn_motion *motion);
 /* Plans the next step, or takes it if it is special; error: as above. */
 int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt);
 /* Call it if the copy could not take a step; status: why. */
