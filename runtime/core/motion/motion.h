@@ -574,6 +574,8 @@ int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const s
                                int i);
 /* Moves a state of the step that is beyond kink i back to the side where the step began. */
 void refdyn_kinks_hold(struct refdyn_motion *motion, int i, double t, double *state);
+/* Do the accelerations jump at kink i, which is zero at this state? */
+int refdyn_kinks_jump(struct refdyn_motion *motion, int i, double t, const double *state);
 /* After a step that passes kinks of positions by rounding alone: moves its end back before them, so that rows
  * that turn there are still as at its beginning. The second function moves a state at t in the step. */
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step);
@@ -599,6 +601,7 @@ struct refdyn_waypoint {
     int is_switch;                /* a time event that is not among the known ones */
     int first_break, break_count; /* in `places`: indices of known time events */
     int first_due, due_count;     /* in `places`: state events and kinks that are due, ascending */
+    int has_jump;                 /* accelerations jump at one of these kinks */
 };
 
 struct refdyn_repeated_step {
@@ -630,7 +633,7 @@ struct refdyn_repetition {
     double t_start, stretch;              /* start; length of the copy relative to the recorded motion */
     int is_additional;                    /* the next step is not in the pattern */
     double *breaks;                       /* (break_count) scratch: own times of known time events [s] */
-    struct refdyn_side_guard guard;       /* of steps to kinks */
+    struct refdyn_side_guard guard;       /* of steps to jumps */
 };
 
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,
@@ -654,7 +657,7 @@ int refdyn_pattern_breaks(const struct refdyn_motion *motion, double t, double *
 
 /* Called at the start, with ahead NULL; after each accepted step; and where events are due without one. */
 struct refdyn_step_watch {
-    void (*note)(void *context, const struct refdyn_motion *motion, const struct refdyn_ahead *ahead);
+    void (*note)(void *context, struct refdyn_motion *motion, const struct refdyn_ahead *ahead);
     void *context;
 };
 

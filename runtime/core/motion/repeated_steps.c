@@ -11,8 +11,8 @@
  * keep their fractions of the time between waypoints, because otherwise a step would see an event on its
  * wrong side. Each copy computes the times of its time events, and locates its state events.
  *
- * Without control of errors, a stage at the end of a step to a kink would see the force beyond it, however
- * long the step is. So stages of this step keep the side of the kink on which it began.
+ * Without control of errors, a stage at the end of a step to a jump would see the force beyond it, however
+ * long the step is. So stages of this step keep the side of the jump on which it began.
  *
  * A copy that meets other events than its pattern ends with REFDYN_NO_DERIVATIVE when it is to take the next
  * step, so that outputs before these events are shown.
@@ -257,14 +257,6 @@ static void hold(void *context, double t, double *state) {
     }
 }
 
-static int leads_to_kink(const struct refdyn_motion *motion, const struct refdyn_repeated_step *next) {
-    const struct refdyn_repetition *repetition = &motion->repetition;
-    const struct refdyn_waypoint *there = next->waypoint < 0 ? NULL : waypoint_at(repetition, next->waypoint);
-    return there && there->due_count > 0 &&
-           refdyn_state_events_is_kink(&motion->state_events,
-                                       repetition->pattern->places[there->first_due + there->due_count - 1]);
-}
-
 /* Finds what is ahead of a step of h. */
 static void find_ahead(struct refdyn_motion *motion, double t_out, double h, struct refdyn_ahead *ahead) {
     refdyn_control_begin(&motion->control, h);
@@ -295,7 +287,7 @@ int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct re
     use_method(motion, next->method);
     motion->step.iterations = next->iterations;
     motion->step.keeps = next->keeps;
-    if (leads_to_kink(motion, next) && !next->is_special) {
+    if (next->waypoint >= 0 && waypoint_at(repetition, next->waypoint)->has_jump && !next->is_special) {
         repetition->guard.hold = hold;
         repetition->guard.context = motion;
         motion->step.guard = &repetition->guard;
