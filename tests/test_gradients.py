@@ -403,6 +403,27 @@ return rd.sweep { vary = { a = { 0.19, 0.2, 0.205 } }, t_end = 0.4, keep = { fin
                 assert abs(float(row[f"d_{column}_by_{name}"]) / found[f"d_{column}_by_{name}"][-1] - 1) < 1e-6
 
 
+@pytest.mark.parametrize("H, reason", [(1.3, "no derivative by H: at t = 0.514[0-9]* s the event floor happens in another order"), (1.2, None)])
+def test_batch_says_why_derivatives_are_missing(H, reason, tmp_path):
+    """A ball that reaches the floor at the end of the motion."""
+    sweep, model = tmp_path / "sweep.lua", written(tmp_path, "ball", BALL.format(more=""))
+    sweep.write_text(f"""local rd = require "refdyn"
+return rd.sweep {{ vary = {{ H = {{ {H} }} }}, t_end = {(2 * 1.3 / 9.81) ** 0.5 * (1 + 1e-13)!r}, keep = {{ derivatives = {{ "H" }} }} }}""")
+    refdyn("batch", model, sweep, "-o", tmp_path / "runs.csv")
+    with open(tmp_path / "runs.csv") as file:
+        row, = csv.DictReader(file)
+    assert re.match(reason, row["reason"]) if reason else "reason" not in row, row
+
+
+def test_batch_says_that_values_jump_at_the_end(tmp_path):
+    sweep = tmp_path / "sweep.lua"
+    sweep.write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = { F = { 3 } }, t_end = 0.6, keep = { derivatives = { "F", "T" } } }')
+    refdyn("batch", written(tmp_path, "breaks", BREAK), sweep, "-o", tmp_path / "runs.csv")
+    with open(tmp_path / "runs.csv") as file:
+        row, = csv.DictReader(file)
+    assert row["reason"] == "no derivative by T: values jump at the end, where an event happens" and row["d_a_x_by_F"]
+
+
 def test_batch_refuses_wrong_names(tmp_path):
     sweep = tmp_path / "sweep.lua"
     sweep.write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = { a = { 0.19 } }, t_end = 0.4,\n  keep = { derivatives = { "nope" } } }')
