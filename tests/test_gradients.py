@@ -348,6 +348,25 @@ def test_other_order_of_events(tmp_path):
     assert numpy.isfinite(found["d_ball_z_by_H"][:-1]).all() and numpy.isnan(found["d_ball_z_d_by_H"][-1])
 
 
+@pytest.mark.parametrize("method", ["auto", "rk54", "rodas5p", "radau9"])
+def test_grazing(method, tmp_path):
+    """A ball that just reaches a ceiling, with dense outputs: exact before, nan from the ceiling on, also inside the step that meets it."""
+    model = written(tmp_path, "graze", """local rd = require "refdyn"
+local p = rd.parameters { { "v", 3, "m/s" }, { "g", 9.81, "m/s^2" } }
+return rd.model {
+  name = "graze", gravity = { 0, 0, -p.g },
+  links = { { "ball", joint = "z", mass = 2, start_rate = { z = p.v } } },
+  events = function(s) return { rd.event { 9 / 19.62 - s.q.ball_z, restitution = 0.5, name = "ceiling" } } end,
+}""")
+    found, said = derive(model, "--until", 0.5, "--every", 0.002, "--method", method, names=["v", "g"], folder=tmp_path)
+    for name in ("v", "g"):
+        start = re.search(rf"warning: --derivatives {name}: nan from t = (\S+) s on: when {name} changes by \S+, the event ceiling happens in another order", said)
+        assert start and abs(float(start[1]) - 3 / 9.81) < 2e-3, said
+        is_before = found["t"] < float(start[1])
+        column, exact = found[f"d_ball_z_by_{name}"], found["t"] if name == "v" else -found["t"] ** 2 / 2
+        assert numpy.isnan(column[~is_before]).all() and largest(column[is_before], exact[is_before]) < 1e-7
+
+
 @pytest.mark.parametrize("names, message", [
     ("nope", "'nope' is unknown; use a parameter, an input, a coordinate or its rate NAME_d"),
     ("m_EE", "'m_EE' is unknown; the nearest is 'm_E'"), ("n_rfe", "n_rfe is an option of the model, which fixes its structure"),
@@ -382,6 +401,27 @@ return rd.sweep { vary = { a = { 0.19, 0.2, 0.205 } }, t_end = 0.4, keep = { fin
         for column in ("crank_psi", "crank_psi_d"):
             for name in ("a", "torque", "crank_psi_d"):
                 assert abs(float(row[f"d_{column}_by_{name}"]) / found[f"d_{column}_by_{name}"][-1] - 1) < 1e-6
+
+
+@pytest.mark.parametrize("H, reason", [(1.3, "no derivative by H: at t = 0.514[0-9]* s the event floor happens in another order"), (1.2, None)])
+def test_batch_says_why_derivatives_are_missing(H, reason, tmp_path):
+    """A ball that reaches the floor at the end of the motion."""
+    sweep, model = tmp_path / "sweep.lua", written(tmp_path, "ball", BALL.format(more=""))
+    sweep.write_text(f"""local rd = require "refdyn"
+return rd.sweep {{ vary = {{ H = {{ {H} }} }}, t_end = {(2 * 1.3 / 9.81) ** 0.5 * (1 + 1e-13)!r}, keep = {{ derivatives = {{ "H" }} }} }}""")
+    refdyn("batch", model, sweep, "-o", tmp_path / "runs.csv")
+    with open(tmp_path / "runs.csv") as file:
+        row, = csv.DictReader(file)
+    assert re.match(reason, row["reason"]) if reason else "reason" not in row, row
+
+
+def test_batch_says_that_values_jump_at_the_end(tmp_path):
+    sweep = tmp_path / "sweep.lua"
+    sweep.write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = { F = { 3 } }, t_end = 0.6, keep = { derivatives = { "F", "T" } } }')
+    refdyn("batch", written(tmp_path, "breaks", BREAK), sweep, "-o", tmp_path / "runs.csv")
+    with open(tmp_path / "runs.csv") as file:
+        row, = csv.DictReader(file)
+    assert row["reason"] == "no derivative by T: values jump at the end, where an event happens" and row["d_a_x_by_F"]
 
 
 def test_batch_refuses_wrong_names(tmp_path):

@@ -152,7 +152,8 @@ struct refdyn_underivable {
     int status; /**< 0: derivatives exist at all outputs. NO_DERIVATIVE: when the variable changes slightly,
                      events happen in another order, or on one side only. Otherwise the enum refdyn_status
                      with which a changed motion has failed */
-    double t;   /**< time of that event or failure: outputs from there on have NaN [s] */
+    double t;   /**< time of that event or failure, or of the first output that is missing because of it:
+                     outputs from there on have NaN [s] */
     double change;   /**< change of the variable, signed, with which this happened */
     int event;       /**< of the model; -1: a kink of formulas, or a time event */
     int is_at_start; /**< 1: the event is at the start of the motion */

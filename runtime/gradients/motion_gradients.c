@@ -175,13 +175,17 @@ static int end_copy(void *context, const struct refdyn_batch_case *one,
     struct run *run = context;
     struct ending *ending = &run->endings[one->number];
     const struct refdyn_integrator *integrator = one->integrator;
-    ending->status = result->status;
-    ending->t = result->status == REFDYN_EVENT_ENDS ? result->t : integrator->failed_t;
-    if (result->status == REFDYN_EVENT_ENDS && run->given->motion.status == REFDYN_EVENT_ENDS)
+    const struct refdyn_repetition *repetition = &integrator->motion->repetition;
+    const int has_left = result->stage == REFDYN_AT_STEPS && repetition->status;
+    ending->status = has_left ? repetition->status : result->status;
+    ending->t = has_left                              ? repetition->t_failed
+                : result->status == REFDYN_EVENT_ENDS ? result->t
+                                                      : integrator->failed_t;
+    if (ending->status == REFDYN_EVENT_ENDS && run->given->motion.status == REFDYN_EVENT_ENDS)
         see_copy(run, one, ending->outputs);
-    if (result->status == REFDYN_NO_DERIVATIVE) {
+    if (ending->status == REFDYN_NO_DERIVATIVE) {
         ending->event = other_event(integrator->motion);
-        ending->is_at_start = integrator->motion->repetition.next == 0;
+        ending->is_at_start = repetition->next == 0;
     }
     return 0;
 }
@@ -374,12 +378,15 @@ static double better_change(const struct run *run, int i, double *response) {
     return change == difference->change ? change : power_of_two(change);
 }
 
+/* Notes how a copy has failed, and from when on its outputs are missing. */
 static void note_failure(struct run *run, int i, const struct ending *ending, double change) {
     struct refdyn_underivable *found = &run->given->underivable[run->first + i];
-    if (is_like_motion(run, ending) || (found->status && found->t <= ending->t))
+    const double t =
+        ending->outputs < run->given->outputs ? fmin(ending->t, run->times[ending->outputs]) : ending->t;
+    if (is_like_motion(run, ending) || (found->status && found->t <= t))
         return;
     *found = (struct refdyn_underivable){.status = ending->status ? ending->status : REFDYN_NO_DERIVATIVE,
-                                         .t = ending->t,
+                                         .t = t,
                                          .change = change,
                                          .event = ending->event,
                                          .is_at_start = ending->is_at_start};

@@ -59,13 +59,16 @@ static int has_places(struct recorded_steps *recorded, int count) {
 
 /* ---- Steps of a motion ---- */
 
-/* Adds events that are due at the waypoint as places. */
-static void add_due(struct refdyn_pattern *pattern, const int *due, int count,
-                    struct refdyn_waypoint *waypoint) {
+/* Adds events that are due at the waypoint, at this state, as places. */
+static void add_due(struct refdyn_pattern *pattern, struct refdyn_motion *motion, const double *state,
+                    const int *due, int count, struct refdyn_waypoint *waypoint) {
     waypoint->first_due = pattern->place_count;
     waypoint->due_count = count;
-    for (int k = 0; k < count; k++)
+    for (int k = 0; k < count; k++) {
         pattern->places[pattern->place_count++] = due[k];
+        if (refdyn_state_events_is_kink(&motion->state_events, due[k]))
+            waypoint->has_jump |= refdyn_kinks_jump(motion, due[k], waypoint->t, state);
+    }
 }
 
 /* Does the last step end where the caller or the end of the motion has asked for it? */
@@ -78,7 +81,7 @@ static int is_at_fixed(const struct refdyn_motion *motion, const struct refdyn_a
 
 /* Adds the waypoint at the end of the last step. Returns its index, -1 if there is none, -2 without memory.
  */
-static int note_waypoint(struct recorded_steps *recorded, const struct refdyn_motion *motion,
+static int note_waypoint(struct recorded_steps *recorded, struct refdyn_motion *motion,
                          const struct refdyn_ahead *ahead) {
     struct refdyn_pattern *pattern = &recorded->pattern;
     const struct refdyn_step *step = &motion->step;
@@ -100,14 +103,15 @@ static int note_waypoint(struct recorded_steps *recorded, const struct refdyn_mo
         waypoint->is_switch =
             fabs(motion->time_events.switched - step->t_end) <= refdyn_motion_resolution(motion, step->t_end);
     }
-    add_due(pattern, events->due, events->due_count, waypoint);
+    add_due(pattern, motion, step->state_new, events->due, events->due_count, waypoint);
     return pattern->waypoint_count - 1;
 }
 
 /* A kink that the motion passes at the very beginning of a step is farther from there in the copies, which
  * must end a step at it. So it becomes due at the end of the step before. Returns 0 if memory is short. */
-static int note_passed(struct recorded_steps *recorded, const struct refdyn_state_events *events) {
+static int note_passed(struct recorded_steps *recorded, struct refdyn_motion *motion) {
     struct refdyn_pattern *pattern = &recorded->pattern;
+    const struct refdyn_state_events *events = &motion->state_events;
     if (events->passed_count == 0 || pattern->step_count == 0 ||
         pattern->steps[pattern->step_count - 1].waypoint >= 0)
         return 1;
@@ -117,17 +121,29 @@ static int note_passed(struct recorded_steps *recorded, const struct refdyn_stat
         return 0;
     *waypoint = (struct refdyn_waypoint){.t = before->t};
     before->waypoint = pattern->waypoint_count - 1;
-    add_due(pattern, events->passed, events->passed_count, waypoint);
+    add_due(pattern, motion, motion->step.state, events->passed, events->passed_count, waypoint);
     return 1;
 }
 
-static void note(void *context, const struct refdyn_motion *motion, const struct refdyn_ahead *ahead) {
+/* Has no step led away from the end of the last one, where nothing was due? In the copies, a step ends there.
+ */
+static int is_at_last(const struct recorded_steps *recorded, const struct refdyn_step *step) {
+    const struct refdyn_pattern *pattern = &recorded->pattern;
+    return step->t_end == step->t_begin && pattern->step_count > 0 &&
+           pattern->steps[pattern->step_count - 1].waypoint < 0;
+}
+
+static void note(void *context, struct refdyn_motion *motion, const struct refdyn_ahead *ahead) {
     struct recorded_steps *recorded = context;
     const struct refdyn_step *step = &motion->step;
     if (recorded->status)
         return;
-    const int is_noted = note_passed(recorded, &motion->state_events),
+    const int is_noted = note_passed(recorded, motion),
               waypoint = is_noted ? note_waypoint(recorded, motion, ahead) : -2;
+    if (waypoint >= 0 && ahead && is_at_last(recorded, step)) {
+        recorded->pattern.steps[recorded->pattern.step_count - 1].waypoint = waypoint;
+        return;
+    }
     struct refdyn_repeated_step *taken = waypoint > -2 && ahead ? add_step(recorded) : NULL;
     const long rejected = motion->statistics.rejected;
     recorded->aligned = ahead ? recorded->aligned : motion->programme.aligned;

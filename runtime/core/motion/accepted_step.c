@@ -237,10 +237,10 @@ static int may_be_taken_beside(const struct refdyn_motion *motion, const struct 
            motion->options.gain_share == 0 && motion->state_events.named == 0;
 }
 
-int refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
+void refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt) {
     if (motion->watch)
         motion->watch->note(motion->watch->context, motion, &attempt->ahead);
-    return refdyn_repetition_end_step(motion);
+    refdyn_repetition_end_step(motion);
 }
 
 int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
@@ -258,5 +258,7 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
             refdyn_attempt_judge(motion, attempt, refdyn_motion_take(motion, attempt->t_new, attempt->h));
         attempt->is_left = 0;
     }
-    return status ? status : refdyn_step_over(motion, attempt);
+    if (!status)
+        refdyn_step_over(motion, attempt);
+    return status;
 }

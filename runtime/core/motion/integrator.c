@@ -542,7 +542,7 @@ int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, l
 int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
                            struct refdyn_attempt *attempt) {
     struct refdyn_motion *motion = enter(integrator);
-    int status = motion->repetition.status;
+    int status = REFDYN_OK;
     while (!status && (!attempt->is_over || is_before(motion, t_out)))
         status = refdyn_accept_step(motion, t_out, 1, attempt);
     if (status == REFDYN_HALTED) {

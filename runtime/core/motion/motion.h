@@ -73,7 +73,7 @@ void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_a
                              double error);
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
 /* After an accepted step: calls the watch; a copy compares the step with its pattern. */
-int refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
+void refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
 /* Returns whether options.step_limit steps have been tried. */
 int refdyn_step_limit_reached(const struct refdyn_motion *motion);
 
@@ -574,6 +574,8 @@ int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const s
                                int i);
 /* Moves a state of the step that is beyond kink i back to the side where the step began. */
 void refdyn_kinks_hold(struct refdyn_motion *motion, int i, double t, double *state);
+/* Do the accelerations jump at kink i, which is zero at this state? */
+int refdyn_kinks_jump(struct refdyn_motion *motion, int i, double t, const double *state);
 /* After a step that passes kinks of positions by rounding alone: moves its end back before them, so that rows
  * that turn there are still as at its beginning. The second function moves a state at t in the step. */
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step);
@@ -599,6 +601,7 @@ struct refdyn_waypoint {
     int is_switch;                /* a time event that is not among the known ones */
     int first_break, break_count; /* in `places`: indices of known time events */
     int first_due, due_count;     /* in `places`: state events and kinks that are due, ascending */
+    int has_jump;                 /* accelerations jump at one of these kinks */
 };
 
 struct refdyn_repeated_step {
@@ -624,12 +627,13 @@ struct refdyn_pattern {
 struct refdyn_repetition {
     const struct refdyn_pattern *pattern; /* NULL: the motion chooses its steps */
     int status;                           /* why the copy has left the pattern; 0: it has not */
+    double t_failed;                      /* when [s] */
     int next, from, to;                   /* step; last waypoint; next waypoint of time, -1: not known */
     double t_from, t_to;                  /* own times of these waypoints [s] */
     double t_start, stretch;              /* start; length of the copy relative to the recorded motion */
     int is_additional;                    /* the next step is not in the pattern */
     double *breaks;                       /* (break_count) scratch: own times of known time events [s] */
-    struct refdyn_side_guard guard;       /* of steps to kinks */
+    struct refdyn_side_guard guard;       /* of steps to jumps */
 };
 
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,
@@ -639,10 +643,10 @@ void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struc
 void refdyn_repetition_clear(struct refdyn_motion *motion);
 void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_pattern *pattern,
                              double t_final);
-/* Before and after each step; error: NO_DERIVATIVE where the events differ from those of the pattern. They do
- * nothing in a motion that chooses its steps. */
+/* Before and after each step. The second compares its events with those of the pattern; the first refuses the
+ * next step if they differ, with NO_DERIVATIVE. They do nothing in a motion that chooses its steps. */
 int refdyn_repetition_begin_step(struct refdyn_motion *motion);
-int refdyn_repetition_end_step(struct refdyn_motion *motion);
+void refdyn_repetition_end_step(struct refdyn_motion *motion);
 /* Plans the next step, or takes it if it is special; error: as above. */
 int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt);
 /* Call it if the copy could not take a step; status: why. */
@@ -653,7 +657,7 @@ int refdyn_pattern_breaks(const struct refdyn_motion *motion, double t, double *
 
 /* Called at the start, with ahead NULL; after each accepted step; and where events are due without one. */
 struct refdyn_step_watch {
-    void (*note)(void *context, const struct refdyn_motion *motion, const struct refdyn_ahead *ahead);
+    void (*note)(void *context, struct refdyn_motion *motion, const struct refdyn_ahead *ahead);
     void *context;
 };
 

@@ -11,10 +11,11 @@
  * keep their fractions of the time between waypoints, because otherwise a step would see an event on its
  * wrong side. Each copy computes the times of its time events, and locates its state events.
  *
- * Without control of errors, a stage at the end of a step to a kink would see the force beyond it, however
- * long the step is. So stages of this step keep the side of the kink on which it began.
+ * Without control of errors, a stage at the end of a step to a jump would see the force beyond it, however
+ * long the step is. So stages of this step keep the side of the jump on which it began.
  *
- * A copy that meets other events than its pattern ends with REFDYN_NO_DERIVATIVE.
+ * A copy that meets other events than its pattern ends with REFDYN_NO_DERIVATIVE when it is to take the next
+ * step, so that outputs before these events are shown.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -89,6 +90,15 @@ static int is_of_time(const struct refdyn_waypoint *waypoint) {
     return waypoint->is_fixed || waypoint->is_switch || waypoint->break_count > 0;
 }
 
+/* The copy's time for a time of the recorded motion in the next step. */
+static double moved_time(const struct refdyn_repetition *repetition, double t) {
+    const double from = waypoint_at(repetition, repetition->from)->t;
+    if (repetition->to < 0)
+        return repetition->t_from + (t - from);
+    const double to = waypoint_at(repetition, repetition->to)->t;
+    return repetition->t_from + (t - from) / (to - from) * (repetition->t_to - repetition->t_from);
+}
+
 /* Does the copy have the due events and kinks of the waypoint; -1: none? */
 static int has_due(const struct refdyn_motion *motion, int waypoint) {
     const struct refdyn_repetition *repetition = &motion->repetition;
@@ -103,14 +113,16 @@ static int has_due(const struct refdyn_motion *motion, int waypoint) {
     return 1;
 }
 
-static int differs(struct refdyn_motion *motion) {
+static int differs(struct refdyn_motion *motion, double t) {
     motion->repetition.status = REFDYN_NO_DERIVATIVE;
-    refdyn_motion_failed(motion, REFDYN_NO_DERIVATIVE, motion->step.t_end);
+    motion->repetition.t_failed = t;
+    refdyn_motion_failed(motion, REFDYN_NO_DERIVATIVE, t);
     return REFDYN_NO_DERIVATIVE;
 }
 
 void refdyn_repetition_fail(struct refdyn_motion *motion, int status) {
     motion->repetition.status = status;
+    motion->repetition.t_failed = motion->failure.t;
     refdyn_motion_failed(motion, status, motion->failure.t);
 }
 
@@ -120,30 +132,36 @@ int refdyn_repetition_begin_step(struct refdyn_motion *motion) {
         return REFDYN_OK;
     if (repetition->status)
         return repetition->status;
-    return repetition->next > 0 || has_due(motion, 0) ? REFDYN_OK : differs(motion);
+    return repetition->next > 0 || has_due(motion, 0) ? REFDYN_OK : differs(motion, motion->step.t_end);
 }
 
-int refdyn_repetition_end_step(struct refdyn_motion *motion) {
+void refdyn_repetition_end_step(struct refdyn_motion *motion) {
     struct refdyn_repetition *repetition = &motion->repetition;
     const struct refdyn_step *step = &motion->step;
     if (!repetition->pattern)
-        return REFDYN_OK;
+        return;
     if (repetition->is_additional) {
         repetition->is_additional = 0;
-        return has_due(motion, -1) ? REFDYN_OK : differs(motion);
+        if (!has_due(motion, -1))
+            differs(motion, step->t_end);
+        return;
     }
-    if (repetition->next >= repetition->pattern->step_count)
-        return differs(motion);
+    if (repetition->next >= repetition->pattern->step_count) {
+        differs(motion, step->t_end);
+        return;
+    }
     const struct refdyn_repeated_step *done = next_of(repetition);
-    if (!has_due(motion, done->waypoint) || (step->t_end == step->t_begin) != done->is_empty)
-        return differs(motion);
+    if (!has_due(motion, done->waypoint) || (step->t_end == step->t_begin) != done->is_empty) {
+        const int is_missing = motion->state_events.due_count == 0;
+        differs(motion, is_missing ? fmin(step->t_end, moved_time(repetition, done->t)) : step->t_end);
+        return;
+    }
     repetition->next++;
     if (done->waypoint >= 0) {
         repetition->from = done->waypoint;
         repetition->t_from = step->t_end;
         repetition->to = repetition->to == done->waypoint ? -1 : repetition->to;
     }
-    return REFDYN_OK;
 }
 
 /* ---- Waypoints of time ---- */
@@ -203,15 +221,6 @@ static double find_additional(struct refdyn_motion *motion, double least) {
 
 /* ---- The next step ---- */
 
-/* The copy's time for a time of the recorded motion in the next step. */
-static double moved_time(const struct refdyn_repetition *repetition, double t) {
-    const double from = waypoint_at(repetition, repetition->from)->t;
-    if (repetition->to < 0)
-        return repetition->t_from + (t - from);
-    const double to = waypoint_at(repetition, repetition->to)->t;
-    return repetition->t_from + (t - from) / (to - from) * (repetition->t_to - repetition->t_from);
-}
-
 /* The planned end of the next step. */
 static double find_end(struct refdyn_motion *motion, const struct refdyn_repeated_step *next) {
     const struct refdyn_repetition *repetition = &motion->repetition;
@@ -248,14 +257,6 @@ static void hold(void *context, double t, double *state) {
     }
 }
 
-static int leads_to_kink(const struct refdyn_motion *motion, const struct refdyn_repeated_step *next) {
-    const struct refdyn_repetition *repetition = &motion->repetition;
-    const struct refdyn_waypoint *there = next->waypoint < 0 ? NULL : waypoint_at(repetition, next->waypoint);
-    return there && there->due_count > 0 &&
-           refdyn_state_events_is_kink(&motion->state_events,
-                                       repetition->pattern->places[there->first_due + there->due_count - 1]);
-}
-
 /* Finds what is ahead of a step of h. */
 static void find_ahead(struct refdyn_motion *motion, double t_out, double h, struct refdyn_ahead *ahead) {
     refdyn_control_begin(&motion->control, h);
@@ -277,16 +278,16 @@ int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct re
         return REFDYN_OK;
     }
     if (repetition->next >= repetition->pattern->step_count)
-        return differs(motion);
+        return differs(motion, motion->step.t_end);
     look_ahead(motion);
     const struct refdyn_repeated_step *next = next_of(repetition);
     const double t = find_end(motion, next);
     if (next->is_empty || !(t - t_begin > refdyn_control_least(t_begin, t_out)))
-        return differs(motion);
+        return differs(motion, motion->step.t_end);
     use_method(motion, next->method);
     motion->step.iterations = next->iterations;
     motion->step.keeps = next->keeps;
-    if (leads_to_kink(motion, next) && !next->is_special) {
+    if (next->waypoint >= 0 && waypoint_at(repetition, next->waypoint)->has_jump && !next->is_special) {
         repetition->guard.hold = hold;
         repetition->guard.context = motion;
         motion->step.guard = &repetition->guard;
@@ -296,10 +297,10 @@ int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct re
     find_ahead(motion, t_out, (1 + beyond) * (t - t_begin), ahead);
     if (next->is_special) {
         attempt->is_over = refdyn_obstacles_step(motion, (1 + beyond) * (t - t_begin), ahead);
-        return attempt->is_over ? REFDYN_OK : differs(motion);
+        return attempt->is_over ? REFDYN_OK : differs(motion, motion->step.t_end);
     }
     if (is_in_the_way(motion, next, ahead, t))
-        return differs(motion);
+        return differs(motion, motion->step.t_end);
     if (!(fabs(ahead->stop - t) <= same_part * (t - t_begin)))
         ahead->stop = fmin(t, ahead->stop);
     return REFDYN_OK;

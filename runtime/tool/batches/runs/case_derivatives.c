@@ -7,6 +7,7 @@
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/support/format/format.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -86,6 +87,22 @@ struct case_derivatives *runs_derivatives_start(const struct kept *kept, const s
     return derivatives;
 }
 
+/* Why there is no derivative by variable k, in a reason that is empty so far. */
+static void describe_missing(const struct case_derivatives *derivatives, int k, char *reason, size_t size) {
+    const struct refdyn_underivable *why = &derivatives->underivable[k];
+    const char *name = derivatives->names[k];
+    if (why->status == REFDYN_NO_DERIVATIVE && why->event >= 0)
+        snprintf(
+            reason, size,
+            "no derivative by %s: at t = %.9g s the event %s happens in another order, or on one side only",
+            name, why->t, derivatives->batch.model->events[why->event].name);
+    else if (why->status)
+        snprintf(reason, size, "no derivative by %s: from t = %.9g s on %s", name, why->t,
+                 refdyn_status_text(why->status));
+    else
+        snprintf(reason, size, "no derivative by %s: values jump at the end, where an event happens", name);
+}
+
 void runs_derive(struct case_derivatives *derivatives, long number, double *values, char *reason,
                  size_t size) {
     struct refdyn_derivatives given = {.batch = &derivatives->batch,
@@ -106,15 +123,14 @@ void runs_derive(struct case_derivatives *derivatives, long number, double *valu
             continue;
         const size_t variable = (size_t)(from / derivatives->width),
                      column = (size_t)(from % derivatives->width);
-        values[derivatives->layout->items[i].offset] =
+        const double value =
             derivatives->values[(variable * (size_t)derivatives->rows + (size_t)given.outputs - 1) *
                                     (size_t)derivatives->width +
                                 column];
+        values[derivatives->layout->items[i].offset] = value;
+        if (isnan(value) && !*reason)
+            describe_missing(derivatives, (int)variable, reason, size);
     }
-    for (int i = 0; i < derivatives->count && !status && !*reason; i++)
-        if (derivatives->underivable[i].status)
-            snprintf(reason, size, "no derivative by %s: from t = %.9g s on %s", derivatives->names[i],
-                     derivatives->underivable[i].t, refdyn_status_text(derivatives->underivable[i].status));
 }
 
 void runs_derivatives_release(struct case_derivatives *derivatives) {
