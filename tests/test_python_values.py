@@ -227,6 +227,13 @@ def test_a_file_that_is_gone(package, tmp_path):
         assert found["qd"] == [[-0.7 / 2.5]]
 
 
+def test_the_nearest_name(package):
+    """If names differ in small and capital letters alone, those of the given name count."""
+    from refdyn.names import nearest
+    assert [nearest(name, known) for name in ("elbo", "ELBO", "Wrst") for known in (["elbow", "ELBOW", "wrist"], ["ELBOW", "wrist", "elbow"])] == ["elbow", "elbow", "ELBOW", "ELBOW", "wrist", "wrist"]
+    assert nearest("xyz", ["elbow"]) is None
+
+
 def test_a_model_without_inputs(package):
     bare = package.Model(REFERENCE, n_rfe=1)
     assert same(bare.M(bare.q0, inputs=[]), bare.M(bare.q0)) and same(bare.M(bare.q0, inputs=np.zeros((2, 0)))[1], bare.M(bare.q0[None])[0])

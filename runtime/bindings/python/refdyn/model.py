@@ -245,7 +245,7 @@ class Model:
 
     def motion(self, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float = 0.0, *, method: str | None = None, tol: float | None = None,
                step: float | None = None, step_max: float | None = None, stabilise: str | None = None, singular: str | None = None, start: str | None = None,
-               inputs: Any = None, parameters: Mapping[str, float] | None = None) -> motion.Motion:
+               inputs: Given = None, parameters: Given = None) -> motion.Motion:
         """Begins a motion at q, qd (default: the model's initial state) and t [s]; `motion.advance(t)` computes it.
 
         The options are those of `refdyn sim`: adaptive steps with `tol`, or fixed ones of `step` [s]. Inputs and parameters are
@@ -254,7 +254,7 @@ class Model:
         options = motion.options_of(method, tol, step, step_max, stabilise, singular, start, False)
         return motion.begin(self, q, qd, t, options, start, inputs, parameters)
 
-    def step(self, q: npt.ArrayLike, qd: npt.ArrayLike, t: npt.ArrayLike, h: float, inputs: Any = None, parameters: Mapping[str, npt.ArrayLike] | None = None, *,
+    def step(self, q: npt.ArrayLike, qd: npt.ArrayLike, t: npt.ArrayLike, h: float, inputs: Given = None, parameters: Given = None, *,
              method: str = "rk4", steps: int = 1, stabilise: str | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Steps from q, qd at t [s] by h [s]; returns q and qd then. Axes before the last one are a batch, as in quantities.
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from . import program
 from .core import METHODS
 from .names import finite, not_one_of, one_real
+from .passing import Given
 from .wording import shown
 
 if TYPE_CHECKING:
@@ -160,7 +161,7 @@ class Motion:
             raise failure_of(self._model, program.NUMBERS, said, True)
         return not self._core.has_ended
 
-    def set(self, *, inputs: Any = None, parameters: Any = None, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None) -> None:
+    def set(self, *, inputs: Given = None, parameters: Given = None, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None) -> None:
         """Continues with other inputs, parameters or another state; values that are not named stay."""
         x = p = state = None
         if inputs is not None:
@@ -268,8 +269,8 @@ class Motion:
         return f"<refdyn.Motion of {self._model._name} at t = {self.t:g} s>"
 
 
-def begin(model: Model, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float, options: tuple[Any, ...], start: str | None, inputs: Any,
-          parameters: Mapping[str, float] | None) -> Motion:
+def begin(model: Model, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float, options: tuple[Any, ...], start: str | None, inputs: Given,
+          parameters: Given) -> Motion:
     n = len(model.coordinates)
     compiled = model._purpose("motion")
     values = model._values("parameter", parameters)

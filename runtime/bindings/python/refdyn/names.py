@@ -13,9 +13,12 @@ WHERE = {"parameter": "a parameter; give it in parameters={...}", "input": "an i
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    lower = {other.lower(): other for other in known}
-    near = difflib.get_close_matches(str(name).lower(), lower, 1)
-    return lower[near[0]] if near else None
+    """The known name that differs least from `name`, regardless of small and capital letters unless names differ in nothing else."""
+    by_lower: dict[str, list[str]] = {}
+    for other in known:
+        by_lower.setdefault(other.lower(), []).append(other)
+    near = difflib.get_close_matches(str(name).lower(), by_lower, 1)
+    return max(by_lower[near[0]], key=lambda other: difflib.SequenceMatcher(None, str(name), other).ratio()) if near else None
 
 
 def unknown(kind: str, name: str, known: Collection[str], kinds: Mapping[str, Collection[str]] = {}) -> str:
