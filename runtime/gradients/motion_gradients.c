@@ -302,7 +302,7 @@ static int run_copies(struct run *run, const long *numbers, long count) {
     batch.count = count;
     batch.numbers = numbers;
     batch.options.balance = 0;
-    batch.options.project_start = batch.model->m > 0 && batch.options.stabilise == REFDYN_PROJECT;
+    batch.options.project_start |= batch.model->m > 0 && batch.options.stabilise == REFDYN_PROJECT;
     batch.context = run;
     batch.output = see_copy;
     batch.end = end_copy;
@@ -357,18 +357,23 @@ static void find_response(const struct run *run, int i, double *response, double
     }
 }
 
+/* Is the curvature of a difference too large? */
+static int is_curved(const struct difference *difference, double response, double curvature) {
+    return difference->form == CENTRAL && curvature > curved_least && curvature > curved_most * response;
+}
+
 /* The change with which to form the difference again; the same change if it is good, with its response. */
-static double better_change(const struct run *run, int i, double *response) {
+static double better_change(const struct run *run, int i, double *response, double *curvature) {
     const struct difference *difference = &run->differences[i];
     const double value = value_of(run, &run->given->variables[run->first + i]);
-    double curvature, change = difference->change;
-    find_response(run, i, response, &curvature);
+    double change = difference->change;
+    find_response(run, i, response, curvature);
     if (*response == 0)
         return change;
     if (*response > response_most)
         change *= response_aim / *response;
-    else if (difference->form == CENTRAL && curvature > curved_least && curvature > curved_most * *response)
-        change *= fmax(smaller, curved_most * *response / curvature / 4);
+    else if (is_curved(difference, *response, *curvature))
+        change *= fmax(smaller, curved_most * *response / *curvature / 4);
     else if (*response < response_least)
         change *= response_aim / *response;
     if (fabs(change) > fabs(difference->change)) {
@@ -405,6 +410,11 @@ static int has_failed(const struct run *run, int i) {
            (run->has_base && !is_like_motion(run, &run->endings[SIDES * BLOCK]));
 }
 
+/* Has a copy not been able to take a step? */
+static int is_stuck(const struct ending *ending) {
+    return ending->status == REFDYN_NO_CONVERGENCE || ending->status == REFDYN_NOT_FINITE;
+}
+
 /* Prepares another round of a difference after one of its sides has failed; *refines: with refined steps.
  * Returns 0 if there is no remedy. */
 static int remedy(const struct run *run, struct difference *difference, const struct ending *a,
@@ -417,9 +427,8 @@ static int remedy(const struct run *run, struct difference *difference, const st
     }
     if (is_refused)
         return 0;
-    const int is_stuck = a->status == REFDYN_NO_CONVERGENCE || b->status == REFDYN_NO_CONVERGENCE ||
-                         a->status == REFDYN_NOT_FINITE || b->status == REFDYN_NOT_FINITE;
-    if (is_stuck && run->refined < REFINED_MOST && difference->tries > 1) {
+    if (run->refined < REFINED_MOST &&
+        ((is_stuck(a) && is_stuck(b)) || (difference->tries > 1 && (is_stuck(a) || is_stuck(b))))) {
         *refines = 1;
         return 1;
     }
@@ -440,11 +449,16 @@ static void lose(struct run *run, int i) {
     difference->change = difference->is_open ? difference->failed : difference->change;
 }
 
-/* Judges a difference whose copies have ended like the motion. */
+/* Judges a difference whose copies have ended like the motion. If it is curved, the motion itself may differ
+ * from its copies, whose iterations end at another tolerance: a copy without a change shows this. */
 static void judge_good(struct run *run, int i) {
     struct difference *difference = &run->differences[i];
-    double response;
-    const double change = better_change(run, i, &response);
+    double response, curvature;
+    const double change = better_change(run, i, &response, &curvature);
+    if (!run->has_base && is_curved(difference, response, curvature)) {
+        run->needs_base = difference->is_open = 1;
+        return;
+    }
     difference->good = difference->change;
     difference->is_open = change != difference->change && difference->tries < ROUNDS;
     if (difference->is_open)

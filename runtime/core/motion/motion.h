@@ -633,7 +633,8 @@ struct refdyn_repetition {
     double t_start, stretch;              /* start; length of the copy relative to the recorded motion */
     int is_additional;                    /* the next step is not in the pattern */
     double *breaks;                       /* (break_count) scratch: own times of known time events [s] */
-    struct refdyn_side_guard guard;       /* of steps to jumps */
+    struct refdyn_side_guard guard;       /* of steps to a jump, */
+    int jump;                             /* which is this waypoint */
 };
 
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,

@@ -249,12 +249,21 @@ static void use_method(struct refdyn_motion *motion, enum refdyn_method method) 
 static void hold(void *context, double t, double *state) {
     struct refdyn_motion *motion = context;
     const struct refdyn_repetition *repetition = &motion->repetition;
-    const struct refdyn_waypoint *there = waypoint_at(repetition, next_of(repetition)->waypoint);
+    const struct refdyn_waypoint *there = waypoint_at(repetition, repetition->jump);
     for (int k = 0; k < there->due_count; k++) {
         const int i = repetition->pattern->places[there->first_due + k];
         if (refdyn_state_events_is_kink(&motion->state_events, i))
             refdyn_kinks_hold(motion, i, t, state);
     }
+}
+
+/* The step to attempt. No step may lead away from an event that is due now, as an attempt shows. */
+static const struct refdyn_repeated_step *find_attempt(const struct refdyn_repetition *repetition) {
+    const struct refdyn_pattern *pattern = repetition->pattern;
+    int next = repetition->next;
+    while (pattern->steps[next].is_empty && next + 1 < pattern->step_count)
+        next++;
+    return &pattern->steps[next];
 }
 
 /* Finds what is ahead of a step of h. */
@@ -280,7 +289,7 @@ int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct re
     if (repetition->next >= repetition->pattern->step_count)
         return differs(motion, motion->step.t_end);
     look_ahead(motion);
-    const struct refdyn_repeated_step *next = next_of(repetition);
+    const struct refdyn_repeated_step *next = find_attempt(repetition);
     const double t = find_end(motion, next);
     if (next->is_empty || !(t - t_begin > refdyn_control_least(t_begin, t_out)))
         return differs(motion, motion->step.t_end);
@@ -291,6 +300,7 @@ int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct re
         repetition->guard.hold = hold;
         repetition->guard.context = motion;
         motion->step.guard = &repetition->guard;
+        repetition->jump = next->waypoint;
     }
     if (next->aligns)
         refdyn_programme_forget(&motion->programme);
