@@ -588,6 +588,10 @@ void refdyn_energy_has_jumped(struct refdyn_motion *motion, double before);
 /* Work done at theta of the step that was taken, by quadrature. Errors: those of refdyn_rates. */
 int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_done);
 
+/* After an adaptive step with this error of its state, in tolerances: computes the work again if the state is
+ * exact and the step too long for its work. The state and its rates stay as they are. */
+void refdyn_resolve_work(struct refdyn_motion *motion, double error);
+
 /* ---- Steps that copies of a motion repeat (repeated_steps.c) ---- */
 
 /* A point of the recorded motion whose time each copy finds: the start, or the end of a step. */
