@@ -507,8 +507,8 @@ struct refdyn_integrator {
     double *qd;          /**< (n) rates [m/s, rad/s] */
     double *qdd;         /**< (n) accelerations [m/s^2, rad/s^2] */
     double *lambda;      /**< (m) multipliers */
-    double work_done;    /**< by non-conservative and programme forces since the start [J]; 0 unless
-                              options.balance */
+    double work_done;    /**< by non-conservative and programme forces since the start [J]; inside a step as
+                              accurate as its interpolant; 0 unless options.balance */
     int is_undetermined; /**< 1: a singular state is so near that qdd is the derivative of the interpolated
                               qd instead of a solution of the equations */
     double t_begin;      /**< beginning of the last accepted step [s] */
@@ -610,7 +610,7 @@ struct refdyn_energy {
     double work_start;      /**< work_done at the start [J] */
     double largest_kinetic; /**< largest kinetic energy [J] */
     double largest_change;  /**< largest change of kinetic energy, potential energy or work [J] */
-    double largest_error;   /**< largest |change of kinetic + potential - work| [J] */
+    double largest_error;   /**< largest |change of kinetic + potential - work| at an end of a step [J] */
     double largest; /**< largest |kinetic| + |potential| + |work| [J]; all others are differences of it */
     double unit;    /**< result of refdyn_energy_scale, else 0 [J] */
 };
@@ -620,7 +620,8 @@ int refdyn_energies(const struct refdyn_workspace *work, double t, const double 
                     double *energy);
 /** Begins a balance at the integrator's state. Errors: FUNCTION_MISSING, NOT_STARTED. */
 int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
-/** Adds the integrator's state at an output to the balance. Errors: FUNCTION_MISSING, NOT_STARTED. */
+/** Adds the integrator's state at an output to the balance, and compares energy and work at the end of the
+ * last step. Errors: FUNCTION_MISSING, NOT_STARTED. */
 int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
 /** At the end of a balance: computes the energy that moves each coordinate by its unit, 1 rad or the length,
  * against h + Q and at the mean speed of such a motion. It is not 0 for a body at rest, whose energies

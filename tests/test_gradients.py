@@ -353,6 +353,9 @@ def test_hdf5_and_summary_hold_the_same_derivatives(tmp_path):
     refdyn("sim", MODELS / "fourbar.lua", "--until", 0.3, "--derivatives", ",".join(names), "-o", tmp_path / "run.h5", "--summary", tmp_path / "summary.json")
     with h5py.File(tmp_path / "run.h5") as file:
         stored = {f"d_{column}_by_{name}": values[()] for column, group in file["derivatives"].items() for name, values in group.items()}
+        units = {name: values.attrs.get("units") for name, values in file["derivatives/crank_psi_d"].items()}
+        assert units == {"a": "rad/s/m", "crank_psi_d": "1"} and file["derivatives/energy/crank_psi_d"].attrs["units"] == "J/(rad/s)"
+        assert "units" not in file["derivatives/phi_1/a"].attrs
     assert stored.keys() == {name for name in found if name.startswith("d_")} and len(stored) > 10
     for name, values in stored.items():
         assert numpy.array_equal(values, found[name]), name

@@ -1,6 +1,7 @@
 """The Python package: its wheel, built as a user builds it, and everything that its page promises."""
 import copy
 import importlib
+import inspect
 import json
 import multiprocessing
 import os
@@ -816,6 +817,37 @@ NO_NUMBERS = {
     **{f"{name}: not an option of this call; use its arguments": lambda ball, name=name: ball.batch({"stiff": [1.0]}, t_end=0.1, **{name: "precious"})
        for name in ("output", "table", "dry_run", "slurm", "resume", "set")},
 }
+
+
+MISSPELT = {
+    "motion() got an unexpected keyword argument 'parameter'; did you mean 'parameters'?": lambda package, ball: ball.motion(parameter={}),
+    "statics() got an unexpected keyword argument 'holds'; did you mean 'hold'?": lambda package, ball: ball.statics(holds=[]),
+    "modes() got an unexpected keyword argument 'input'; did you mean 'inputs'?": lambda package, ball: ball.modes("initial", input={}),
+    "linearise() got an unexpected keyword argument 'releases'; did you mean 'release'?": lambda package, ball: ball.linearise(releases=[]),
+    "simulate() got an unexpected keyword argument 'toll'; did you mean 'tol'?": lambda package, ball: ball.simulate(1, toll=1e-6),
+    "batch() got an unexpected keyword argument 'lane'; did you mean 'lanes'?": lambda package, ball: ball.batch({"stiff": [1]}, 1, lane=2),
+    "inverse_dynamics() got an unexpected keyword argument 'qddd'; did you mean 'qdd'?": lambda package, ball: ball.inverse_dynamics(ball.q0, ball.qd0, qddd=0),
+    "casadi() got an unexpected keyword argument 'folds'; did you mean 'fold'?": lambda package, ball: ball.casadi(folds=True),
+    "view() got an unexpected keyword argument 'files'; did you mean 'file'?": lambda package, ball: ball.view(files="page.html"),
+    "set() got an unexpected keyword argument 'input'; did you mean 'inputs'?": lambda package, ball: ball.motion().set(input={}),
+    "set() got an unexpected keyword argument 'zzz'": lambda package, ball: ball.motion().set(zzz=1),
+    "at_end() got an unexpected keyword argument 'from'; did you mean 'from_'?": lambda package, ball: package.at_end("t", **{"from": 1}),
+    "uniform() got an unexpected keyword argument 'too'; did you mean 'to'?": lambda package, ball: package.uniform(1, too=2),
+}
+
+
+@pytest.mark.parametrize("message", MISSPELT)
+def test_misspelt_keywords(package, ball, message):
+    with pytest.raises(TypeError) as error:
+        MISSPELT[message](package, ball)
+    assert str(error.value) == message
+
+
+def test_calls_of_control_loops_have_no_further_layer(package, ball):
+    """The signatures of all calls stay as they are written; what loops call is not wrapped."""
+    assert list(inspect.signature(ball.motion).parameters)[:3] == ["q", "qd", "t"] and ball.motion.__doc__.startswith("Begins a motion")
+    for call in (package.Model.step, package.Motion.advance, package.Quantity.__call__):
+        assert not hasattr(call, "__wrapped__")
 
 
 @pytest.mark.parametrize("message", NO_NUMBERS)

@@ -26,6 +26,23 @@ def test_numbers_are_those_of_the_program(package, tmp_path):
     assert numpy.allclose(own["d_column_psi"].sel(parameter="m_E"), difference, rtol=0, atol=1e-4 * abs(difference).max())
 
 
+@pytest.mark.parametrize("how", [{}, {"from_": "statics"}], ids=["in the process", "by the program"])
+def test_units(package, how):
+    """The unit of the column divided by the unit of the value: one for each value, or one for all if they are alike."""
+    arm = package.Model(REFERENCE, n_rfe=2)
+    names = ["E", "eta", "nu", "m_E", "s_sup", "arm_psi", "arm_psi_d"]
+    run = arm.simulate(0.02, every=0.01, derivatives=names, **how)
+    assert run["d_arm_psi"].attrs["units"] == "rad/Pa, rad/s, rad, rad/kg, rad/(N/m), 1, rad/(rad/s)"
+    assert run["d_E_xd"].attrs["units"] == "m/s/Pa, m/s/s, m/s, m/s/kg, m/s/(N/m), m/s/rad, m/s/(rad/s)"
+    assert run["d_arm_psi_d"].attrs["units"].endswith("rad/s/rad, 1")
+    assert run["d_energy"].attrs["units"].startswith("J/Pa, ") and "units" not in run["d_phi_1"].attrs
+    plain = arm.simulate(0.02, every=0.01, **how)
+    assert {name for name in plain if "units" in plain[name].attrs} == {name[2:] for name in run if name.startswith("d_") and "units" in run[name].attrs}
+    assert all(run[name].attrs == plain[name].attrs for name in plain)
+    one = arm.simulate(0.02, every=0.01, derivatives=["m_E"], dataset=False, **how)
+    assert one.units["d_force_effector_z"] == "N/kg" and one.units["effector_z"] == "m"
+
+
 def test_columns_without_a_dataset(package):
     bar = package.Model(MODELS / "fourbar.lua")
     run = bar.simulate(0.2, derivatives="torque", dataset=False)

@@ -91,6 +91,57 @@ def test_energy_that_does_not_change(values, line, is_told, tmp_path):
     assert (summary["energy_error"] is not None) == is_told
 
 
+SLIDE = """local rd = require "refdyn"
+return rd.model { name = "slide", gravity = { 0, 0, 0 }, links = { { "cart", joint = "x", mass = 2 } },
+  constraints = function(s) return { rd.drive { "cart_x", rd.smoothstep(s.t, 0, 0.76, 5), alpha = 0, beta = 0 } } end }
+"""
+ARM = """local rd = require "refdyn"
+local law = function(s) return rd.smoothstep(s.t, 0, 1, %d) end
+return rd.model { name = "arm", gravity = { 0, -9.81, 0 },
+  links = { { "arm", joint = "psi", mass = 2, center = { 0.4, 0.05, 0 }, inertia = { zz = 0.5 } },
+            { "fore", on = "arm", joint = "psi", at = { 0.8, 0, 0 }, mass = 1.3, center = { 0.3, 0, 0 }, inertia = { zz = 0.2 } } },
+  constraints = function(s) return { rd.drive { "arm_psi", %g * law(s), alpha = 0, beta = 0 },
+                                     rd.drive { "fore_psi", %g * law(s), alpha = 0, beta = 0 } } end }
+"""
+PRESCRIBED = {"slide": SLIDE, "slow": ARM % (5, 1, 0.7), "fast": ARM % (5, 10, 13), "cubic": ARM % (3, 3, 2)}
+
+
+@pytest.mark.parametrize("how", [[], ["--every", 1]], ids=["dense", "sparse"])
+@pytest.mark.parametrize("name, methods", [("slide", "auto rk8 rodas6p"), ("slow", "rk8 rodas6p radau9"), ("fast", "auto rk8 gauss12"),
+                                           ("cubic", "rk54 rodas6p")])
+def test_balance_of_exact_steps(name, methods, how, tmp_path):
+    """Steps on a prescribed polynomial are exact and few; their power is no polynomial. Energy and work balance nevertheless."""
+    (tmp_path / "model.lua").write_text(PRESCRIBED[name])
+    for method in methods.split():
+        run, said, summary = motion(tmp_path / "model.lua", "--until", 1.3, "--method", method, *how)
+        assert "balance: " not in said and (summary["energy_error"] or 0) < 1e-3, said
+        assert method.startswith(("radau", "gauss")) or summary["steps"] <= 5
+        if name == "slide":
+            numpy.testing.assert_allclose(run["energy"], run["cart_x_d"]**2, rtol=1e-13, atol=1e-13)
+
+
+COARSE = """local rd = require "refdyn"
+return rd.model { name = "coarse", links = { { "cart", joint = "x", mass = 1.3, spring = { x = 130 }, start = { x = 0.3 } } },
+  forces = function(s) return { cart_x = 7 * rd.sin(3 * s.t) - 0.4 * s.qd.cart_x } end }
+"""
+
+
+@pytest.mark.parametrize("method, step", [("rk4", 0.15), ("rk54", 0.2), ("rk8", 0.4)])
+def test_balance_of_long_steps(method, step, tmp_path):
+    """Fixed steps that are too long for the motion leave energy and work apart."""
+    (tmp_path / "coarse.lua").write_text(COARSE)
+    _, said, summary = motion(tmp_path / "coarse.lua", "--until", 3, "--method", method, "--step", step, "--every", step)
+    assert "energy and work do not balance: the motion is not resolved" in said and summary["energy_error"] > 0.02, said
+
+
+def test_balance_of_wrong_forces():
+    """Forces that do not belong to the energy leave energy and work apart, whatever the accuracy."""
+    free = [REFERENCE, "--set", "n_rfe=1", "--set", "program=none", "--set", "drive=input", "--until", 0.7]
+    for tol in "1e-6", "1e-10":
+        _, said, summary = motion(*free, "--set", "form=printed", "--tol", tol)
+        assert "energy and work do not balance: the motion is not resolved" in said and summary["energy_error"] > 0.02, said
+
+
 def test_verify_tells_chaos(tmp_path):
     """Within a minute, a double pendulum diverges at every tolerance, and the estimate says so."""
     (tmp_path / "high.json").write_text('{"q": [2.5, 2.5]}')

@@ -157,6 +157,7 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
     if (attempt->is_over) {
         refdyn_control_accepted(&motion->control, motion->step.method, attempt->h, error);
         refdyn_motion_failed(motion, REFDYN_OK, motion->failure.t);
+        refdyn_resolve_work(motion, error);
         return;
     }
     refdyn_statistics_rejected(&motion->statistics, 1);

@@ -1,10 +1,16 @@
 /*
  * Energy balance of a motion, and the work of its forces (theory, sect. 8.8).
  *
- * In: an integrator at its outputs. Out: the largest |change of (kinetic + potential) - work| over the
- * largest change of kinetic energy, potential energy or work. The work of all non-conservative and programme
- * forces is integrated with the motion (options.balance), or by quadrature for methods that leave it out.
- * Jumps of the energy at impulses, and where events set values, count as work.
+ * In: an integrator at its outputs. Out: the largest |change of (kinetic + potential) - work| at the ends of
+ * steps over the largest change of kinetic energy, potential energy or work. The work of all non-conservative
+ * and programme forces is integrated with the motion (options.balance), or by quadrature for methods that
+ * leave it out. Jumps of the energy at impulses, and where events set values, count as work.
+ *
+ * The error of the state alone bounds the steps. Where a programme determines the state exactly, a step may
+ * be far too long for the integral of its power. If energy and work of a step with an exact state differ, and
+ * a quadrature of its power that is refined until it settles explains the difference, the step takes its work
+ * from there. Inside a step the work is only as accurate as the interpolant of the method: energy and work
+ * are therefore compared at the ends of steps, and inside those that do no work.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -45,21 +51,43 @@ int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integr
     return status;
 }
 
+/* Adds |change of energy (2) - work|. */
+static void add_error(struct refdyn_energy *energy, const double *at, double work_done) {
+    const double kinetic = at[0] - energy->kinetic_start, potential = at[1] - energy->potential_start;
+    const double error = fabs(kinetic + potential - (work_done - energy->work_start));
+    energy->largest_error = fmax(energy->largest_error, error);
+}
+
+/* Adds the changes of the energy (2) of a shown state, and of the work. */
+static void add_changes(struct refdyn_energy *energy, const double *shown, double work_done) {
+    const double kinetic = shown[0] - energy->kinetic_start, potential = shown[1] - energy->potential_start;
+    const double work = work_done - energy->work_start;
+    const double change = fmax(fmax(fabs(kinetic), fabs(potential)), fabs(work));
+    energy->kinetic = shown[0];
+    energy->potential = shown[1];
+    energy->largest_change = fmax(energy->largest_change, change);
+    energy->largest_kinetic = fmax(energy->largest_kinetic, shown[0]);
+    energy->largest = fmax(energy->largest, fabs(shown[0]) + fabs(shown[1]) + fabs(work));
+}
+
 int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
-    double now[2];
-    const int status = at_state(integrator, now);
+    double shown[2], last[2];
+    int status = at_state(integrator, shown);
     if (status)
         return status;
-    energy->kinetic = now[0];
-    energy->potential = now[1];
-    const double kinetic = now[0] - energy->kinetic_start, potential = now[1] - energy->potential_start;
-    const double work = integrator->work_done - energy->work_start;
-    const double change = fmax(fmax(fabs(kinetic), fabs(potential)), fabs(work));
-    energy->largest_change = fmax(energy->largest_change, change);
-    energy->largest_error = fmax(energy->largest_error, fabs(kinetic + potential - work));
-    energy->largest_kinetic = fmax(energy->largest_kinetic, now[0]);
-    energy->largest = fmax(energy->largest, fabs(now[0]) + fabs(now[1]) + fabs(work));
-    return REFDYN_OK;
+    const struct refdyn_motion *motion = integrator->motion;
+    const struct refdyn_step *step = &motion->step;
+    const int n = step->n, is_inside = integrator->t < step->t_end;
+    const double begin = step->state[2 * n], *end = step->state_new;
+    const double work_done = is_inside ? end[2 * n] : integrator->work_done;
+    add_changes(energy, shown, work_done);
+    if (!is_inside || (integrator->work_done == begin && work_done == begin)) /* the step does no work */
+        add_error(energy, shown, work_done);
+    if (is_inside)
+        status = refdyn_energies(motion->work, refdyn_rows_side_of(motion, step->t_end), end, end + n, last);
+    if (is_inside && !status)
+        add_error(energy, last, work_done);
+    return status;
 }
 
 int refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
@@ -103,37 +131,106 @@ void refdyn_energy_has_jumped(struct refdyn_motion *motion, double before) {
     step->state[2 * step->n] += refdyn_energy_at_begin(motion) - before;
 }
 
-/* ---- Work on a motion whose method does not integrate it ---- */
+/* ---- Work by quadrature on the interpolant of a step ---- */
 
-/* step->side := the rates at theta of the step; at a time event, on its left side. */
-static int rates_at(struct refdyn_step *step, double theta) {
+/* step->stage := the state at theta of the step; with is_met, moved onto the programme. */
+static int state_at(struct refdyn_step *step, double theta, double t, int is_met) {
+    if (theta == 1) {
+        memcpy(step->stage, step->state_new, (size_t)(2 * step->n) * sizeof(double));
+        return REFDYN_OK;
+    }
+    const int status = step->method->kind->interpolate(step, theta, step->stage);
+    return status || !is_met
+               ? status
+               : refdyn_project(step->evaluation.work, t, step->stage, step->stage + step->n, NULL);
+}
+
+/* Power at theta of the step; at a time event, on its left side. */
+static int power_at(struct refdyn_step *step, double theta, int is_met, double *power) {
     const double h = step->t_end - step->t_begin;
     const double t = refdyn_step_inside(step, step->t_begin + theta * h);
-    int status = REFDYN_OK;
-    if (theta == 1)
-        memcpy(step->stage, step->state_new, (size_t)(2 * step->n) * sizeof(double));
-    else
-        status = step->method->kind->interpolate(step, theta, step->stage);
+    int status = state_at(step, theta, t, is_met);
     if (!status && theta == 1 && step->t_end < step->t_limit)
         memcpy(step->side, step->rates_new, (size_t)(2 * step->n + 1) * sizeof(double));
     else if (!status)
         status = refdyn_rates(&step->evaluation, t, step->stage, step->side);
+    *power = step->side[2 * step->n];
     return status;
 }
 
-/* By Lobatto's formula of order 6 (Hairer and Wanner, Solving ODEs II, IV.5) on the interpolant of the step.
- */
-int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_done) {
-    const double off = sqrt(0.05), h = step->t_end - step->t_begin;
+/* Work from the beginning of the step to theta, by Lobatto's formula of order 6 (Hairer and Wanner, Solving
+ * ODEs II, IV.5) in equal parts; *size: the same integral of |power|. */
+static int integrate_power(struct refdyn_step *step, double theta, int parts, int is_met, double *work,
+                           double *size) {
+    const double off = sqrt(0.05), part = theta / parts, h = part * (step->t_end - step->t_begin);
     const double places[3] = {0.5 - off, 0.5 + off, 1}, weights[3] = {5.0 / 12, 5.0 / 12, 1.0 / 12};
-    const int n = step->n;
-    double sum = step->rates[2 * n] / 12;
-    for (int k = 0; k < 3; k++) {
-        const int status = rates_at(step, theta * places[k]);
-        if (status)
-            return status;
-        sum += weights[k] * step->side[2 * n];
-    }
-    *work_done = step->state[2 * n] + theta * h * sum;
+    double power = step->rates[2 * step->n], sum = power / 12, sum_of_sizes = fabs(power) / 12;
+    for (int i = 0; i < parts; i++)
+        for (int k = 0; k < 3; k++) {
+            const double weight = k == 2 && i + 1 < parts ? 2 * weights[k] : weights[k];
+            const int status = power_at(step, part * (i + places[k]), is_met, &power);
+            if (status)
+                return status;
+            sum += weight * power;
+            sum_of_sizes += weight * fabs(power);
+        }
+    *work = h * sum;
+    *size = h * sum_of_sizes;
     return REFDYN_OK;
+}
+
+int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_done) {
+    double work, size;
+    const int status = integrate_power(step, theta, 1, 0, &work, &size);
+    if (!status)
+        *work_done = step->state[2 * step->n] + work;
+    return status;
+}
+
+/* ---- Steps that are too long for their work ---- */
+
+/* Up to this error, in tolerances, the state of a step is exact: its error does not bound the step. */
+static const double exact = 1e-3;
+/* Energy and work of a step differ if it is by more than this part of its kinetic energy and its work. */
+static const double differing = 1e-4;
+/* The quadrature is refined until the work changes by at most this part. */
+static const double settled = 1e-8;
+
+enum {
+    PARTS_MOST = 64 /* of a step in the refined quadrature */
+};
+
+/* *work := that of the step by ever finer quadrature; *size: the integral of |power|. Returns whether the
+ * quadrature has settled. Its evaluations do not count, because the automatic choice of the method counts
+ * those of steps. */
+static int refine_work(struct refdyn_motion *motion, double *work, double *size) {
+    const int is_met = motion->work->m > 0 && motion->options.stabilise == REFDYN_PROJECT;
+    const long evaluations = motion->work->evaluations;
+    double change = INFINITY;
+    *work = *size = 0;
+    for (int parts = 1; parts <= PARTS_MOST && !(change <= settled * *size); parts *= 2) {
+        const double before = *work;
+        if (integrate_power(&motion->step, 1, parts, is_met, work, size))
+            break;
+        change = parts > 1 ? fabs(*work - before) : INFINITY;
+    }
+    motion->work->evaluations = evaluations;
+    return change <= settled * *size;
+}
+
+void refdyn_resolve_work(struct refdyn_motion *motion, double error) {
+    const struct refdyn_step *step = &motion->step;
+    const struct refdyn_workspace *work = motion->work;
+    const double *begin = step->state, *end = step->state_new;
+    const int n = step->n;
+    double first[2], last[2], found, size;
+    if (!motion->options.balance || error > exact ||
+        refdyn_energies(work, step->t_begin, begin, begin + n, first) ||
+        refdyn_energies(work, refdyn_rows_side_of(motion, step->t_end), end, end + n, last))
+        return;
+    const double change = last[0] - first[0] + (last[1] - first[1]), done = end[2 * n] - begin[2 * n];
+    const double scale = fmax(fmax(first[0], last[0]), fabs(done));
+    if (fabs(change - done) > differing * scale && refine_work(motion, &found, &size) &&
+        fabs(change - found) <= differing * fmax(scale, size))
+        step->state_new[2 * n] = begin[2 * n] + found;
 }

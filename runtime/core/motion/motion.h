@@ -320,8 +320,6 @@ void refdyn_rows_change_at_end(struct refdyn_motion *motion, int change);
 /* Returns whether coefficients of rows jump at the time event that limits the step, at the state from which
  * the step begins. Afterwards the workspace has the row terms after the event. */
 int refdyn_rows_jump_at(struct refdyn_motion *motion, double t);
-/* The time at which rates and rows of t, inside the last step or at its end, are evaluated. */
-double refdyn_rows_side_of(const struct refdyn_motion *motion, double t);
 /* Entry in the list of obstacles, at time events: if rows have changed where the last step ended, computes
  * the state and rates from which the next step begins. Errors: those of refdyn_project and refdyn_rates;
  * ROWS_UNMET. */
@@ -592,6 +590,10 @@ void refdyn_energy_has_jumped(struct refdyn_motion *motion, double before);
 /* Work done at theta of the step that was taken, by quadrature. Errors: those of refdyn_rates. */
 int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_done);
 
+/* After an adaptive step with this error of its state, in tolerances: computes the work again if the state is
+ * exact and the step too long for its work. The state and its rates stay as they are. */
+void refdyn_resolve_work(struct refdyn_motion *motion, double error);
+
 /* ---- Steps that copies of a motion repeat (repeated_steps.c) ---- */
 
 /* A point of the recorded motion whose time each copy finds: the start, or the end of a step. */
@@ -697,6 +699,12 @@ static inline int refdyn_repeats(const struct refdyn_motion *motion) {
 /* Returns OK, or NOT_STARTED before a successful start. */
 static inline int refdyn_integrator_status(const struct refdyn_integrator *integrator) {
     return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
+}
+
+/* The time at which rates, rows and energies of t, inside the last step or at its end, are evaluated. */
+static inline double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
+    return motion->rows_change ? refdyn_step_inside(&motion->step, t)
+                               : refdyn_time_events_right_of(&motion->time_events, t);
 }
 
 /* The longest ordinary step: half of the way to an obstacle whose special step has failed [s]. */

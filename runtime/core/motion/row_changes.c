@@ -113,11 +113,6 @@ int refdyn_rows_jump_at(struct refdyn_motion *motion, double t) {
     return jump(motion, t, motion->step.state);
 }
 
-double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
-    return motion->rows_change ? refdyn_step_inside(&motion->step, t)
-                               : refdyn_time_events_right_of(&motion->time_events, t);
-}
-
 /* The bodies on which contacts rest may have begun to move suddenly: contacts close or let go. */
 static int take_contacts(struct refdyn_motion *motion) {
     const double energy = refdyn_energy_at_begin(motion), next = motion->control.next;

@@ -137,7 +137,7 @@ def of_motion(model: Model, path: str, summary: str | None, attrs: Mapping[str, 
         rows = [line.split(",") for line in file if line.endswith("\n")]
     run = Columns(names, np.array(rows, dtype=float).reshape(len(rows), len(names)), units, facts)
     if by:
-        run.gather(by)
+        run.gather(by, model)
     return of_columns(model, run, attrs) if is_dataset else run
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, inline, motion, planning, program, recorded, stepping, urdf
-from .names import ByName, by_name, by_order, common_lead, finite, finite_row, nearest, one_real, texts_of, unknown
+from .names import ByName, by_name, by_order, common_lead, finite, finite_row, nearest, one_real, suggesting, texts_of, unknown
 from .passing import Given
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import xarray
 
 
+@suggesting("step")
 class Model:
     """A model file with its options and parameters: `Model("models/manipulator.lua", n_rfe=4)`.
 

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import program
 from .core import METHODS
-from .names import finite, not_one_of, one_real
+from .names import finite, not_one_of, one_real, suggesting
 from .passing import Given
 from .wording import shown
 
@@ -127,6 +127,7 @@ def failure_of(model: Model, status: int, text: str, is_started: bool) -> Except
     return program.failure(program.FAULT if status == REFUSED and not is_started else program.NUMBERS, said)
 
 
+@suggesting("advance")
 class Motion:
     """A motion in the process: `motion = arm.motion(q, qd)`, then `motion.advance(t)` in a loop.
 

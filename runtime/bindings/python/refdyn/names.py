@@ -2,8 +2,10 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import Any
+import functools
+import inspect
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +37,40 @@ def not_one_of(name: Any, known: Collection[str], hints: Mapping[str, str] = {})
     """The message about a value that is not a known name. `hints` has names from elsewhere, in small letters, and what to use instead."""
     near = hints.get(str(name).lower()) or nearest(name, known)
     return f"{name!r} is not one of {', '.join(known)}" + (f"; did you mean {near!r}?" if near else "")
+
+
+Call = TypeVar("Call", bound=Callable[..., Any])
+Kind = TypeVar("Kind", bound=type)
+
+
+def unexpected(call: str, name: str, known: Iterable[str]) -> TypeError:
+    """The error about a keyword that a call does not have, in Python's words."""
+    near = nearest(name, known)
+    return TypeError(f"{call}() got an unexpected keyword argument {name!r}" + (f"; did you mean {near!r}?" if near else ""))
+
+
+def suggests(call: Call) -> Call:
+    """A function whose error about a misspelt keyword suggests the nearest one."""
+    code = call.__code__
+    keywords = [name for name in code.co_varnames[code.co_posonlyargcount:code.co_argcount + code.co_kwonlyargcount] if name != "self"]
+    known = frozenset(keywords)
+
+    @functools.wraps(call)
+    def checked(*values: Any, **given: Any) -> Any:
+        if not known.issuperset(given):
+            raise unexpected(call.__name__, next(name for name in given if name not in known), keywords)
+        return call(*values, **given)
+    return checked  # type: ignore[return-value]
+
+
+def suggesting(*quick: str) -> Callable[[Kind], Kind]:
+    """A class whose methods suggest, except those in `quick`, which control loops call, and those that check further keywords themselves."""
+    def decorate(kind: Kind) -> Kind:
+        for name, call in list(vars(kind).items()):
+            if inspect.isfunction(call) and not name.startswith("_") and name not in quick and not call.__code__.co_flags & inspect.CO_VARKEYWORDS:
+                setattr(kind, name, suggests(call))
+        return kind
+    return decorate
 
 
 class ByName(dict[str, Any]):

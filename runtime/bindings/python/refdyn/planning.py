@@ -11,7 +11,7 @@ import numpy as np
 
 from .cases import lua_text
 from .fitting import entry
-from .names import one_real
+from .names import one_real, suggests
 from .program import text_of
 
 if TYPE_CHECKING:
@@ -36,16 +36,19 @@ class Measure:
         return f"rd.{self.kind}({lua_text(self.column)}{f', {{ {bounds} }}' if bounds else ''})"
 
 
+@suggests
 def at_end(column: str, from_: float | None = None, to: float | None = None) -> Measure:
     """The value of a column at the end of the motion: an objective, or with bounds a limit."""
     return Measure("at_end", column, tuple((name, one_real(name, value)) for name, value in (("from", from_), ("to", to)) if value is not None))
 
 
+@suggests
 def integral(column: str) -> Measure:
     """The integral of a column over time."""
     return Measure("integral", column)
 
 
+@suggests
 def largest(column: str) -> Measure:
     """The largest value of a column."""
     return Measure("largest", column)

@@ -17,7 +17,7 @@ import numpy as np
 
 from . import wording
 from .launcher import PROGRAM
-from .names import nearest, one_real
+from .names import one_real, unexpected
 
 prefix = pathlib.Path(__file__).absolute().parent  # has the folders bin, lib and include that `cmake --install` writes
 
@@ -79,8 +79,7 @@ def further(options: Mapping[str, Any], call: Callable[..., Any], known: Collect
         if name.rstrip("_").replace("-", "_") in OWN_OPTIONS:
             raise TypeError(f"{name}: not an option of this call; use its arguments and its result instead")
         if name not in known:
-            near = nearest(name, [*known, *(other for other in inspect.signature(call).parameters if other not in ("self", "options"))])
-            raise TypeError(f"{call.__name__}() got an unexpected keyword argument {name!r}" + (f"; did you mean {near!r}?" if near else ""))
+            raise unexpected(call.__name__, name, [*known, *(other for other in inspect.signature(call).parameters if other not in ("self", "options"))])
     return options
 
 

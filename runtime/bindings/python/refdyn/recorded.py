@@ -29,11 +29,31 @@ class Columns(dict[str, np.ndarray]):
         self.units, self.attrs = units, attrs
         self.variables: tuple[str, ...] = ()  # names by which d_COLUMN, (rows, variables), has derivatives
 
-    def gather(self, names: Sequence[str]) -> None:
+    def gather(self, names: Sequence[str], model: Model) -> None:
         """Replaces the columns d_COLUMN_by_NAME of the program by d_COLUMN, (rows, names)."""
         for column in [column for column in self if f"d_{column}_by_{names[0]}" in self]:
             self[f"d_{column}"] = np.column_stack([self.pop(f"d_{column}_by_{name}") for name in names])
+        self.derive(names, model)
+
+    def derive(self, names: Sequence[str], model: Model) -> None:
+        """Names the values by which d_COLUMN are derivatives, and adds the units of these: one text if they are alike, otherwise one for each name."""
         self.variables = tuple(names)
+        known, values = {**model.units, **model._units["inputs"], **self.units}, [unit_of_value(model, name) for name in names]
+        of = {f"d_{column}": [quotient(unit, value) for value in values] for column, unit in known.items() if f"d_{column}" in self}
+        self.units = {**self.units, **{name: units[0] if len(set(units)) == 1 else ", ".join(units) for name, units in of.items()}}
+
+
+def unit_of_value(model: Model, name: str) -> str:
+    """The unit of a parameter, an input, or a start value NAME or NAME_d of a coordinate."""
+    joint = name.removesuffix("_d")
+    return f"{model.units[joint]}/s" if joint != name and joint in model._joints else model.units_of(name)
+
+
+def quotient(unit: str, divisor: str) -> str:
+    """The unit of a derivative, in the form of the program."""
+    if not unit or divisor in ("", "1"):
+        return unit
+    return "1" if unit == divisor else f"{unit}/({divisor})" if " " in divisor or "/" in divisor else f"{unit}/{divisor}"
 
 
 def is_in_process(method: str | None, from_: str, stop: Sequence[str], options: Mapping[str, Any]) -> bool:
@@ -123,7 +143,7 @@ def add_derivatives(model: Model, run: Columns, core: Any, variables: tuple[np.n
     for i, column in enumerate(columns):
         if i > 0 or core.has_ended:
             run[f"d_{column}"] = np.ascontiguousarray(out[:, :len(t), i].T)
-    run.variables = tuple(names)
+    run.derive(names, model)
 
 
 def recorded(model: Model, compiled: Compiled, core: Any, outputs: int) -> Columns:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .names import not_one_of, one_real
+from .names import not_one_of, one_real, suggests
 
 LEAST = 2.0 ** -54  # the normal distribution has no quantile at 0
 LARGEST = 1e300
@@ -73,16 +73,19 @@ def distribution(name: str, a: Any, b: Any) -> Distribution:
     return Distribution(name, low, high)
 
 
+@suggests
 def normal(mean: float, deviation: float) -> Distribution:
     """Normally distributed; `deviation` is the standard deviation."""
     return distribution("normal", mean, deviation)
 
 
+@suggests
 def uniform(from_: float, to: float) -> Distribution:
     """Uniformly distributed."""
     return distribution("uniform", from_, to)
 
 
+@suggests
 def log_uniform(from_: float, to: float) -> Distribution:
     """With a uniformly distributed logarithm."""
     return distribution("log_uniform", from_, to)

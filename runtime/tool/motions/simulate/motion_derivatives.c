@@ -284,6 +284,26 @@ static bool is_derived(const struct trial *trial, int column) {
     return column > 0 || trial->motion.record.events.has_ended;
 }
 
+/* The unit of a value by which a motion is differentiated. */
+static const char *unit_of_value(const struct refdyn_model *model, const struct refdyn_variable *variable) {
+    if (variable->what == REFDYN_VARIED_PARAMETER)
+        return model->parameters[variable->place].unit;
+    if (variable->what == REFDYN_VARIED_INPUT)
+        return model->inputs[variable->place].unit;
+    const char *unit = model->coordinates[variable->place].unit;
+    const bool is_rate = variable->what == REFDYN_VARIED_RATE && variable->place < refdyn_joint_count(model);
+    return is_rate ? format_text("%s/s", unit) : unit;
+}
+
+/* The unit of a derivative; NULL if the column has none. */
+static const char *unit_of_derivative(const char *column, const char *value) {
+    if (!column || !*column || !value || !*value || strcmp(value, "1") == 0)
+        return column;
+    if (strcmp(column, value) == 0)
+        return "1";
+    return format_text(strpbrk(value, " /") ? "%s/(%s)" : "%s/%s", column, value);
+}
+
 /* A table with the columns of the motion, then those of its derivatives. */
 static void extend(const struct motion_derivatives *derivatives, const struct trial *trial,
                    const struct record_table *table, struct record_table *extended) {
@@ -296,19 +316,21 @@ static void extend(const struct motion_derivatives *derivatives, const struct tr
     memcpy(extended->names, table->names, (size_t)table->count * sizeof *table->names);
     memcpy(extended->units, table->units, (size_t)table->count * sizeof *table->units);
     memcpy(extended->parts, table->parts, (size_t)table->part_count * sizeof *table->parts);
-    for (int i = 0; i < derivatives->count; i++)
+    for (int i = 0; i < derivatives->count; i++) {
+        const char *name = derivatives->names[i];
+        const char *unit = unit_of_value(trial->motion.scene->model, &derivatives->variables[i]);
         for (int k = 0; k < table->count; k++) {
             if (!is_derived(trial, k))
                 continue;
-            const char *name = derivatives->names[i];
             extended->parts[extended->part_count++] =
                 (struct record_part){.path = format_text("/derivatives/%s/%s", table->names[k], name),
                                      .first = extended->count,
                                      .count = 1,
                                      .is_derivative = true};
-            extended->units[extended->count] = NULL;
+            extended->units[extended->count] = unit_of_derivative(table->units[k], unit);
             extended->names[extended->count++] = format_text("d_%s_by_%s", table->names[k], name);
         }
+    }
 }
 
 static void add_derivatives(const struct motion_derivatives *derivatives, const struct trial *trial, long row,
