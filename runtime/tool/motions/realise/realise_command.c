@@ -9,7 +9,9 @@
 #include "runtime/tool/support/system/system.h"
 
 const struct option_rule realise_rules[] = {
-    {"realise", NULL, OPTION_FLAG, "let the model's drives perform the programme, instead of ideal forces",
+    {"realise", NULL, OPTION_FLAG,
+     "let the model's drives perform the programme, instead of ideal forces; --from may also be held: the "
+     "equilibrium on the programme that the drives hold",
      NULL, NULL},
     {"before", "T1", OPTION_POSITIVE,
      "with --realise: time before the start from which the drives act [s] (default: from the growth of "
