@@ -165,10 +165,10 @@ def test_compared_with_differences_of_tight_runs(number, tmp_path):
     assert "warning: --derivatives" not in said
     columns = [name[:-2] for name in found if name.endswith("_d") and name[:-2] in found]
     columns += [f"{name}_d" for name in columns]
+    # Control of errors gives the two sides of an undamped beam other steps, whose noise vibrations amplify.
+    accuracy = ["--method", "gauss12", "--step", 5e-4] if model == MODELS / "crane.lua" else ["--tol", 1e-12]
     for name, value in values.items():
-        # Vibrations respond to E by their phases, so that the change is small; equal steps of both sides have no noise.
-        change = (1e-5 if name == "E" else 1e-4) * abs(value)
-        accuracy = ["--method", "gauss12", "--step", 5e-4] if name == "E" else ["--tol", 1e-12]
+        change = (1e-5 if name == "E" else 1e-4) * abs(value)  # vibrations respond to E by their phases
         sides = []
         for side in (value + change, value - change):
             refdyn("sim", model, *settings({**values, name: side}), "--until", until, "--every", every, *accuracy, "-o", tmp_path / "side.csv")
