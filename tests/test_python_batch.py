@@ -193,7 +193,8 @@ def test_commands_in_messages_are_calls(package):
     from refdyn.wording import of_python
     for text, expected in (("`refdyn sim` of one case", "`arm.simulate` of one case"), ("the growing modes were counted; refdyn modes shows them", "the growing modes were counted; arm.modes shows them"),
                            ("convert a URDF file by `refdyn import`", "convert a URDF file by `refdyn.Model.from_urdf`"), ("usage: refdyn batch MODEL.lua", "usage: refdyn batch MODEL.lua"),
-                           ("/tmp/refdyn sim/a.lua", "/tmp/refdyn sim/a.lua")):
+                           ("/tmp/refdyn sim/a.lua", "/tmp/refdyn sim/a.lua"),
+                           ("--set spare: nothing that this command computes reads it", "spare: nothing that this call computes reads it")):
         assert of_python(text) == expected
 
 

@@ -493,6 +493,7 @@ WRONG_TYPES = {
     "parameters: str; must be values by name, {'NAME': value}": lambda m: m.motion(parameters="1"),
     "hold: 3; must be a text or a list of texts": lambda m: m.statics(hold=3),
     "release: [1]; must be a text or a list of texts": lambda m: m.modes(release=[1]),
+    "hold: array('rod_psi', dtype='<U7'); must be a text or a list of texts": lambda m: m.statics(hold=np.array("rod_psi")),
     "hold: b'rod_psi'; must be a text or a list of texts": lambda m: m.linearise(hold=b"rod_psi"),
     "stop: None; must be a text or a list of texts": lambda m: m.simulate(1, stop=None),
     "derivatives: 2; must be a text or a list of texts": lambda m: m.simulate(1, derivatives=2),

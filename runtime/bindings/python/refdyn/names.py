@@ -15,7 +15,7 @@ WHERE = {"parameter": "a parameter; give it in parameters={...}", "input": "an i
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name that differs least from `name`, regardless of small and capital letters unless names differ in nothing else."""
+    """The known name that differs least from `name`. Small and capital letters count only between names that differ in nothing else."""
     by_lower: dict[str, list[str]] = {}
     for other in known:
         by_lower.setdefault(other.lower(), []).append(other)
@@ -50,7 +50,7 @@ def unexpected(call: str, name: str, known: Iterable[str]) -> TypeError:
 
 
 def suggests(call: Call) -> Call:
-    """A function whose error about a misspelt keyword suggests the nearest one."""
+    """Wraps a function so that its error about a misspelt keyword suggests the nearest one."""
     code = call.__code__
     keywords = [name for name in code.co_varnames[code.co_posonlyargcount:code.co_argcount + code.co_kwonlyargcount] if name != "self"]
     known = frozenset(keywords)
@@ -64,7 +64,8 @@ def suggests(call: Call) -> Call:
 
 
 def suggesting(*quick: str) -> Callable[[Kind], Kind]:
-    """A class whose methods suggest, except those in `quick`, which control loops call, and those that check further keywords themselves."""
+    """Wraps the public methods of a class by `suggests`, except those in `quick`, which control loops call, and those with **options, which
+    check keywords themselves."""
     def decorate(kind: Kind) -> Kind:
         for name, call in list(vars(kind).items()):
             if inspect.isfunction(call) and not name.startswith("_") and name not in quick and not call.__code__.co_flags & inspect.CO_VARKEYWORDS:
@@ -112,9 +113,14 @@ def by_order(kind: str, given: Any, names: Collection[str], samples: str = "", f
     return {name: value for name, value in zip(names, values.tolist()) if name not in free or not np.isnan(value)}
 
 
+def is_list(value: Any) -> bool:
+    """Returns whether texts can be in this value; an array needs an axis."""
+    return isinstance(value, Iterable) and not isinstance(value, bytes) and getattr(value, "ndim", 1) > 0
+
+
 def texts_of(argument: str, value: Any) -> tuple[str, ...]:
-    """One text, or several in a list."""
-    found = (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Iterable) and not isinstance(value, bytes) else (None,)
+    """Returns one text, or several in a list, as a tuple."""
+    found = (value,) if isinstance(value, str) else tuple(value) if is_list(value) else (None,)
     if not all(isinstance(text, str) for text in found):
         raise TypeError(f"{argument}: {value!r}; must be a text or a list of texts")
     return found

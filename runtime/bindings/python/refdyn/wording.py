@@ -36,7 +36,7 @@ def argument(found: re.Match[str]) -> str:
 
 def of_python(text: str) -> str:
     """Writes options as arguments, `start="project"` for `--start project`, and commands as calls: `arm.simulate` for `refdyn sim`."""
-    text = text.replace("the CSV has no column", "a motion has no column").replace("--set ", "")
+    text = text.replace("the CSV has no column", "a motion has no column").replace("that this command computes", "that this call computes").replace("--set ", "")
     text = NEAREST.sub(lambda found: f"; did you mean {found[1] or found[2]!r}?", text)
     text = COMMAND.sub(lambda found: CALLS.get(found[1], f"arm.{found[1]}"), OPTION.sub(argument, text))
     return re.sub(r"^refdyn: ", "", text, flags=re.M)
