@@ -610,7 +610,7 @@ struct refdyn_energy {
     double work_start;      /**< work_done at the start [J] */
     double largest_kinetic; /**< largest kinetic energy [J] */
     double largest_change;  /**< largest change of kinetic energy, potential energy or work [J] */
-    double largest_error;   /**< largest |change of kinetic + potential - work| at an end of a step [J] */
+    double largest_error;   /**< largest |change of kinetic + potential - work| at the end of a step [J] */
     double largest; /**< largest |kinetic| + |potential| + |work| [J]; all others are differences of it */
     double unit;    /**< result of refdyn_energy_scale, else 0 [J] */
 };

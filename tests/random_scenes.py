@@ -41,7 +41,7 @@ return rd.model {{
 
 
 def eventful_scene(seed):
-    """The same for a scene with friction that saturates, forces that begin at a place or a time, impacts, contacts, perhaps a row."""
+    """As damped_scene, for a scene with friction that saturates, forces that begin at a place or a time, impacts, contacts, perhaps a row."""
     rng = random.Random(seed)
     parameters, links, forces, events, rows = {}, [], [], [], []
 

@@ -95,9 +95,9 @@ struct refdyn_step {
     /* state_new has been projected onto the programme already: row met_row had the largest residual, `side`
      * is the state before, row terms and rates_new are evaluated */
     int is_met, met_row;
-    /* The time for which rates_new are those of state_new, right of a time event unless rows jump there [s];
-     * NAN: they are not known. `row_evaluations`: that of the workspace when it had the row terms of
-     * state_new. */
+    /* rates_new are those of state_new at this time, which is right of a time event unless rows jump there
+     * [s]; NAN: they are not known. `row_evaluations`: the count of the workspace when it had the row terms
+     * of state_new. */
     double t_complete;
     long row_evaluations;
     int is_looked_into; /* the additional stages of the interpolant have been evaluated */
@@ -124,7 +124,7 @@ int refdyn_step_take(struct refdyn_step *step, double t_new, double h);
 void refdyn_step_take_up(struct refdyn_step *step, double t_new);
 /* Sets the end of a step that batches or GSL took. */
 void refdyn_step_end(struct refdyn_step *step, double t_end);
-/* The end is complete: rates_new and the row terms in the workspace are those of state_new at t. */
+/* Notes that the end is complete: rates_new and row terms in the workspace are those of state_new at t. */
 void refdyn_step_complete(struct refdyn_step *step, double t);
 /* Permits evaluations of rates up to t only; INFINITY: at any time. */
 void refdyn_step_limit(struct refdyn_step *step, double t);

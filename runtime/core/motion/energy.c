@@ -7,10 +7,11 @@
  * leave it out. Jumps of the energy at impulses, and where events set values, count as work.
  *
  * The error of the state alone bounds the steps. Where a programme determines the state exactly, a step may
- * be far too long for the integral of its power. If energy and work of a step with an exact state differ, and
- * a quadrature of its power that is refined until it settles explains the difference, the step takes its work
- * from there. Inside a step the work is only as accurate as the interpolant of the method: energy and work
- * are therefore compared at the ends of steps, and inside those that do no work.
+ * be far too long for the integral of its power. If energy and work of such a step differ, a quadrature of
+ * the power is refined until it settles. It replaces the work of the step if it explains the difference.
+ *
+ * Inside a step the work is only as accurate as the interpolant of the method. Energy and work are therefore
+ * compared at the ends of steps, and inside a step only if it does no work.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -51,7 +52,7 @@ int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integr
     return status;
 }
 
-/* Adds |change of energy (2) - work|. */
+/* Adds the error |change of energy (2) - work|. */
 static void add_error(struct refdyn_energy *energy, const double *at, double work_done) {
     const double kinetic = at[0] - energy->kinetic_start, potential = at[1] - energy->potential_start;
     const double error = fabs(kinetic + potential - (work_done - energy->work_start));
@@ -191,18 +192,19 @@ int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_d
 
 /* Up to this error, in tolerances, the state of a step is exact: its error does not bound the step. */
 static const double exact = 1e-3;
-/* Energy and work of a step differ if it is by more than this part of its kinetic energy and its work. */
+/* Energy and work of a step differ if they do so by more than this part of the larger of its kinetic energy
+ * and its work. */
 static const double differing = 1e-4;
-/* The quadrature is refined until the work changes by at most this part. */
+/* The quadrature has settled when the work changes by at most this part of the integral of |power|. */
 static const double settled = 1e-8;
 
 enum {
     PARTS_MOST = 64 /* of a step in the refined quadrature */
 };
 
-/* *work := that of the step by ever finer quadrature; *size: the integral of |power|. Returns whether the
- * quadrature has settled. Its evaluations do not count, because the automatic choice of the method counts
- * those of steps. */
+/* *work := the work of the step by ever finer quadrature; *size: the integral of |power|. Returns whether the
+ * quadrature has settled. Its evaluations do not count, because the automatic choice of the method compares
+ * the cost of steps. */
 static int refine_work(struct refdyn_motion *motion, double *work, double *size) {
     const int is_met = motion->work->m > 0 && motion->options.stabilise == REFDYN_PROJECT;
     const long evaluations = motion->work->evaluations;

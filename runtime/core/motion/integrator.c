@@ -3,8 +3,8 @@
  *
  * In: a workspace, options and a start. Out: states at the times asked for. Where a step reaches beyond them
  * they are interpolated and then brought onto the programme. Their accelerations are computed as in the
- * steps, which have computed those at their ends; at the start the index partition is chosen, and provides
- * them. accepted_step.c takes a step.
+ * steps; at the end of a step they are those of the step. At the start the index partition is chosen, and
+ * provides them. accepted_step.c takes a step.
  */
 #include "runtime/core/base/core.h"
 

@@ -591,7 +591,8 @@ void refdyn_energy_has_jumped(struct refdyn_motion *motion, double before);
 int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_done);
 
 /* After an adaptive step with this error of its state, in tolerances: computes the work again if the state is
- * exact and the step too long for its work. The state and its rates stay as they are. */
+ * exact and the step too long for its work. State and rates stay as they are; scratch of the step does not.
+ */
 void refdyn_resolve_work(struct refdyn_motion *motion, double error);
 
 /* ---- Steps that copies of a motion repeat (repeated_steps.c) ---- */

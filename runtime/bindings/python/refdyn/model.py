@@ -568,8 +568,8 @@ class Model:
         return np.stack(joints + [rest] * len(self.state_names), axis=-1), np.stack(rates, axis=-1)
 
     def _values(self, kind: str, given: Given) -> dict[str, float]:
-        """Returns one number for each name. An array has the values of all inputs or parameters in their order; NaN leaves out a
-        parameter that the model anchors at the start of a motion."""
+        """Returns one number for each name. An array has the values of all inputs or parameters in their order. Where it has NaN, a
+        parameter that the model anchors at the start of a motion is left out."""
         free = [name for name, is_anchored in self._order.items() if is_anchored] if kind == "parameter" else ()
         values = by_order(kind, given, self._units[f"{kind}s"], free=free)
         return {name: one_real(f"{kind} {name}", finite(f"{kind} {name}", value)) for name, value in by_name(kind, values, self._kinds).items()}

@@ -82,7 +82,7 @@ def values_of(compiled: Compiled, parameters: Mapping[str, float]) -> tuple[np.n
 
 
 def warn_if_unread(compiled: Compiled, name: str) -> None:
-    """Warns about a parameter that the whole model does not read; `compiled` alone may not read those of courses."""
+    """Warns about a parameter that nothing in the model reads. `compiled` may lack places for parameters that only courses read."""
     if name not in compiled.of_parameters.order:
         program.warn(f"{name}: nothing in this model reads it")
 
@@ -181,8 +181,8 @@ class Motion:
             raise failure_of(self._model, status, said, False)
 
     def _changed(self, kind: str, given: Any, places: Mapping[str, int], read: Any) -> np.ndarray:
-        """The present values with the given ones, by name or as a row in the order of the model. NaN in a row leaves a parameter
-        as it is that the model anchors at the start of a motion."""
+        """The present values with the given ones, by name or as a row in the order of the model. Where a row has NaN, a
+        parameter that the model anchors at the start of a motion stays."""
         row = self._numbers(len(places), read)
         if kind == "input" and isinstance(given, (np.ndarray, list, tuple)):
             values = finite("inputs", given)

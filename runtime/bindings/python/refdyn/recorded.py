@@ -36,7 +36,7 @@ class Columns(dict[str, np.ndarray]):
         self.derive(names, model)
 
     def derive(self, names: Sequence[str], model: Model) -> None:
-        """Names the values by which d_COLUMN are derivatives, and adds the units of these: one text if they are alike, otherwise one for each name."""
+        """Keeps the names of the values by which d_COLUMN are derivatives, and adds units: one if all are alike, otherwise one for each name."""
         self.variables = tuple(names)
         known, values = {**model.units, **model._units["inputs"], **self.units}, [unit_of_value(model, name) for name in names]
         of = {f"d_{column}": [quotient(unit, value) for value in values] for column, unit in known.items() if f"d_{column}" in self}

@@ -87,7 +87,7 @@ struct case_derivatives *runs_derivatives_start(const struct kept *kept, const s
     return derivatives;
 }
 
-/* Why there is no derivative by variable k, in a reason that is empty so far. */
+/* Writes into an empty reason why there is no derivative by variable k. */
 static void describe_missing(const struct case_derivatives *derivatives, int k, char *reason, size_t size) {
     const struct refdyn_underivable *why = &derivatives->underivable[k];
     const char *name = derivatives->names[k];

@@ -40,7 +40,7 @@ static enum status run_model(const struct options *options) {
     return options_has(options, "realise") ? realise_run(options) : simulate_run(options);
 }
 
-/* The motion depends on these files, too. */
+/* Also watches the files of these options. */
 static enum status watch_model(const struct options *options) {
     const char *const given[] = {options_text(options, "inputs"), options_text(options, "play"),
                                  options_text(options, "parameters"), realise_state_path(options)};

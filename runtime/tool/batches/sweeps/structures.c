@@ -355,7 +355,7 @@ static bool is_read(const struct structures *structures, const struct varied *co
     return false;
 }
 
-/* Cases that differ in nothing else have equal results. */
+/* Cases that differ only in such a parameter have equal results. */
 static void warn_of_unread(const struct structures *structures, const struct cases *cases) {
     for (int i = 0; i < cases->width; i++) {
         const struct varied *column = &cases->columns[i];

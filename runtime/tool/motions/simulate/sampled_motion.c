@@ -212,7 +212,8 @@ enum status simulate_options(const struct options *options, struct refdyn_option
     if (status == STATUS_DONE)
         status = options_choose(options, "singular", &way);
     if (status == STATUS_DONE && options_is(options, "from", "held") && !options_has(options, "realise"))
-        status = options_error(options, "from", " held needs --realise; a file of this name is ./held");
+        status =
+            options_error(options, "from", " held needs --realise; write ./held for a file of this name");
     if (status != STATUS_DONE)
         return status;
     integration->singular = (enum refdyn_singular)way;
