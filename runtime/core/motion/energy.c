@@ -220,13 +220,20 @@ static int refine_work(struct refdyn_motion *motion, double *work, double *size)
     return change <= settled * *size;
 }
 
+/* Is the state at the end of the step exact? Where rows determine all coordinates, projection removes its
+ * error. */
+static int is_exact(const struct refdyn_motion *motion, double error) {
+    return error <= exact ||
+           (motion->options.stabilise == REFDYN_PROJECT && motion->work->partition.rank == motion->work->n);
+}
+
 void refdyn_resolve_work(struct refdyn_motion *motion, double error) {
     const struct refdyn_step *step = &motion->step;
     const struct refdyn_workspace *work = motion->work;
     const double *begin = step->state, *end = step->state_new;
     const int n = step->n;
     double first[2], last[2], found, size;
-    if (!motion->options.balance || error > exact ||
+    if (!motion->options.balance || !is_exact(motion, error) ||
         refdyn_energies(work, step->t_begin, begin, begin + n, first) ||
         refdyn_energies(work, refdyn_rows_side_of(motion, step->t_end), end, end + n, last))
         return;
