@@ -59,15 +59,14 @@ static int has_places(struct recorded_steps *recorded, int count) {
 
 /* ---- Steps of a motion ---- */
 
-/* Adds events that are due at the waypoint, at this state, as places. */
-static void add_due(struct refdyn_pattern *pattern, struct refdyn_motion *motion, const double *state,
-                    const int *due, int count, struct refdyn_waypoint *waypoint) {
+/* Adds events that are due at the waypoint as places. */
+static void add_due(struct refdyn_pattern *pattern, const struct refdyn_state_events *events, const int *due,
+                    int count, struct refdyn_waypoint *waypoint) {
     waypoint->first_due = pattern->place_count;
     waypoint->due_count = count;
     for (int k = 0; k < count; k++) {
         pattern->places[pattern->place_count++] = due[k];
-        if (refdyn_state_events_is_kink(&motion->state_events, due[k]))
-            waypoint->has_jump |= refdyn_kinks_jump(motion, due[k], waypoint->t, state);
+        waypoint->has_kinks |= refdyn_state_events_is_kink(events, due[k]);
     }
 }
 
@@ -103,7 +102,7 @@ static int note_waypoint(struct recorded_steps *recorded, struct refdyn_motion *
         waypoint->is_switch =
             fabs(motion->time_events.switched - step->t_end) <= refdyn_motion_resolution(motion, step->t_end);
     }
-    add_due(pattern, motion, step->state_new, events->due, events->due_count, waypoint);
+    add_due(pattern, events, events->due, events->due_count, waypoint);
     return pattern->waypoint_count - 1;
 }
 
@@ -121,7 +120,7 @@ static int note_passed(struct recorded_steps *recorded, struct refdyn_motion *mo
         return 0;
     *waypoint = (struct refdyn_waypoint){.t = before->t};
     before->waypoint = pattern->waypoint_count - 1;
-    add_due(pattern, motion, motion->step.state, events->passed, events->passed_count, waypoint);
+    add_due(pattern, events, events->passed, events->passed_count, waypoint);
     return 1;
 }
 
@@ -147,6 +146,8 @@ static void note(void *context, struct refdyn_motion *motion, const struct refdy
     struct refdyn_repeated_step *taken = waypoint > -2 && ahead ? add_step(recorded) : NULL;
     const long rejected = motion->statistics.rejected;
     recorded->aligned = ahead ? recorded->aligned : motion->programme.aligned;
+    if (!ahead)
+        refdyn_repetition_watch(motion);
     if (!taken && !ahead && waypoint >= 0)
         return;
     if (!taken) {
@@ -159,6 +160,7 @@ static void note(void *context, struct refdyn_motion *motion, const struct refdy
                                            .is_empty = step->t_end == step->t_begin,
                                            .is_special = step->guide != NULL,
                                            .is_cut = rejected > recorded->rejected,
+                                           .sees_beyond = refdyn_repetition_saw_beyond(motion),
                                            .aligns = motion->programme.aligned != recorded->aligned};
     if (step->method->kind == &refdyn_collocation && !motion->work->model->saturates)
         taken->iterations = refdyn_collocation_iterations(step, &taken->keeps);
@@ -218,7 +220,8 @@ static int first_that_shares(const struct refdyn_pattern *pattern, int last) {
                : first;
 }
 
-/* Steps to an event become equally long. Their own numbers of iterations no longer suit them. */
+/* Steps to an event become equally long. Their own numbers of iterations no longer suit them, and only the
+ * last one is near the event. */
 static void share_way(struct recorded_steps *recorded, int last) {
     const struct refdyn_pattern *pattern = &recorded->pattern;
     const int first = first_that_shares(pattern, last);
@@ -226,7 +229,7 @@ static void share_way(struct recorded_steps *recorded, int last) {
     for (int i = first; i < last; i++)
         pattern->steps[i].t = begin + (end - begin) * (i - first + 1) / (last - first + 1);
     for (int i = first; i <= last && first < last; i++)
-        pattern->steps[i].iterations = 0;
+        pattern->steps[i].iterations = pattern->steps[i].sees_beyond = 0;
     recorded->has_other_steps |= first < last;
 }
 
@@ -250,8 +253,10 @@ int refdyn_recorded_refine(struct recorded_steps *recorded) {
     for (int i = 0; i < count; i++) {
         const struct refdyn_repeated_step *whole = &pattern->steps[i];
         if (!whole->is_empty && !whole->is_special)
-            steps[pattern->step_count++] = (struct refdyn_repeated_step){
-                .t = begin + (whole->t - begin) / 2, .method = whole->method, .waypoint = -1};
+            steps[pattern->step_count++] = (struct refdyn_repeated_step){.t = begin + (whole->t - begin) / 2,
+                                                                         .method = whole->method,
+                                                                         .waypoint = -1,
+                                                                         .sees_beyond = whole->sees_beyond};
         steps[pattern->step_count++] = *whole;
         begin = whole->t;
     }

@@ -63,11 +63,14 @@ struct refdyn_stage_guide {
     void *context;
 };
 
-/* Keeps the rates of a step on the side of a kink where it began: repeated_steps.c. */
+/* Keeps the rates of a step on the side of kinks where it began: repeated_steps.c. */
 struct refdyn_side_guard {
-    void (*hold)(void *context, double t, double *state);
+    /* Moves a state that is beyond a kink back to it. Returns whether it has moved. */
+    int (*hold)(void *context, double t, double *state);
     void *context;
-    double *state; /* (2 n + 1) scratch */
+    int only_watches;      /* `hold` moves no state */
+    double *state, *inner; /* (2 n + 1) scratch: a state at the kink, and one before it */
+    double *rates;         /* (2 n + 1 + m) scratch */
 };
 
 struct refdyn_step {
@@ -108,7 +111,8 @@ void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *mo
                          struct layout *layout);
 /* Projects stages onto the programme, and computes rates by the index partition; NULL: ends this. */
 void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide *guide);
-/* Computes the rates of a state in the step, held by the guard. Errors: those of refdyn_rates. */
+/* Computes the rates of a state in the step. Beyond a kink of the guard, they continue linearly from before
+ * it. Errors: those of refdyn_rates. */
 int refdyn_step_rates(const struct refdyn_step *step, double t, const double *state, double *rates);
 /* The method forgets earlier steps and, with is_new, all information about the motion. */
 void refdyn_step_break_off(struct refdyn_step *step, int is_new);

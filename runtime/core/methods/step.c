@@ -9,6 +9,10 @@
 #include <math.h>
 #include <string.h>
 
+/* Rates beyond a kink continue by their change over this part of the distance before it: small, so that the
+ * states are before all other kinks, and a power of two. */
+static const double inward = 0x1p-10;
+
 void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *model, int memory_size,
                          struct layout *layout) {
     const int size = 2 * model->n + 1, rates = refdyn_rates_size(model);
@@ -35,15 +39,28 @@ void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide
     step->evaluation.by_partition = guide != NULL;
 }
 
+/* With the state y_k at the kink and d = y_k - y, f(y_k) - (f(y_k + inward d) - f(y_k)) / inward. */
+static int continue_rates(const struct refdyn_step *step, double t, const double *state, double *rates) {
+    const struct refdyn_side_guard *guard = step->guard;
+    const int n = step->n, size = refdyn_rates_size(step->evaluation.work->model);
+    for (int i = 0; i <= 2 * n; i++)
+        guard->inner[i] = guard->state[i] + inward * (guard->state[i] - state[i]);
+    int status = refdyn_rates(&step->evaluation, t, guard->inner, guard->rates);
+    if (!status)
+        status = refdyn_rates(&step->evaluation, t, guard->state, rates);
+    for (int i = n; i < size; i++)
+        rates[i] -= (guard->rates[i] - rates[i]) / inward;
+    memcpy(rates, state + n, (size_t)n * sizeof *rates);
+    return status;
+}
+
 int refdyn_step_rates(const struct refdyn_step *step, double t, const double *state, double *rates) {
     const struct refdyn_side_guard *guard = step->guard;
     if (!guard)
         return refdyn_rates(&step->evaluation, t, state, rates);
     memcpy(guard->state, state, refdyn_state_bytes(step));
-    guard->hold(guard->context, t, guard->state);
-    const int status = refdyn_rates(&step->evaluation, t, guard->state, rates);
-    memcpy(rates, state + step->n, (size_t)step->n * sizeof *rates);
-    return status;
+    return guard->hold(guard->context, t, guard->state) ? continue_rates(step, t, state, rates)
+                                                        : refdyn_rates(&step->evaluation, t, state, rates);
 }
 
 void refdyn_step_place(struct refdyn_step *step, double t, const double *state) {

@@ -140,7 +140,7 @@ int refdyn_motion_complete(struct refdyn_motion *motion) {
     if (status) {
         refdyn_motion_failed(motion, status, step->t_end);
         refdyn_rows_change_at_end(motion, 0);
-    } else if (!step->guard)
+    } else if (!step->guard || step->guard->only_watches)
         refdyn_step_complete(step, t);
     return status;
 }

@@ -37,8 +37,6 @@ static const double short_part = 1e-4;
 /* A motion continues beyond a kink by this part of its largest value. That is much less than the layer of a
  * friction law, inside which motions continue. */
 static const double beyond = 1e-14;
-/* Accelerations jump at a kink if they differ by more than this part between its sides. */
-static const double jump_least = 1e-6;
 
 /* ---- Kinks: sides ---- */
 
@@ -123,43 +121,43 @@ static int move_before_kinks(struct refdyn_state_events *events, const struct re
     return held;
 }
 
-/* Moves a state at t to this side of kink i; is_beyond: only if it is not there. */
-static void put_on_side(struct refdyn_motion *motion, int i, int side, int is_beyond, double t,
-                        double *state) {
+/* Is a state in the step beyond kink i, or perhaps by rounding? A kink at the beginning of the step is passed
+ * there. The values are those of this state. */
+static int is_beyond(const struct refdyn_state_events *events, int i) {
+    const double width_now = refdyn_kinks_width(events, i);
+    return events->side[i] != 0 && fabs(events->samples[i]) > width_now &&
+           events->side[i] * events->values[i] <= width_now;
+}
+
+int refdyn_kinks_see_beyond(struct refdyn_motion *motion, double t, const double *state) {
+    struct refdyn_state_events *events = &motion->state_events;
+    const struct refdyn_workspace *work = motion->work;
+    int sees = 0;
+    work->model->event(work->p, work->x, t, state, state + work->n, events->values);
+    for (int i = events->named; i < events->count; i++)
+        sees |= is_beyond(events, i);
+    return sees;
+}
+
+int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state) {
     struct refdyn_state_events *events = &motion->state_events;
     const struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;
     const int n = step->n;
-    work->model->event(work->p, work->x, t, state, state + n, events->values);
-    work->model->event_terms(work->p, work->x, t, state, state + n, events->terms);
-    const double noise = refdyn_state_events_assess(events, step, i, t, state, step->rates).noise;
-    const double change = side * margin_of(events, i, noise) - events->values[i];
-    const double *by_qd = refdyn_state_events_by_qd(events, n, i);
-    if ((!is_beyond || side * change > 0) && !move_along(by_qd, n, change, state + n))
-        move_along(by_qd - events->count * n, n, change, state);
-}
-
-void refdyn_kinks_hold(struct refdyn_motion *motion, int i, double t, double *state) {
-    put_on_side(motion, i, motion->state_events.side[i], 1, t, state);
-}
-
-int refdyn_kinks_jump(struct refdyn_motion *motion, int i, double t, const double *state) {
-    struct refdyn_step *step = &motion->step;
-    const int n = step->n;
-    double *moved = step->stage, *before = motion->state_events.room, *rates = step->side;
-    double change = 0, largest = 0;
-    for (int side = -1; side <= 1; side += 2) {
-        memcpy(moved, state, refdyn_state_bytes(step));
-        put_on_side(motion, i, side, 0, t, moved);
-        if (refdyn_rates(&step->evaluation, t, moved, rates))
-            return 0;
-        for (int j = 0; j < n; j++) {
-            change = side > 0 ? fmax(change, fabs(rates[n + j] - before[j])) : 0;
-            largest = fmax(largest, fabs(rates[n + j]));
-        }
-        memcpy(before, rates + n, (size_t)n * sizeof *before);
+    int has_moved = 0;
+    for (int i = events->named; i < events->count; i++) {
+        work->model->event(work->p, work->x, t, state, state + n, events->values);
+        if (!is_beyond(events, i))
+            continue;
+        work->model->event_terms(work->p, work->x, t, state, state + n, events->terms);
+        const double noise = refdyn_state_events_assess(events, step, i, t, state, step->rates).noise;
+        const double change = events->side[i] * margin_of(events, i, noise) - events->values[i];
+        const double *by_qd = refdyn_state_events_by_qd(events, n, i);
+        has_moved |=
+            events->side[i] * change > 0 && (move_along(by_qd, n, change, state + n) ||
+                                             move_along(by_qd - events->count * n, n, change, state));
     }
-    return change > jump_least * largest;
+    return has_moved;
 }
 
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step) {

@@ -355,7 +355,8 @@ static void step_back(struct refdyn_state_events *events, struct refdyn_step *st
 }
 
 /* Steps to a zero have ended before it: its distance by Newton's method, or half of the distance to t_high,
- * which is after the zero, if Newton leads beyond that. */
+ * which is after the zero, if Newton leads beyond that. A kink may be passed by less than its width; Newton's
+ * distance is then negative, and counts unless it is long, as where a value turns. */
 static double distance_ahead(struct refdyn_state_events *events, const struct refdyn_step *step) {
     const int i = events->target;
     const double t = refdyn_step_inside(step, step->t_end), left = events->t_high - step->t_end;
@@ -366,6 +367,8 @@ static double distance_ahead(struct refdyn_state_events *events, const struct re
     if (fabs(value) <= end.noise)
         return 0;
     const double ahead = -value / end.rate;
+    if (events->side[i] * value < 0)
+        return ahead < 0 && -ahead < far_short * (step->t_end - step->t_begin) ? ahead : 0;
     return ahead > 0 && ahead < left ? ahead : left / 2;
 }
 
@@ -373,10 +376,10 @@ static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *s
     const double distance = distance_ahead(events, step);
     if (distance > far_short * (step->t_end - step->t_begin) && events->tries < TRIES_MOST)
         keep_sides(events);
-    else if (is_met(events, step, distance))
+    else if (is_met(events, step, fabs(distance)))
         end_on_zero(events, step);
     else
-        try_again(events, distance, step->t_end + distance, t_event);
+        try_again(events, fabs(distance), step->t_end + distance, t_event);
 }
 
 /* *first: theta of the first zero in the step, of the value events->target; INFINITY: there is none. */

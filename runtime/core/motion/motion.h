@@ -570,10 +570,10 @@ double refdyn_kinks_width(const struct refdyn_state_events *events, int i);
  * state. */
 int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step,
                                int i);
-/* Moves a state of the step that is beyond kink i back to the side where the step began. */
-void refdyn_kinks_hold(struct refdyn_motion *motion, int i, double t, double *state);
-/* Do the accelerations jump at kink i, which is zero at this state? */
-int refdyn_kinks_jump(struct refdyn_motion *motion, int i, double t, const double *state);
+/* Is a state in the step beyond a kink, or at it? The second function moves it back to the side where the
+ * step began, and returns whether it has moved. */
+int refdyn_kinks_see_beyond(struct refdyn_motion *motion, double t, const double *state);
+int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state);
 /* After a step that passes kinks of positions by rounding alone: moves its end back before them, so that rows
  * that turn there are still as at its beginning. The second function moves a state at t in the step. */
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step);
@@ -604,7 +604,7 @@ struct refdyn_waypoint {
     int is_switch;                /* a time event that is not among the known ones */
     int first_break, break_count; /* in `places`: indices of known time events */
     int first_due, due_count;     /* in `places`: state events and kinks that are due, ascending */
-    int has_jump;                 /* accelerations jump at one of these kinks */
+    int has_kinks;                /* kinks are due */
 };
 
 struct refdyn_repeated_step {
@@ -614,6 +614,7 @@ struct refdyn_repeated_step {
     int is_empty;          /* no step: events became due when others acted */
     int is_special;        /* through a singular state, or to rows that fade out */
     int is_cut;            /* an attempt to take a longer step was refused */
+    int sees_beyond;       /* stages were beyond kinks */
     int aligns;            /* directions in the metric of M are computed at its end */
     int iterations, keeps; /* as in struct refdyn_step */
 };
@@ -636,8 +637,8 @@ struct refdyn_repetition {
     double t_start, stretch;              /* start; length of the copy relative to the recorded motion */
     int is_additional;                    /* the next step is not in the pattern */
     double *breaks;                       /* (break_count) scratch: own times of known time events [s] */
-    struct refdyn_side_guard guard;       /* of steps to a jump, */
-    int jump;                             /* which is this waypoint */
+    struct refdyn_side_guard guard;       /* of steps near kinks */
+    int sees_beyond;                      /* the recorded motion: stages were beyond kinks */
 };
 
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,
@@ -655,6 +656,10 @@ void refdyn_repetition_end_step(struct refdyn_motion *motion);
 int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt);
 /* Call it if the copy could not take a step; status: why. */
 void refdyn_repetition_fail(struct refdyn_motion *motion, int status);
+/* The recorded motion, from its start on: watches whether stages are beyond kinks. The second function
+ * returns whether they were since the last call. */
+void refdyn_repetition_watch(struct refdyn_motion *motion);
+int refdyn_repetition_saw_beyond(struct refdyn_motion *motion);
 /* The known time events at t: writes their indices into `places` (break_count) and returns their number.
  * times (break_count): scratch. */
 int refdyn_pattern_breaks(const struct refdyn_motion *motion, double t, double *times, int *places);

@@ -11,8 +11,10 @@
  * keep their fractions of the time between waypoints, because otherwise a step would see an event on its
  * wrong side. Each copy computes the times of its time events, and locates its state events.
  *
- * Without control of errors, a stage at the end of a step to a jump would see the force beyond it, however
- * long the step is. So stages of this step keep the side of the jump on which it began.
+ * A stage may lie beyond a kink that its step does not pass, such as one just after its end. However short
+ * the step is, derivatives would be wrong by the weight of this stage, above all by the width of a layer of
+ * friction. So all stages of such a step keep the side on which it began: beyond the kink, rates continue
+ * linearly. The recorded motion shows which steps these are, and copies take them alone, not in lanes.
  *
  * A copy that meets other events than its pattern ends with REFDYN_NO_DERIVATIVE when it is to take the next
  * step, so that outputs before these events are shown.
@@ -22,8 +24,9 @@
 #include <math.h>
 
 /* A step to a state event is longer than the recorded one by this part, so that it still contains the event.
- * The event is earlier on one side of the difference and later on the other. */
-static const double beyond = 0.1;
+ * The event is earlier on one side of the difference and later on the other, and in the motion itself as much
+ * as stages have seen other sides of kinks. */
+static const double beyond = 0.5;
 /* An obstacle nearer to the planned end than this part of the step counts as that end. */
 static const double same_part = 1e-9;
 /* Tolerance at which the iterations of copies end: their errors are divided by small changes. */
@@ -33,6 +36,8 @@ void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struc
                                struct layout *layout) {
     repetition->breaks = layout_doubles(layout, model->break_count);
     repetition->guard.state = layout_doubles(layout, 2 * model->n + 1);
+    repetition->guard.inner = layout_doubles(layout, 2 * model->n + 1);
+    repetition->guard.rates = layout_doubles(layout, refdyn_rates_size(model));
 }
 
 void refdyn_repetition_clear(struct refdyn_motion *motion) {
@@ -62,6 +67,32 @@ void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_p
 }
 
 /* ---- The recorded motion ---- */
+
+static int see(void *context, double t, double *state) {
+    struct refdyn_motion *motion = context;
+    motion->repetition.sees_beyond |= refdyn_kinks_see_beyond(motion, t, state);
+    return 0;
+}
+
+static void guard(struct refdyn_motion *motion, int (*hold)(void *context, double t, double *state)) {
+    struct refdyn_side_guard *guard = &motion->repetition.guard;
+    guard->hold = hold;
+    guard->context = motion;
+    guard->only_watches = hold == see;
+    motion->step.guard = guard;
+}
+
+void refdyn_repetition_watch(struct refdyn_motion *motion) {
+    motion->repetition.sees_beyond = 0;
+    if (motion->state_events.count > motion->state_events.named)
+        guard(motion, see);
+}
+
+int refdyn_repetition_saw_beyond(struct refdyn_motion *motion) {
+    const int saw = motion->repetition.sees_beyond;
+    motion->repetition.sees_beyond = 0;
+    return saw;
+}
 
 int refdyn_pattern_breaks(const struct refdyn_motion *motion, double t, double *times, int *places) {
     const struct refdyn_workspace *work = motion->work;
@@ -245,16 +276,8 @@ static void use_method(struct refdyn_motion *motion, enum refdyn_method method) 
         refdyn_automatic_change(motion, method);
 }
 
-/* Holds a state before the kinks to which the next step leads. */
-static void hold(void *context, double t, double *state) {
-    struct refdyn_motion *motion = context;
-    const struct refdyn_repetition *repetition = &motion->repetition;
-    const struct refdyn_waypoint *there = waypoint_at(repetition, repetition->jump);
-    for (int k = 0; k < there->due_count; k++) {
-        const int i = repetition->pattern->places[there->first_due + k];
-        if (refdyn_state_events_is_kink(&motion->state_events, i))
-            refdyn_kinks_hold(motion, i, t, state);
-    }
+static int hold(void *context, double t, double *state) {
+    return refdyn_kinks_hold(context, t, state);
 }
 
 /* The step to attempt. No step may lead away from an event that is due now, as an attempt shows. */
@@ -296,12 +319,9 @@ int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct re
     use_method(motion, next->method);
     motion->step.iterations = next->iterations;
     motion->step.keeps = next->keeps;
-    if (next->waypoint >= 0 && waypoint_at(repetition, next->waypoint)->has_jump && !next->is_special) {
-        repetition->guard.hold = hold;
-        repetition->guard.context = motion;
-        motion->step.guard = &repetition->guard;
-        repetition->jump = next->waypoint;
-    }
+    const int leads_to_kink = next->waypoint >= 0 && waypoint_at(repetition, next->waypoint)->has_kinks;
+    if ((leads_to_kink || next->sees_beyond) && !next->is_special)
+        guard(motion, hold);
     if (next->aligns)
         refdyn_programme_forget(&motion->programme);
     find_ahead(motion, t_out, (1 + beyond) * (t - t_begin), ahead);
