@@ -50,6 +50,13 @@ def photograph(page, fragment, picture, *options):
     assert pathlib.Path(picture).exists(), done.stderr[-2000:]
 
 
+LEFT = ("Inspected target navigated or closed", "Execution context was destroyed.")
+
+
+class Left(AssertionError):
+    """The browser went to another page while a question was open."""
+
+
 class Page:
     """A page that stays open, in some browser: ask(script) returns what the body of an asynchronous function returns."""
 
@@ -57,7 +64,10 @@ class Page:
         """Until an expression is true; returns its value."""
         deadline = time.monotonic() + seconds * float(os.environ.get("REFDYN_SLOWNESS", "1"))
         while time.monotonic() < deadline:
-            value = self.ask(f"try {{ return {condition}; }} catch (error) {{ return false; }}")
+            try:
+                value = self.ask(f"try {{ return {condition}; }} catch (error) {{ return false; }}")
+            except Left:
+                value = None
             if value:
                 return value
             time.sleep(0.02)
@@ -126,7 +136,8 @@ class Session(Page):
         while True:
             message = self._message(deadline)
             if message.get("id") == self.count:
-                assert "error" not in message, message
+                if "error" in message:
+                    raise (Left if message["error"]["message"] in LEFT else AssertionError)(message)
                 return message["result"]
 
     def ask(self, script):
