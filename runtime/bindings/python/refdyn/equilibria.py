@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import motion
-from .names import finite_row, texts_of
+from .names import texts_of
 
 if TYPE_CHECKING:
     from .model import Model
@@ -24,8 +24,8 @@ def find(model: Model, purpose: str, q: npt.ArrayLike | None, t: Any, inputs: Ma
          release: str | Sequence[str] | None, way: str | None) -> dict[str, Any] | None:
     """Computes the equilibrium near q; None if the program has to say what is wrong with the arguments."""
     held, released = names_of("hold", hold), names_of("release", release) or []
-    state = None if q is None else finite_row("q", q, "one state: a row of numbers")
-    time = None if t is None else finite_row("t", t, "one state: a row of numbers")
+    state = None if q is None else model._start("q", q)
+    time = None if t is None else model._start("t", t)
     names = tuple(model.coordinates)
     if not set(held or ()) <= set(names) or not set(released) <= set(model.rows) or way not in (None, *WAYS):
         return None
@@ -58,8 +58,8 @@ def modes(model: Model, at: str, q: npt.ArrayLike | None, t: Any, inputs: Mappin
     names, held = tuple(model.coordinates), names_of("hold", hold)
     if model.state_names or most is not None and not (type(most) is int and most > 0) or at not in ("statics", "initial") or not set(held or ()) <= set(names):
         return None
-    state = model.q0 if q is None else finite_row("q", q, "one state: a row of numbers")
-    time = None if t is None else finite_row("t", t, "one state: a row of numbers")
+    state = model.q0 if q is None else model._start("q", q)
+    time = None if t is None else model._start("t", t)
     if state.shape != (len(names),) or time is not None and time.ndim:
         return None
     given: Collection[str] = ()

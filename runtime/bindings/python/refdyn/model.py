@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, inline, motion, planning, program, recorded, stepping, urdf
-from .names import ByName, by_name, by_order, common_lead, finite, finite_row, nearest, one_real, suggesting, texts_of, unknown
+from .names import ByName, by_name, by_order, common_lead, finite, finite_row, in_order, nearest, one_real, suggesting, texts_of, unknown
 from .passing import Given
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
@@ -214,7 +214,7 @@ class Model:
         rows together: at `qdd = arm.qdd(q, qd)` the result is `arm.force(q, qd)`. Axes before the last one are a batch.
         """
         n = len(self.coordinates)
-        rates = {name: states_of(name, value, n) for name, value in (("qd", qd), ("qdd", qdd))}
+        rates = {name: states_of(name, value, self) for name, value in (("qd", qd), ("qdd", qdd))}
         lead = common_lead((name, array.shape[:-1]) for name, array in rates.items())
         return self.inverse(q, np.concatenate([np.broadcast_to(array, lead + (n,)) for array in rates.values()], axis=-1), t, inputs, parameters)
 
@@ -574,6 +574,10 @@ class Model:
         values = by_order(kind, given, self._units[f"{kind}s"], free=free)
         return {name: one_real(f"{kind} {name}", finite(f"{kind} {name}", value)) for name, value in by_name(kind, values, self._kinds).items()}
 
+    def _start(self, name: str, value: Any) -> np.ndarray:
+        """A start of a motion or of the search for an equilibrium: the time, or coordinates or rates by name or in the model's order."""
+        return finite_row(name, value if name == "t" else in_order(name, value, self.coordinates, len(self.state_names)), "one state: a row of numbers")
+
     def _run(self, command: str, options: Mapping[str, Any], values: Mapping[str, float | None] = {}, *words: str, shows_progress: bool = False) -> str:
         """Runs a command with these values instead of the model's. Names with None are left out: another option sets them."""
         settings = {name: value for name, value in {**self._settings, **values}.items() if value is not None}
@@ -587,7 +591,7 @@ class Model:
     @contextlib.contextmanager
     def _state_file(self, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:
         """Provides a STATE.json with the given values; None without values."""
-        given: dict[str, Any] = {key: finite_row(key, value, "one state: a row of numbers").tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
+        given: dict[str, Any] = {key: self._start(key, value).tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
         joints, n = len(self._joints), len(self.coordinates)
         if self.state_names and len(np.atleast_1d(given.get("qd", ()))) == n:
             given["states"] = dict(zip(self.state_names, given["qd"][joints:]))

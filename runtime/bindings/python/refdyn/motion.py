@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import program
 from .core import METHODS
-from .names import finite, not_one_of, one_real, suggesting
+from .names import finite, in_order, named, not_one_of, one_real, suggesting
 from .passing import Given
 from .wording import shown
 
@@ -106,11 +106,12 @@ def one_row(kind: str, rows: np.ndarray) -> np.ndarray:
     return rows
 
 
-def row_of(name: str, value: npt.ArrayLike | None, count: int) -> np.ndarray | None:
-    """A state of a motion: finite, and as long as the model has coordinates."""
+def row_of(name: str, value: Any, model: Model) -> np.ndarray | None:
+    """A state of a motion, by name or in the order of the model: finite, and as long as the model has coordinates."""
     if value is None:
         return None
-    array = finite(name, value)
+    count = len(model.coordinates)
+    array = finite(name, in_order(name, value, model.coordinates, len(model.state_names)))
     if array.shape != (count,):
         raise ValueError(f"{name}: has shape {array.shape}; must be one state, ({count},)")
     return np.ascontiguousarray(array)
@@ -172,7 +173,7 @@ class Motion:
         if q is not None or qd is not None:
             state = self.state
             for row, name, value in ((state[0], "q", q), (state[1], "qd", qd)):
-                row[:] = row if value is None else row_of(name, value, self._n)
+                row[:] = row if value is None else row_of(name, value, self._model)
         before = (self._numbers(len(self._compiled.places), self._core.parameters), self._numbers(len(self._compiled.inputs), self._core.inputs), self.state)
         said = self._core.refresh(p, x, state)
         if said is not None:
@@ -183,7 +184,7 @@ class Motion:
     def _changed(self, kind: str, given: Any, places: Mapping[str, int], read: Any) -> np.ndarray:
         """The present values with the given ones, by name or as a row in the order of the model. Where a row has NaN, a
         parameter that the model anchors at the start of a motion stays."""
-        row = self._numbers(len(places), read)
+        row, given = self._numbers(len(places), read), named(f"{kind}s", given)
         if kind == "input" and isinstance(given, (np.ndarray, list, tuple)):
             values = finite("inputs", given)
             if values.shape != row.shape:
@@ -272,12 +273,11 @@ class Motion:
 
 def begin(model: Model, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float, options: tuple[Any, ...], start: str | None, inputs: Given,
           parameters: Given) -> Motion:
-    n = len(model.coordinates)
     compiled = model._purpose("motion")
     values = model._values("parameter", parameters)
     core = new_core(compiled, options, one_row("input", compiled.input_rows(inputs)), values)
     begin_t = one_real("t", finite("t", t))
-    status, text, _ = core.start(begin_t, row_of("q", q, n), row_of("qd", qd, n), np.inf, 0.0, (), None, None, None, (), 0, start is not None)
+    status, text, _ = core.start(begin_t, row_of("q", q, model), row_of("qd", qd, model), np.inf, 0.0, (), None, None, None, (), 0, start is not None)
     tell(model, text)
     if status != DONE:
         raise failure_of(model, status, text, False)

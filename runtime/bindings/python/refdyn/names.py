@@ -4,6 +4,7 @@ from __future__ import annotations
 import difflib
 import functools
 import inspect
+import os
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, TypeVar
 
@@ -25,6 +26,8 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
 
 def unknown(kind: str, name: str, known: Collection[str], kinds: Mapping[str, Collection[str]] = {}) -> str:
     """The message about an unknown name. `kinds` has the model's names by kind, so that a name of another kind gets a hint."""
+    if kind == "input" and name == "t":
+        return "t: unknown input; inputs are constant here, and samples with their times are for arm.simulate"
     for other, names in kinds.items():
         if name in names:
             return f"{name}: not {article(kind)} {kind} but {WHERE[other]}"
@@ -89,6 +92,75 @@ def article(kind: str) -> str:
     return "an" if kind[0] in "aeiou" else "a"
 
 
+# ---- Containers with names ----
+
+def names_in(value: Any) -> list[Any] | None:
+    """The names of a data frame, a structured array, a series, a labelled array or a named tuple, as they stand there; None for anything
+    else. The attributes decide, so that no package is imported."""
+    if isinstance(value, (np.ndarray, np.void)):
+        return list(value.dtype.names) if value.dtype.names else None
+    if hasattr(value, "columns"):
+        return list(value.columns)
+    if hasattr(value, "dims") and hasattr(value, "coords"):
+        along = labelled(value)
+        return None if along is None else value.coords[along].values.tolist()
+    if isinstance(value, tuple):
+        return list(getattr(value, "_fields", ())) or None
+    if hasattr(value, "items") and not callable(getattr(value, "index", len)):
+        return list(value.index)
+    return None
+
+
+def labelled(array: Any) -> Any:
+    """The last dimension of a labelled array whose labels are texts; None if there is none."""
+    return next((along for along in reversed(array.dims) if along in array.coords and array.coords[along].dtype.kind in "UO"), None)
+
+
+def values_in(value: Any, names: Sequence[str]) -> Iterable[Any]:
+    """The values of a container with these names, in their order."""
+    if hasattr(value, "dims"):
+        return np.moveaxis(np.asarray(value), value.dims.index(labelled(value)), 0)
+    if isinstance(value, tuple):
+        return value
+    return np.asarray(value) if hasattr(value, "items") and not hasattr(value, "columns") else [value[name] for name in names]
+
+
+def named(argument: str, value: Any) -> Any:
+    """Returns a container that has names as a mapping: a column for each name of a data frame, a value for each name of a series.
+    Anything else stays as it is, also a container whose rows are numbered."""
+    if value is None or isinstance(value, Mapping):
+        return value
+    names = names_in(value)
+    if names is None or all(isinstance(name, (int, np.integer)) for name in names):
+        return value
+    for place, name in enumerate(names):
+        if not isinstance(name, str):
+            raise TypeError(f"{argument}: name {name!r}; names must be texts")
+        if name in names[:place]:
+            raise ValueError(f"{argument}: {name} is given twice; give it once")
+    return dict(zip(names, values_in(value, names)))
+
+
+def in_order(argument: str, value: Any, names: Sequence[str], states: int = 0) -> Any:
+    """Returns a row or rows of coordinates as an array in the order of `names`, if the value has names; otherwise as it is. Rates may be
+    called NAME_d, as in motions, and accelerations NAME_dd, except those of the last `states` names."""
+    given = named(argument, value)
+    if not isinstance(given, Mapping):
+        return value
+    suffix = {"qd": "_d", "qdd": "_dd"}.get(argument, "")
+    own = [name + suffix for name in names[:len(names) - states]] + list(names[len(names) - states:])
+    order = own if own and own[0] in given else list(names)
+    for name in (*order, *given):
+        if (name in given) != (name in order):
+            fact = f"{name}: unknown coordinate" if name in given else f"no {name}"
+            raise ValueError(f"{argument}: {fact}; must have the model's coordinates, {', '.join(names)}, or be an array in their order")
+    columns = [reals(f"{argument} {name}", given[name]) for name in order]
+    common_lead((f"{argument} {name}", column.shape) for name, column in zip(order, columns))
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
+
+# ---- Values ----
+
 def by_name(kind: str, given: Mapping[str, Any] | None, kinds: Mapping[str, Collection[str]], further: Collection[str] = ()) -> Mapping[str, Any]:
     """Returns the given values, {} for None. Their names must be in the model or in `further`."""
     if given is None:
@@ -104,6 +176,7 @@ def by_name(kind: str, given: Mapping[str, Any] | None, kinds: Mapping[str, Coll
 def by_order(kind: str, given: Any, names: Collection[str], samples: str = "", free: Collection[str] = ()) -> Any:
     """Returns the values of an array by name; the array has one value for each of `names`, in their order. NaN leaves a value of
     `free` out. `samples`: how to pass values along time instead."""
+    given = named(f"{kind}s", given)
     if given is None or isinstance(given, Mapping) or np.ndim(given) == 0:
         return given
     values = reals(f"{kind}s", given)
@@ -111,6 +184,20 @@ def by_order(kind: str, given: Any, names: Collection[str], samples: str = "", f
         hint = samples if values.ndim == 2 and values.shape[1] == len(names) else ""
         raise ValueError(f"{kind}s: have shape {values.shape}; must have ({len(names)},), one number for each of the model's {kind}s, or names{hint}")
     return {name: value for name, value in zip(names, values.tolist()) if name not in free or not np.isnan(value)}
+
+
+def flag(argument: str, value: Any) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{argument}: {value!r}; must be True or False")
+    return bool(value)
+
+
+def file_name(argument: str, value: Any, what: str = "a file") -> str:
+    """Returns the name of a file: a text or a path."""
+    name = os.fspath(value) if isinstance(value, os.PathLike) else value
+    if not isinstance(name, str):
+        raise TypeError(f"{argument}: {type(value).__name__}; must be the name of {what}")
+    return name
 
 
 def is_list(value: Any) -> bool:
@@ -144,14 +231,22 @@ def reals(name: str, value: npt.ArrayLike) -> np.ndarray:
     if array.dtype.kind not in "biufO" or array.dtype.kind == "O" and (callable(value) or isinstance(value, Mapping)):
         what = "a function" if callable(value) else f"values of {array.dtype}" if array.dtype.kind != "O" else type(value).__name__
         raise TypeError(f"{name}: {what}; must be real numbers")
-    if array.dtype.kind == "O" and any(item is None for item in array.flat):
-        raise TypeError(f"{name}: contains None; must be real numbers")
+    if array.dtype.kind == "O":
+        refuse_objects(name, array)
     try:
         return np.require(array.astype(float, copy=False), requirements="A")
     except OverflowError as error:
         raise ValueError(f"{name}: contains an integer that is too large; all numbers must be finite") from error
     except TypeError as error:
         raise TypeError(f"{name}: {error}; must be real numbers") from error
+
+
+def refuse_objects(name: str, array: np.ndarray) -> None:
+    """Raises an error about the first object that is not a number."""
+    for item in array.flat:
+        if not hasattr(item, "__float__") or isinstance(item, str):
+            what, hint = "None" if item is None else type(item).__name__, "; values of many by name are one dictionary of arrays" if isinstance(item, Mapping) else ""
+            raise TypeError(f"{name}: contains {what}; must be real numbers{hint}")
 
 
 def finite(name: str, value: npt.ArrayLike) -> np.ndarray:

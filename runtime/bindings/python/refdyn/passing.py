@@ -1,4 +1,4 @@
-"""How a call passes inputs and parameters: by name, or as an array in the model's order."""
+"""How a call passes inputs and parameters: by name, in a dictionary or another container with names, or as an array in the model's order."""
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
@@ -7,7 +7,7 @@ from typing import Any, Union
 import numpy as np
 import numpy.typing as npt
 
-from .names import by_name, common_lead, finite, reals
+from .names import by_name, common_lead, finite, named, reals
 
 Given = Union[Mapping[str, npt.ArrayLike], npt.ArrayLike, None]
 
@@ -71,12 +71,13 @@ class Values:
 
     def checked(self, given: Given) -> Checked:
         """Checks names, shapes and numbers."""
+        name = f"{self.kind}s"
+        given = named(name, given)
         if given is None:
             return Checked({})
         if isinstance(given, Mapping):
             by_name(self.kind, given, self.kinds)
             return Checked({name: finite(f"{self.kind} {name}", value) for name, value in given.items()})
-        name = f"{self.kind}s"
         if isinstance(given, (str, bytes)) or np.ndim(given) == 0:
             raise TypeError(f"{name}: {type(given).__name__}; must be an array in the order of the model's {name}, or values by name, {{'NAME': value}}")
         row = reals(name, given)

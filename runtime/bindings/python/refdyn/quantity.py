@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from . import inline
 from .core import Library
-from .names import common_lead, reals
+from .names import common_lead, in_order, reals
 from .passing import Given, Values, spread
 
 if TYPE_CHECKING:
@@ -108,8 +108,11 @@ class Compiled:
         return p
 
 
-def states_of(name: str, value: npt.ArrayLike, size: int) -> np.ndarray:
-    array = reals(name, value)
+def states_of(name: str, value: Any, model: Model, size: int | None = None) -> np.ndarray:
+    """Coordinates, rates or accelerations of states, by name or in the order of the model. `size`: numbers of a state, if they are not the
+    coordinates alone."""
+    array = reals(name, in_order(name, value, model.coordinates, len(model.state_names)))
+    size = len(model.coordinates) if size is None else size
     if array.ndim == 0 or array.shape[-1] != size:
         raise ValueError(f"{name}: has shape {array.shape}; its last axis must have {size} entries")
     return array
@@ -189,8 +192,8 @@ class Quantity:
 
     def _general(self, q: npt.ArrayLike, qd: npt.ArrayLike | None, t: npt.ArrayLike, inputs: Given, parameters: Given) -> Any:
         """Evaluates arguments of any type, for one state or a batch."""
-        q = states_of("q", q, self._n)
-        qd = np.zeros(self._rates) if qd is None else states_of("qd", qd, self._rates)
+        q = states_of("q", q, self._model)
+        qd = np.zeros(self._rates) if qd is None else states_of("qd", qd, self._model, self._rates)
         t = reals("t", t)
         x, p = self._compiled.of_inputs.checked(inputs), self._compiled.of_parameters.checked(parameters)
         lead = common_lead({"q": q.shape[:-1], "qd": qd.shape[:-1], "t": t.shape, **x.leads("input"), **p.leads("parameter")}.items())

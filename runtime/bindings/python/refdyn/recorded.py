@@ -8,7 +8,6 @@ import numpy as np
 import numpy.typing as npt
 
 from . import equilibria, motion
-from .names import finite_row
 
 if TYPE_CHECKING:
     from .model import Model
@@ -76,7 +75,7 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
              names: Sequence[str] = ()) -> Columns | None:
     """Computes a motion; None if the program has to compute it, or to say what is wrong with it."""
     until, distance = motion.positive("t_end", t_end), motion.positive("every", every)
-    q, qd, t = (None if value is None else finite_row(name, value, "one state: a row of numbers") for name, value in zip(("q", "qd", "t"), state))
+    q, qd, t = (None if value is None else model._start(name, value) for name, value in zip(("q", "qd", "t"), state))
     begin, n = 0.0 if t is None else float(t.reshape(-1)[0]), len(model.coordinates)
     span = until - begin
     if t is not None and t.ndim or any(row is not None and row.shape != (n,) for row in (q, qd)) or not 0 < span < np.inf:

@@ -55,7 +55,7 @@ class Stepper:
         return compiled.library.stepper(self._method, compiled.p, compiled.x)
 
     def __call__(self, q: npt.ArrayLike, qd: npt.ArrayLike, t: npt.ArrayLike, h: float, inputs: Any, parameters: Any, steps: int) -> tuple[np.ndarray, np.ndarray]:
-        q, qd, t = states_of("q", q, self._n), states_of("qd", qd, self._n), reals("t", t)
+        q, qd, t = states_of("q", q, self._model), states_of("qd", qd, self._model), reals("t", t)
         h = h if type(h) is float else one_real("h", h)
         if not (h > 0 and math.isfinite(h)):
             raise ValueError(f"h: {h:g} is not a positive number")
