@@ -144,7 +144,9 @@ WRONG_USE = {
     "--eta: '-1' must be a number of at least 0": ["--flexible", "b", *BEAM, "--eta", "-1"], "--tip: '1,2' is not of the form x,y,z": ["--flexible", "b", *BEAM, "--tip", "1,2"],
     "--tip: applies to one link; --flexible has several": ["--flexible", "a,b", *BEAM, "--tip", "1,2,3"],
     **{f"--section: '{shape}' is not one of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z": ["--flexible", "b", "--E", "1e9", "--section", shape]
-       for shape in ("round", "round:", "round:0", "round:1:2", "tube:1", "tube:1:1", "tube:1:2", "rectangle:1", "rectangle:1:-1", "box:1:1", "round:nan", "round:1e-90")},
+       for shape in ("round", "round:", "round:0", "round:1:2", "tube:1", "tube:1:0", "rectangle:1", "rectangle:1:-1", "box:1:1", "round:nan", "round:1e-90")},
+    **{f"--section: '{shape}' has an inner diameter that is not smaller than the outer one; write tube:OUTER:INNER": ["--flexible", "b", "--E", "1e9", "--section", shape]
+       for shape in ("tube:1:1", "tube:1:2")},
 }
 
 

@@ -797,7 +797,6 @@ NO_NUMBERS = {
     "q: values of <U1; must be real numbers": lambda ball: ball.M(["1", "2"]),
     "parameter stiff: values of complex64": lambda ball: ball.simulate(1, parameters={"stiff": np.complex64(1j)}),
     "input lift: a function; must be real numbers": lambda ball: ball.simulate(1, inputs={"lift": np.sin}),
-    "q: Dataset; must be real numbers": lambda ball: ball.statics(q=xarray.Dataset()),
     "simulate() got an unexpected keyword argument 'methods'; did you mean 'method'?": lambda ball: ball.simulate(1, methods="rk4"),
     "cases: float; must be columns by name, {'NAME': values}": lambda ball: ball.batch(3.0, t_end=1),
     "inputs: float; must be values by name, {'NAME': value}": lambda ball: ball.simulate(1, inputs=2.0),
@@ -813,7 +812,7 @@ NO_NUMBERS = {
     "q: contains None; must be real": lambda ball: ball.M([None] * len(ball.q0)),
     "parameter stiff: contains None": lambda ball: ball.simulate(1, parameters={"stiff": None}),
     **{f"{name}: not an option of this call": lambda ball, name=name: ball.simulate(0.1, **{name: "precious"})
-       for name in ("output", "summary", "until", "inputs_", "set", "help", "case", "stop_")},
+       for name in ("output", "summary", "inputs_", "set", "help", "case", "stop_")},
     **{f"{name}: not an option of this call; use its arguments": lambda ball, name=name: ball.batch({"stiff": [1.0]}, t_end=0.1, **{name: "precious"})
        for name in ("output", "table", "dry_run", "slurm", "resume", "set")},
 }

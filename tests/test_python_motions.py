@@ -456,7 +456,7 @@ def test_modes_that_steps_resolve(package):
 
 WRONG = {
     "; did you mean 'rk54'?": lambda m: m.motion(method="RK45"),
-    "; did you mean 'radau9'?": lambda m: m.step([1, 2], [1, 2], 0, 0.1, method="radau5"),
+    "; did you mean 'radau'?": lambda m: m.step([1, 2], [1, 2], 0, 0.1, method="radau5"),
     "method: 'rk5' is not one of auto, rk4, rk54": lambda m: m.motion(method="rk5"),
     "tol: '-1' is not a positive number": lambda m: m.motion(tol=-1),
     "step sets fixed steps and tol adaptive ones; omit one of them": lambda m: m.motion(tol=1e-3, step=1e-3),
@@ -670,9 +670,9 @@ def test_drives(package):
     with pytest.raises(package.ModelError, match="too rough for the drives") as refused:
         package.Model(HUB, degree=3).simulate(1, every=1e-2, realise=True)
     assert refused.value.line == 34
-    with pytest.raises(ValueError, match="^before needs realise$"):
+    with pytest.raises(ValueError, match="^before needs realise=True$"):
         link.simulate(1, before=0.1)
-    with pytest.raises(ValueError, match="^realise excludes accuracy$"):
+    with pytest.raises(ValueError, match="^realise=True excludes accuracy$"):
         link.simulate(1, realise=True, accuracy=1e-3)
 
 

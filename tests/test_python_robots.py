@@ -102,6 +102,11 @@ def test_one_rigid_element_is_a_rigid_link(package):
     assert one.coordinates == ("shoulder", "elbow") and len(three.coordinates) == 2 + 3 * 2
 
 
+def test_flags_of_numpy(package):
+    robot = package.Model.from_urdf(ROBOTS / "two.urdf", drives=np.True_, floating=np.False_)
+    assert list(robot.inputs) == ["tau_shoulder", "tau_elbow"] and len(robot.coordinates) == 2
+
+
 def test_warnings_of_the_import(package, tmp_path):
     (tmp_path / "odd.urdf").write_text(ODD.replace('ixx="0.3"', 'ixx="3"'))
     with pytest.warns(package.ModelWarning, match="no body has the moments 3 0.4 0.5") as told:
@@ -132,7 +137,13 @@ WRONG = {
     "flexible: there is no link 'for'; did you mean 'fore'?": (ValueError, [ROBOTS / "two.urdf", {"for": {"section": "round:0.1", "E": 7e10}}], {}),
     "flexible: upper has other options than fore; all flexible links of an import have the same": (
         ValueError, [ROBOTS / "two.urdf", {"fore": {"section": "round:0.1", "E": 7e10}, "upper": {"section": "round:0.2", "E": 7e10}}], {}),
-    "flexible: add section": (ValueError, [ROBOTS / "two.urdf", {"fore": {"E": 7e10}}], {}),
+    "flexible: fore: add section": (ValueError, [ROBOTS / "two.urdf", {"fore": {"E": 7e10}}], {}),
+    "flexible: fore: add E": (ValueError, [ROBOTS / "two.urdf", {"fore": {"section": "round:0.1"}}], {}),
+    "section: 'tube:0.02:0.03' has an inner diameter that is not smaller than the outer one; write tube:OUTER:INNER": (ValueError, [ROBOTS / "two.urdf", {"fore": {"section": "tube:0.02:0.03", "E": 7e10}}], {}),
+    "drives: 1; must be True or False": (TypeError, [ROBOTS / "two.urdf"], {"drives": 1}),
+    "drives: 'yes'; must be True or False": (TypeError, [ROBOTS / "two.urdf"], {"drives": "yes"}),
+    "floating: 'no'; must be True or False": (TypeError, [ROBOTS / "two.urdf"], {"floating": "no"}),
+    "friction_width: True; must be a number": (TypeError, [ROBOTS / "two.urdf"], {"friction_width": True}),
     "right_angles: 3 rad is larger than any rounding of an angle; must be at most 0.01": (ValueError, [ROBOTS / "two.urdf"], {"right_angles": 3}),
     "from_urdf() got an unexpected keyword argument 'drive'; did you mean 'drives'?": (TypeError, [ROBOTS / "two.urdf"], {"drive": True}),
     "n_rf: the model has no option, parameter or input of this name": (ValueError, [ROBOTS / "two.urdf"], {"n_rf": 3}),

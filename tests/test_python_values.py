@@ -151,7 +151,7 @@ WRONG = {
     "parameters: has shape (3,); its last axis must have": (ValueError, None, [1, 2, 3]),
     "parameters: contains inf; all numbers must be finite": (ValueError, None, np.inf),
     "parameters: contains nan; all numbers must be finite": (ValueError, None, np.nan),
-    "parameters: the model refuses them: links[4].mass: value -1; must be positive": (ValueError, None, -1.0),
+    "links[4].mass: value -1; must be positive": (ValueError, None, -1.0),
     "parameter m_E: contains inf; all numbers must be finite": (ValueError, None, {"m_E": np.inf}),
 }
 

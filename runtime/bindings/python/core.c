@@ -216,40 +216,39 @@ static int open_call(struct call *call, const struct function *function, PyObjec
     return is_number && call->q && call->qd && call->out && call->p;
 }
 
-/* Returns the index of a violated requirement, whose numbers are in the scratch; -1: the result is in out. */
-static int compute_one(const struct call *call, const struct function *function, const double **numbers) {
+/* Returns whether the model accepts the parameters, and then writes the result to out. */
+static int compute_one(const struct call *call, const struct function *function) {
     const struct library *library = function->library;
+    const double *numbers;
     int refused = -1;
     Py_BEGIN_ALLOW_THREADS;
     if (call->prepares) {
         refdyn_prepare_values(library, call->own_p, call->x, call->scratch);
-        refused = refdyn_find_refused(library->model, call->p, call->x, call->scratch, numbers);
+        refused = refdyn_find_refused(library->model, call->p, call->x, call->scratch, &numbers);
     }
     if (refused < 0)
         function->of_one(call->p, call->x, call->t, call->q, call->qd, call->out);
     Py_END_ALLOW_THREADS;
-    return refused;
+    return refused < 0;
 }
 
 /* Opens the arguments and computes, with `room` as scratch. Returns whether out has the result. */
 static int call_one(struct call *call, const struct function *function, PyObject *const *given,
                     double *room) {
     const struct refdyn_model *model = function->library->model;
-    const double *numbers = NULL;
     call->own_x = room;
     call->own_p = call->own_x + model->input_count;
     call->scratch = call->own_p + refdyn_parameter_width(model);
     const int is_good = open_call(call, function, given);
-    const int refused = is_good && !PyErr_Occurred() ? compute_one(call, function, &numbers) : -1;
-    if (refused >= 0)
-        refdyn_refuse(&model->requirements[refused], numbers);
+    const int is_computed = is_good && !PyErr_Occurred() && compute_one(call, function);
     close_views(call);
-    return is_good;
+    return is_computed;
 }
 
 /* one(q, qd, t, out, inputs, parameters): writes the result at one state to out. qd None means zero rates;
  * inputs and parameters are None, a dictionary of numbers or a row in the model's order. Returns False and
- * computes nothing if t is not a number or another argument is not of this form. */
+ * computes nothing if t is not a number, another argument is not of this form, or the model refuses the
+ * parameters. */
 static PyObject *function_one(PyObject *self, PyObject *const *given, Py_ssize_t count) {
     const struct function *function = (const struct function *)self;
     const struct types *types = PyType_GetModuleState(Py_TYPE(self));

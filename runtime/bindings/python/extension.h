@@ -68,12 +68,6 @@ void refdyn_prepare_values(const struct library *library, double *p, const doubl
  * p meets all. */
 int refdyn_find_refused(const struct refdyn_model *model, const double *p, const double *x, double *scratch,
                         const double **numbers);
-/* Sets the Python error of a violated requirement and returns NULL. */
-PyObject *refdyn_refuse(const struct refdyn_requirement *requirement, const double *numbers);
-/* Prepares rows up to the first one that the model refuses. Returns the index of the violated requirement; -1
- * if the model accepts all rows. */
-int refdyn_prepare_rows(const struct library *library, Py_ssize_t rows, double *p, const double *x,
-                        int has_x_by_row, double *scratch, const double **numbers);
 /* Library.prepare. */
 PyObject *refdyn_library_prepare(PyObject *self, PyObject *arguments);
 

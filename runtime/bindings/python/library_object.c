@@ -155,20 +155,18 @@ static int keep_values(struct library *library, PyObject *p_object, const char *
     return library->p != NULL;
 }
 
+/* Prepares the model's own parameters, which the program has checked. */
 static int prepare_own(struct library *library) {
     const struct refdyn_model *model = library->model;
-    const double *numbers = NULL;
     double *scratch = malloc(refdyn_prepare_scratch(model) * sizeof *scratch);
     if (!scratch) {
         PyErr_NoMemory();
         return 0;
     }
     memcpy(library->prepared, library->free_p, (size_t)model->parameter_count * sizeof *library->p);
-    const int refused = refdyn_prepare_rows(library, 1, library->prepared, library->x, 0, scratch, &numbers);
-    if (refused >= 0)
-        refdyn_refuse(&model->requirements[refused], numbers);
+    refdyn_prepare_values(library, library->prepared, library->x, scratch);
     free(scratch);
-    return refused < 0;
+    return 1;
 }
 
 /* Library(path, name, lanes, p, is_anchored, x, parameter_places, parameter_order, input_places, input_order,

@@ -80,32 +80,46 @@ int refdyn_find_refused(const struct refdyn_model *model, const double *p, const
     return -1;
 }
 
-PyObject *refdyn_refuse(const struct refdyn_requirement *requirement, const double *numbers) {
+/* The first row that the model refuses. */
+struct refusal {
+    Py_ssize_t row;
+    int requirement; /* index of the violated requirement; -1: the model accepts all rows */
+    const double *numbers;
+};
+
+/* Returns (row, requirement, "subject: fact"), or None if the model accepts all rows. */
+static PyObject *report_refusal(const struct refdyn_model *model, const struct refusal *refusal) {
     double own[REFDYN_REQUIREMENT_NUMBERS] = {0};
     char fact[512];
-    memcpy(own, numbers, (size_t)requirement->count * sizeof *own);
+    if (refusal->requirement < 0)
+        return Py_NewRef(Py_None);
+    const struct refdyn_requirement *requirement = &model->requirements[refusal->requirement];
+    memcpy(own, refusal->numbers, (size_t)requirement->count * sizeof *own);
     snprintf(fact, sizeof fact, requirement->fact, own[0], own[1], own[2], own[3], own[4], own[5]);
-    return PyErr_Format(PyExc_ValueError, "parameters: the model refuses them: %s: %s", requirement->subject,
-                        fact);
+    return Py_BuildValue("niN", refusal->row, refusal->requirement,
+                         PyUnicode_FromFormat("%s: %s", requirement->subject, fact));
 }
 
-int refdyn_prepare_rows(const struct library *library, Py_ssize_t rows, double *p, const double *x,
-                        int has_x_by_row, double *scratch, const double **numbers) {
+/* Prepares rows up to the first one that the model refuses. */
+static struct refusal prepare_rows(const struct library *library, Py_ssize_t rows, double *p, const double *x,
+                                   int has_x_by_row, double *scratch) {
     const struct refdyn_model *model = library->model;
-    int refused = -1;
+    struct refusal refusal = {.row = -1, .requirement = -1};
     Py_BEGIN_ALLOW_THREADS;
-    for (Py_ssize_t i = 0; i < rows && refused < 0; i++, p += refdyn_parameter_width(model)) {
+    while (refusal.requirement < 0 && ++refusal.row < rows) {
         refdyn_prepare_values(library, p, x, scratch);
-        refused = refdyn_find_refused(model, p, x, scratch, numbers);
+        refusal.requirement = refdyn_find_refused(model, p, x, scratch, &refusal.numbers);
+        p += refdyn_parameter_width(model);
         x += has_x_by_row ? model->input_count : 0;
     }
     Py_END_ALLOW_THREADS;
-    return refused;
+    return refusal;
 }
 
 /* prepare(rows, p, x): each row of p (rows x (parameters + derived)) begins with the parameters, NaN for
  * those that the start of a motion sets; the function sets these and the derived ones. x has one row of
- * inputs, or one for each row of p. */
+ * inputs, or one for each row of p. Returns None, or (row, requirement, "subject: fact") of the first row
+ * that the model refuses. */
 PyObject *refdyn_library_prepare(PyObject *self, PyObject *arguments) {
     const struct library *library = (struct library *)self;
     const struct refdyn_model *model = library->model;
@@ -121,21 +135,17 @@ PyObject *refdyn_library_prepare(PyObject *self, PyObject *arguments) {
         PyBuffer_Release(&p);
         return NULL;
     }
-    const double *numbers = NULL;
-    int refused = -1;
     double *scratch = malloc(refdyn_prepare_scratch(model) * sizeof *scratch);
     const Py_ssize_t given_rows = width ? p.len / (width * (Py_ssize_t)sizeof(double)) : 0;
     const int has_x_by_row = x.len > model->input_count * (Py_ssize_t)sizeof(double) && given_rows == rows;
-    if (scratch)
-        refused = refdyn_prepare_rows(library, given_rows, p.buf, x.buf, has_x_by_row, scratch, &numbers);
+    PyObject *result = NULL;
+    if (scratch) {
+        const struct refusal refusal = prepare_rows(library, given_rows, p.buf, x.buf, has_x_by_row, scratch);
+        result = report_refusal(model, &refusal);
+    } else
+        PyErr_NoMemory();
     PyBuffer_Release(&p);
     PyBuffer_Release(&x);
-    if (!scratch)
-        return PyErr_NoMemory();
-    if (refused >= 0)
-        refdyn_refuse(&model->requirements[refused], numbers);
     free(scratch);
-    if (refused >= 0)
-        return NULL;
-    Py_RETURN_NONE;
+    return result;
 }

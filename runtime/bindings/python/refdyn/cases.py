@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from .names import not_one_of, reals
+from .names import flag, not_one_of, reals
 from .program import text_of, warn
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def kept(keep: Mapping[str, Any]) -> str:
         if name not in KEPT:
             raise ValueError(f"keep: {not_one_of(name, KEPT)}")
         if name in ("final", "limits"):
-            fields.append(f"{name} = {'true' if value else 'false'}")
+            fields.append(f"{name} = {'true' if flag(f'keep: {name}', value) else 'false'}")
         elif name == "at":
             times = np.atleast_1d(reals("keep: at", value))
             fields.append(f"at = {{ {', '.join(text_of('keep: at', time) for time in times)} }}")

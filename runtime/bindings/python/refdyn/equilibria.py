@@ -44,7 +44,7 @@ def find(model: Model, purpose: str, q: npt.ArrayLike | None, t: Any, inputs: Ma
     x, (values, anchored) = compiled.input_rows(inputs), motion.values_of(compiled, parameters)
     marks = bytes(name in (model.held if held is None else held) for name in names)
     starts = tuple(starts[0] if starts else None for starts in model._row_starts)
-    status, text, result = compiled.library.statics(values, anchored, x, tuple(compiled.description["requirements"]), 0.0 if time is None else float(time),
+    status, text, result = compiled.library.statics(values, anchored, x, compiled.requirements, 0.0 if time is None else float(time),
                                                     None if state is None else np.ascontiguousarray(state), marks, holds, WAYS.index(way or "load"), starts)
     motion.tell(model, text)
     if status != motion.DONE:
@@ -77,7 +77,7 @@ def modes(model: Model, at: str, q: npt.ArrayLike | None, t: Any, inputs: Mappin
     x, (values, anchored) = compiled.input_rows(inputs), motion.values_of(compiled, parameters)
     marks = bytes(name in (model.held if held is None else held) for name in names)
     begin = 0.0 if time is None else float(time)
-    status, text, result = compiled.library.modes(values, anchored, x, tuple(compiled.description["requirements"]), begin, np.ascontiguousarray(state), marks, most or 0,
+    status, text, result = compiled.library.modes(values, anchored, x, compiled.requirements, begin, np.ascontiguousarray(state), marks, most or 0,
                                                   solve, eigen, least_squares)
     if at != "statics" and held == []:  # the modes of a step, which need no equilibrium
         text = "".join(line for line in text.splitlines(True) if "is not an equilibrium" not in line)

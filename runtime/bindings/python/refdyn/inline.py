@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .names import finite, unknown
+from .names import finite, one_real, unknown
 from .program import text_of
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ def ranges_and_settings(values: Mapping[str, Any], kinds: Mapping[str, Collectio
         elif name in starts:
             raise ValueError(f"{name}: a start value has a range only; must be two numbers, (from, to)")
         else:
-            settings[name] = value
+            settings[name] = value if name in kinds["option"] else one_real(name, finite(name, value))
     return words, settings
 
 

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, inline, motion, planning, program, recorded, stepping, urdf
-from .names import ByName, by_name, by_order, common_lead, finite, finite_row, in_order, nearest, one_real, suggesting, texts_of, unknown
+from .names import ByName, by_name, by_order, common_lead, file_name, finite, finite_row, flag, in_order, nearest, one_real, suggesting, texts_of, unknown, with_names
 from .passing import Given
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
@@ -77,7 +77,7 @@ class Model:
         course: Quantity
 
     def __init__(self, file: str | os.PathLike[str], /, **settings: Any) -> None:
-        name = os.fspath(file)
+        name = file_name("file", file, "a model file")
         if "\n" in name:
             raise ValueError("file: a text of several lines; use refdyn.Model.from_text")
         self._read(Sources(os.path.join(".", name) if name.startswith("-") else name), settings)
@@ -85,6 +85,8 @@ class Model:
     @classmethod
     def from_text(cls, text: str, /, **settings: Any) -> Model:
         """Creates a model from the text of a model file. Errors name the file '<text>'. The text cannot `require` files."""
+        if not isinstance(text, str):
+            raise TypeError(f"text: {type(text).__name__}; must be the text of a model")
         if text.endswith(".lua") and "\n" not in text:
             raise ValueError(f"text: {text!r} is the name of a file; use refdyn.Model")
         return cls._of_sources(Sources(TEXT, {TEXT: text.encode()}), settings)
@@ -105,7 +107,7 @@ class Model:
         `rfe` counts rigid finite elements, with rfe - 1 spring-damping elements between them: rfe=1 is a rigid link.
         """
         given = {**urdf.beam_options(flexible), "drives": drives, "floating": floating, "friction_width": friction_width, "right_angles": right_angles}
-        text, joints, report = urdf.imported(file, given)
+        text, joints, report = urdf.imported(file_name("file", file, "a URDF file"), given)
         try:
             return cls._of_sources(Sources(TEXT, {TEXT: text.encode()}), settings, joints, report)
         except ValueError as error:
@@ -142,8 +144,11 @@ class Model:
                           state_names=tuple(description["states"]), **lists)
         self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
         self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
+        for kind in ("parameter", "input"):
+            for name in self._kinds[kind]:
+                finite(f"{kind} {name}", settings.get(name, 0))  # the program also reads numbers from texts
         self._order = named(description["parameters"], "anchored")
-        self._libraries[None, False] = Compiled(description, self._kinds, self._order)
+        self._libraries[None, False] = Compiled(description, self._kinds, self._order, self._sources.places)
 
     def __repr__(self) -> str:
         states = f"{len(self.state_names)} states, " if self.state_names else ""
@@ -222,7 +227,7 @@ class Model:
         with self._lock:
             if (emit, has_lanes) not in self._libraries:
                 printed = self._run("compile", {"emit": emit, "for_lanes": has_lanes})
-                self._libraries[emit, has_lanes] = Compiled(json.loads(printed), self._kinds, self._order)
+                self._libraries[emit, has_lanes] = Compiled(json.loads(printed), self._kinds, self._order, self._sources.places)
             return self._libraries[emit, has_lanes]
 
     def _purpose(self, purpose: str, given: Collection[str] = ()) -> Compiled:
@@ -231,7 +236,7 @@ class Model:
         with self._lock:
             if key not in self._purposes:
                 printed = self._run("compile", {"for": purpose}, {name: self.parameters[name] for name in given})
-                self._purposes[key] = Compiled(json.loads(printed), self._kinds, self._order)
+                self._purposes[key] = Compiled(json.loads(printed), self._kinds, self._order, self._sources.places)
             self._purposes[key].change_over()
             return self._purposes[key]
 
@@ -279,6 +284,7 @@ class Model:
         values, constants = self._values("parameter", parameters), self._values("input", inputs)
         found = equilibria.find(self, "statics", q, t, constants, values, hold, release, way)
         if found is not None:
+            motion.warn_of_unread(self, values)
             return datasets.of_equilibrium(self, found, found["held"], datasets.attributes(self, values, inputs))
         with self._state_file(q, None, t, self._values("input", inputs)) as state:
             printed = self._run("statics", {"state": state, "hold": listed("hold", hold), "release": listed("release", release), "way": way}, values)
@@ -295,8 +301,6 @@ class Model:
                  are the modes that a step of `arm.step` has to resolve
         release  rows that do not act; the further options are those of `refdyn modes`
         """
-        if not isinstance(at, (str, os.PathLike)):
-            raise TypeError(f"at: {type(at).__name__}; must be a name or a file; give a state as q=")
         check_place("at", at, [])
         inputs = by_order("input", inputs, self.inputs)
         values, constants = self._values("parameter", parameters), self._values("input", inputs)
@@ -305,6 +309,7 @@ class Model:
             raise ValueError("t: the equilibrium is computed at t = 0; add q or at=\"initial\" for another time")
         found = equilibria.modes(self, at, q, t, constants, values, modes, hold, release, way)
         if found is not None:
+            motion.warn_of_unread(self, values)
             return datasets.of_modes(self, {"at": at if q is None else "state", **found}, datasets.attributes(self, values, inputs))
         with self._state_file(q, None, t, {} if is_found else constants) as state:
             given = {"at": state or at, "modes": modes, "hold": listed("hold", hold), "release": listed("release", release), "way": way}
@@ -323,8 +328,6 @@ class Model:
         move_held  held coordinates move, while the forces that hold them stay as they are
         release    rows that do not act in the equilibrium; `way` as in `arm.statics`
         """
-        if not isinstance(at, (str, os.PathLike)):
-            raise TypeError(f"at: {type(at).__name__}; must be a name or a file; give a state as q=")
         check_place("at", at, [])
         inputs = by_order("input", inputs, self.inputs)
         values, constants = self._values("parameter", parameters), self._values("input", inputs)
@@ -353,13 +356,15 @@ class Model:
                    realise=True with before, after, mesh: the model's drives perform the programme, with their mean forces as drive_NAME
         """
         check_place("from_", from_, [name for name, value in (("q", q), ("qd", qd), ("t", t)) if value is not None], options)
+        if method not in recorded.OF_GSL:
+            motion.choose("method", method, motion.NAMES)
         if isinstance(options.get("accuracy"), (bool, np.bool_)):
             raise TypeError(f"accuracy: {options['accuracy']}; must be a number, the bound on the error of the motion")
         inputs = by_order("input", inputs, self.inputs, "; samples need their times, inputs={'t': times, 'NAME': values}")
         values = self._values("parameter", parameters)
         constants, columns = split(inputs, self._kinds, self._by_events)
         conditions, by = texts_of("stop", stop), texts_of("derivatives", derivatives)
-        shown = (lambda run: self._dataset(run, values, inputs)) if dataset else (lambda run: run)
+        shown = (lambda run: self._dataset(run, values, inputs)) if flag("dataset", dataset) else (lambda run: run)
         if recorded.is_in_process(method, from_, conditions, options):
             chosen = motion.options_of(method, tol, step, *(options.get(name) for name in recorded.OPTIONS), True)
             try:
@@ -383,7 +388,7 @@ class Model:
         attrs = datasets.attributes(self, values, inputs)
         with program.private_folder() as folder, self._state_file(*start, {}) as state:
             run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
-            given = {"until": t_end, "tol": tol, "method": method, "step": step, "every": every, "from": state or from_,
+            given = {"until": t_end, "tol": tol, "method": motion.ALIASES.get(method or "", method), "step": step, "every": every, "from": state or from_,
                      "inputs": datasets.write_samples(columns, folder), "output": run, "summary": summary, "derivatives": ",".join(by) or None, **program.further(options, self.simulate, program.OF_SIM)}
             try:
                 self._run("sim", given, {**values, **constants}, *(word for condition in conditions for word in ("--stop", condition)))
@@ -425,7 +430,7 @@ class Model:
         varied = cases_.columns(cases) if cases is not None else {}
         with program.private_folder() as folder:
             runs, summary = os.path.join(folder, "runs.h5"), os.path.join(folder, "summary.json")
-            file = os.fspath(sweep) if sweep is not None else cases_.write_sweep(datasets.write_cases(varied, folder), keep, folder)
+            file = file_name("sweep", sweep) if sweep is not None else cases_.write_sweep(datasets.write_cases(varied, folder), keep, folder)
             given = {"until": t_end, "tol": tol, "method": method, "from": from_, "threads": threads, "lanes": lanes, "output": runs, "summary": summary,
                      **program.further(options, self.batch, program.OF_BATCH)}
             self._run("batch", given, dict.fromkeys(varied), file, shows_progress=progress)
@@ -450,12 +455,15 @@ class Model:
         inputs, parameters, from_   the motion from which the search begins
         options    further options of `refdyn fit`: step, step_max, stabilise, singular, start, hold, release, way, lanes
         """
-        if data is None and not check:
+        if data is None and not flag("check", check):
             raise TypeError("fit: data is missing; add measurements, or check=True before data exist")
         if data is not None and check:
             raise TypeError("fit: check=True needs no data; remove them")
         if not check and (until is not None or every is not None):
             raise TypeError(f"{'every' if until is None else 'until'}: belongs to check=True; the data have their own times")
+        if check and until is None:
+            raise TypeError("fit: until is missing; check=True needs the end of the motion [s]")
+        motion.positive("until", until)
         check_place("from_", from_, [])
         values = {**self._values("parameter", parameters), **self._values("input", by_order("input", inputs, self.inputs))}
         with program.private_folder() as folder:
@@ -511,7 +519,7 @@ class Model:
             paths = [os.path.join(folder, name + ".csv") for name in named_runs]
             for run, path in zip(named_runs.values(), paths):
                 datasets.write_motion(run, path)
-            page = os.path.join(folder, "page.html") if file is None else os.path.abspath(file)
+            page = os.path.join(folder, "page.html") if file is None else os.path.abspath(file_name("file", file))
             self._program("view", (*paths, *program.arguments({"output": page})), settings, model="--model")
             return inline.Page(pathlib.Path(page).read_text(encoding="utf-8"), height) if file is None else None
 
@@ -527,7 +535,7 @@ class Model:
         """
         ranges, settings = inline.ranges_and_settings(values, self._kinds)
         with program.private_folder() as folder:
-            page = os.path.join(folder, "page.html") if file is None else os.path.abspath(file)
+            page = os.path.join(folder, "page.html") if file is None else os.path.abspath(file_name("file", file))
             self._run("view", {"live": True, "pull": pull, "until": t_end, "step": step, "tol": tol, "output": page}, settings, *ranges)
             return inline.Page(pathlib.Path(page).read_text(encoding="utf-8"), height) if file is None else None
 
@@ -558,13 +566,19 @@ class Model:
                 raise ValueError(f"view: run {name} has other options or parameters than run {next(iter(runs))}; must have the same, or use refdyn view with files of `refdyn sim -o RUN.h5`")
         return {**self._settings, **values[0]}
 
-    def states(self, data: xarray.Dataset) -> tuple[np.ndarray, np.ndarray]:
-        """Returns q and qd of a dataset as arrays (..., n) for quantities: `arm.energy(*arm.states(run), run.t)`. Rates that
-        the dataset lacks, for instance at an equilibrium, are 0."""
-        joints = [data[name].values for name in self._joints]
-        rest = np.zeros_like(joints[0])
-        rates = [data[name + "_d"].values if name + "_d" in data else rest for name in self._joints]
-        rates += [data[name].values for name in self.state_names]
+    def states(self, data: xarray.Dataset | Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Returns q and qd of a dataset, of columns by name or of a data frame as arrays (..., n) for quantities: `arm.energy(*arm.states(run), run.t)`.
+        Rates that they lack, for instance at an equilibrium, are 0."""
+        columns = with_names("data", data)
+        if not isinstance(columns, Mapping):
+            raise TypeError(f"data: {type(data).__name__}; must be a motion of arm.simulate or an equilibrium of arm.statics")
+        missing = [name for name in self.coordinates if name not in columns]
+        if missing:
+            raise ValueError(f"data: no {missing[0]}; must have all coordinates of this model, as a motion of arm.simulate does")
+        joints = [np.asarray(columns[name]) for name in self._joints]
+        rest = np.zeros_like(np.asarray(columns[self.coordinates[0]]))
+        rates = [np.asarray(columns[name + "_d"]) if name + "_d" in columns else rest for name in self._joints]
+        rates += [np.asarray(columns[name]) for name in self.state_names]
         return np.stack(joints + [rest] * len(self.state_names), axis=-1), np.stack(rates, axis=-1)
 
     def _values(self, kind: str, given: Given) -> dict[str, float]:
@@ -586,7 +600,8 @@ class Model:
     def _program(self, command: str, words: Sequence[str], settings: Mapping[str, Any], model: str | None = None, shows_progress: bool = False) -> str:
         """Runs a command on the model as it was read. `model` is the option for its file; None: the file is an operand."""
         file = [model, self._sources.path()] if model else [self._sources.path()]
-        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places, warned=self._warned, shows_progress=shows_progress)[0]
+        return program.run(command, *file, *words, *program.settings(settings), places=self._sources.places, warned=self._warned,
+                           shows_progress=flag("progress", shows_progress))[0]
 
     @contextlib.contextmanager
     def _state_file(self, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:
@@ -635,6 +650,8 @@ def runs_by_name(model: str, runs: Any) -> dict[str, xarray.Dataset]:
 def check_place(argument: str, place: str, others: Sequence[str], options: Mapping[str, Any] = {}) -> None:
     """Checks the place where a motion starts or modes are computed, and that only one place is given."""
     places = ("initial", "statics", *(("held",) if options.get("realise") else ()))
+    if not isinstance(place, (str, os.PathLike)):
+        raise TypeError(f"{argument}: {type(place).__name__}; must be a name or a file; give a state as q=")
     if place not in places and not os.path.isfile(place):
         near = nearest(place, places)
         raise ValueError(f"{argument}: {place!r} is not one of {', '.join(places)}, and not a file" + (f"; did you mean {near!r}?" if near else ""))

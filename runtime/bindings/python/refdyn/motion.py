@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from . import program
 from .core import METHODS
-from .names import finite, in_order, named, not_one_of, one_real, suggesting
+from .names import finite, in_order, not_one_of, one_real, suggesting, with_names
 from .passing import Given
 from .wording import shown
 
@@ -26,6 +26,7 @@ SINGULAR = {"stop": 0, "pass": 1}
 ALIASES = {"gauss": "gauss12", "radau": "radau9"}
 OF_SCIPY = {"rk45": "rk54", "dop853": "rk8"}  # methods of SciPy and the ones that are closest to them
 FIXED = ("rk4",)  # methods without an error estimate
+NAMES = (*METHODS, *ALIASES)
 
 
 def choose(name: str, value: str | None, words: Collection[str]) -> str | None:
@@ -47,9 +48,8 @@ def positive(name: str, value: Any) -> float:
 
 
 def method_of(method: str | None, has_step: bool) -> str:
-    name = ALIASES.get(method, method) if method is not None else "rk4" if has_step else "auto"
-    assert choose("method", name, METHODS)
-    return name
+    choose("method", method, NAMES)
+    return ALIASES.get(method, method) if method is not None else "rk4" if has_step else "auto"
 
 
 def options_of(method: str | None, tol: Any, step: Any, step_max: Any, stabilise: str | None, singular: str | None, start: str | None,
@@ -63,6 +63,8 @@ def options_of(method: str | None, tol: Any, step: Any, step_max: Any, stabilise
             raise ValueError(f"step {what}; omit one of them")
         if value and name in FIXED:
             raise ValueError(f"{other}: {name} has fixed steps; use step")
+    if sizes[1] and name == "auto":
+        raise ValueError("step: auto chooses its steps; use tol")
     choose("stabilise", stabilise, STABILISE)
     choose("singular", singular, SINGULAR)
     choose("start", start, START)
@@ -71,27 +73,26 @@ def options_of(method: str | None, tol: Any, step: Any, step_max: Any, stabilise
 
 
 def values_of(compiled: Compiled, parameters: Mapping[str, float]) -> tuple[np.ndarray, bytes]:
-    """Values of the parameters, and flags of those that the start of a motion sets. Parameters that nothing reads cause a warning."""
+    """Values of the parameters, and flags of those that the start of a motion sets."""
     values = compiled.values.copy()
     for name, value in parameters.items():
         if name in compiled.places:
             values[compiled.places[name]] = value
-        else:
-            warn_if_unread(compiled, name)
     return values, bytes(is_anchored and name not in parameters for name, is_anchored in zip(compiled.places, compiled.anchored))
 
 
-def warn_if_unread(compiled: Compiled, name: str) -> None:
-    """Warns about a parameter that nothing in the model reads. `compiled` may lack places for parameters that only courses read."""
-    if name not in compiled.of_parameters.order:
-        program.warn(f"{name}: nothing in this model reads it")
+def warn_of_unread(model: Model, parameters: Collection[str]) -> None:
+    """Warns about parameters that nothing in the model reads. The libraries of some calls also lack parameters that others read."""
+    unread = [name for name in parameters if name not in model.parameters]
+    if unread:
+        program.warn("\n".join(f"{name}: nothing in this model reads it" for name in unread))
 
 
 def new_core(compiled: Compiled, options: tuple[Any, ...], x: np.ndarray, parameters: Mapping[str, float]) -> Core:
     """A motion that has not started."""
     values, anchored = values_of(compiled, parameters)
     follow = None if compiled.optimised is None else lambda library=compiled.library: followed(compiled, library)
-    return compiled.library.motion(options, values, anchored, np.ascontiguousarray(x), tuple(compiled.description["requirements"]), follow)
+    return compiled.library.motion(options, values, anchored, np.ascontiguousarray(x), compiled.requirements, follow)
 
 
 def followed(compiled: Compiled, library: Library) -> Library | None:
@@ -184,17 +185,18 @@ class Motion:
     def _changed(self, kind: str, given: Any, places: Mapping[str, int], read: Any) -> np.ndarray:
         """The present values with the given ones, by name or as a row in the order of the model. Where a row has NaN, a
         parameter that the model anchors at the start of a motion stays."""
-        row, given = self._numbers(len(places), read), named(f"{kind}s", given)
+        row, given = self._numbers(len(places), read), with_names(f"{kind}s", given)
         if kind == "input" and isinstance(given, (np.ndarray, list, tuple)):
             values = finite("inputs", given)
             if values.shape != row.shape:
                 raise ValueError(f"inputs: have shape {values.shape}; must have shape {row.shape}")
             return np.ascontiguousarray(values)
-        for name, value in self._model._values(kind, given).items():
+        values = self._model._values(kind, given)
+        for name, value in values.items():
             if name in places:
                 row[places[name]] = value
-            else:
-                warn_if_unread(self._compiled, name)
+        if kind == "parameter":
+            warn_of_unread(self._model, values)
         return row
 
     @staticmethod
@@ -275,6 +277,7 @@ def begin(model: Model, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: fl
           parameters: Given) -> Motion:
     compiled = model._purpose("motion")
     values = model._values("parameter", parameters)
+    warn_of_unread(model, values)
     core = new_core(compiled, options, one_row("input", compiled.input_rows(inputs)), values)
     begin_t = one_real("t", finite("t", t))
     status, text, _ = core.start(begin_t, row_of("q", q, model), row_of("qd", qd, model), np.inf, 0.0, (), None, None, None, (), 0, start is not None)

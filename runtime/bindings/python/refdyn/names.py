@@ -125,7 +125,7 @@ def values_in(value: Any, names: Sequence[str]) -> Iterable[Any]:
     return np.asarray(value) if hasattr(value, "items") and not hasattr(value, "columns") else [value[name] for name in names]
 
 
-def named(argument: str, value: Any) -> Any:
+def with_names(argument: str, value: Any) -> Any:
     """Returns a container that has names as a mapping: a column for each name of a data frame, a value for each name of a series.
     Anything else stays as it is, also a container whose rows are numbered."""
     if value is None or isinstance(value, Mapping):
@@ -144,7 +144,7 @@ def named(argument: str, value: Any) -> Any:
 def in_order(argument: str, value: Any, names: Sequence[str], states: int = 0) -> Any:
     """Returns a row or rows of coordinates as an array in the order of `names`, if the value has names; otherwise as it is. Rates may be
     called NAME_d, as in motions, and accelerations NAME_dd, except those of the last `states` names."""
-    given = named(argument, value)
+    given = with_names(argument, value)
     if not isinstance(given, Mapping):
         return value
     suffix = {"qd": "_d", "qdd": "_dd"}.get(argument, "")
@@ -176,7 +176,7 @@ def by_name(kind: str, given: Mapping[str, Any] | None, kinds: Mapping[str, Coll
 def by_order(kind: str, given: Any, names: Collection[str], samples: str = "", free: Collection[str] = ()) -> Any:
     """Returns the values of an array by name; the array has one value for each of `names`, in their order. NaN leaves a value of
     `free` out. `samples`: how to pass values along time instead."""
-    given = named(f"{kind}s", given)
+    given = with_names(f"{kind}s", given)
     if given is None or isinstance(given, Mapping) or np.ndim(given) == 0:
         return given
     values = reals(f"{kind}s", given)

@@ -7,7 +7,7 @@ from typing import Any, Union
 import numpy as np
 import numpy.typing as npt
 
-from .names import by_name, common_lead, finite, named, reals
+from .names import by_name, common_lead, finite, reals, with_names
 
 Given = Union[Mapping[str, npt.ArrayLike], npt.ArrayLike, None]
 
@@ -72,7 +72,7 @@ class Values:
     def checked(self, given: Given) -> Checked:
         """Checks names, shapes and numbers."""
         name = f"{self.kind}s"
-        given = named(name, given)
+        given = with_names(name, given)
         if given is None:
             return Checked({})
         if isinstance(given, Mapping):

@@ -17,7 +17,7 @@ import numpy as np
 
 from . import wording
 from .launcher import PROGRAM
-from .names import one_real, unexpected
+from .names import flag, one_real, unexpected
 
 prefix = pathlib.Path(__file__).absolute().parent  # has the folders bin, lib and include that `cmake --install` writes
 
@@ -31,8 +31,9 @@ BAR = re.compile(rb"\r[^\r\n]*\033\[K")
 FAILURE = re.compile(r"refdyn: .*?: t = (?P<t>\S+) s: (?P<reason>.*)")
 
 
-class ModelError(Exception):
-    """A model, a state or a file is wrong. `file` and `line` (0: no line) name the place; the text says what to do."""
+class ModelError(ValueError):
+    """A model, a state, a file or a value that the model refuses is wrong. `file` and `line` (0: no line) name the place; the text says what
+    to do."""
 
     def __init__(self, text: str, file: str | None = None, line: int = 0) -> None:
         super().__init__(text)
@@ -66,6 +67,9 @@ OWN_OPTIONS = ("until", "from", "output", "summary", "inputs", "stop", "table", 
                "chunks", "slurm_options", "help")
 
 
+# Options whose value is a name.
+NAMES = ("at", "from", "hold", "method", "release", "section", "singular", "stabilise", "start", "way")
+
 # Further options of commands, which calls pass on.
 OF_MOTIONS = ("step_max", "stabilise", "singular", "start", "hold", "release", "way")
 OF_REALISE = ("realise", "before", "after", "mesh")
@@ -76,10 +80,13 @@ OF_BATCH, OF_FIT = (*OF_MOTIONS, "step", "every", *OF_REALISE), (*OF_MOTIONS, "s
 def further(options: Mapping[str, Any], call: Callable[..., Any], known: Collection[str]) -> Mapping[str, Any]:
     """Returns the additional options of a call after a check of their names."""
     for name in options:
+        own = [other for other in inspect.signature(call).parameters if other not in ("self", "options")]
+        if wording.ARGUMENTS.get(name) in own:
+            raise TypeError(f"{call.__name__}() got an unexpected keyword argument {name!r}; did you mean {wording.ARGUMENTS[name]!r}?")
         if name.rstrip("_").replace("-", "_") in OWN_OPTIONS:
             raise TypeError(f"{name}: not an option of this call; use its arguments and its result instead")
         if name not in known:
-            raise unexpected(call.__name__, name, [*known, *(other for other in inspect.signature(call).parameters if other not in ("self", "options"))])
+            raise unexpected(call.__name__, name, [*known, *own])
     return options
 
 
@@ -98,13 +105,18 @@ def arguments(options: Mapping[str, Any]) -> list[str]:
     """Writes options by name as words of a command line. Options that are None or False are left out."""
     words = []
     for name, value in options.items():
-        word = "--" + name.rstrip("_").replace("_", "-")
-        if value is True:
-            words.append(word)
+        option = name.rstrip("_")
+        word, argument = "--" + option.replace("_", "-"), wording.ARGUMENTS.get(option, name)
+        if value is None:
+            continue
+        if option in wording.FLAGS:
+            words += [word] if flag(argument, value) else []
+        elif isinstance(value, (bool, np.bool_)):
+            raise TypeError(f"{argument}: {value}; must be a {'name' if option in NAMES else 'number'}")
         elif isinstance(value, Sequence) and not isinstance(value, str):
             words += [word, ",".join(map(str, value))]
-        elif value is not None and value is not False:
-            words += [word, text_of(wording.of_python(word), value)]
+        else:
+            words += [word, text_of(argument, value)]
     return words
 
 
@@ -128,6 +140,13 @@ def failure(status: int, said: str) -> Exception:
         text = wording.rounded(wording.of_python(wording.without_summary(said)))
         return NumericalError(text, float(found["t"]), wording.of_python(found["reason"])) if found else NumericalError(text, None, text.splitlines()[0])
     return RuntimeError(f"refdyn ended with status {status}: {said}")
+
+
+def refusal(said: str, state: str) -> ModelError:
+    """The error about parameters that a model refuses, FILE:LINE: subject: fact. `state` names one state of a batch."""
+    found = PLACE.match(said)
+    assert found
+    return ModelError(state + said, found["file"], int(found["line"]))
 
 
 def warnings_of(said: str) -> list[str]:

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from . import inline
+from . import inline, program, wording
 from .core import Library
 from .names import common_lead, in_order, reals
 from .passing import Given, Values, spread
@@ -45,11 +45,13 @@ def is_whole(path: str) -> bool:
 class Compiled:
     """A compiled library from the cache, and the model's parameters and inputs in the order of its functions.
 
-    `order` has the names of the parameters in the order of arrays, and whether the start of a motion sets them.
+    `order` has the names of the parameters in the order of arrays, and whether the start of a motion sets them. `folders` maps folders
+    of copies to the folders that messages name; `requirements` has FILE:LINE of each rule of the model.
     """
 
-    def __init__(self, description: Mapping[str, Any], kinds: Mapping[str, Collection[str]], order: Mapping[str, bool]) -> None:
+    def __init__(self, description: Mapping[str, Any], kinds: Mapping[str, Collection[str]], order: Mapping[str, bool], folders: Mapping[str, str]) -> None:
         self.description, self.kinds = description, kinds
+        self.requirements = tuple(wording.shown(place, folders) for place in description["requirements"])
         self.optimised: str | None = description.get("optimised")  # where the library that replaces this one will appear
         self._next_look = 0.0
         self.places = {entry["name"]: place for place, entry in enumerate(description["parameters"])}
@@ -95,7 +97,8 @@ class Compiled:
         return self.of_inputs.filled(given) if given else self.x
 
     def parameter_rows(self, parameters: Given, x: np.ndarray) -> np.ndarray:
-        """A row of prepared parameters, or one for each state of a batch. Parameters that this library does not read are skipped."""
+        """A row of prepared parameters, or one for each state of a batch. Parameters that this library does not read are skipped. Raises
+        the error about values that the model refuses."""
         given = self.of_parameters.checked(parameters)
         moves = x is not self.x and self.inputs_move_parameters
         return self._prepared(self.of_parameters.filled(given), x) if given or moves else self.p
@@ -104,8 +107,16 @@ class Compiled:
         lead = common_lead((("parameters", values.shape[:-1]), ("inputs", x.shape[:-1] if self.inputs_move_parameters else ())))
         p = np.empty(lead + (values.shape[-1] + self.library.derived_count,))
         p[..., :values.shape[-1]] = values
-        self.library.prepare(math.prod(lead), p, spread(x, lead) if self.inputs_move_parameters else self.x)
+        refused = self.library.prepare(math.prod(lead), p, spread(x, lead) if self.inputs_move_parameters else self.x)
+        if refused is not None:
+            row, requirement, fact = refused
+            raise program.refusal(f"{self.requirements[requirement]}: {fact}", f"state {index_of(row, lead)}: " if lead else "")
         return p
+
+
+def index_of(place: int, lead: tuple[int, ...]) -> tuple[int, ...]:
+    """The index of a state in a batch."""
+    return tuple(map(int, np.unravel_index(place, lead)))
 
 
 def states_of(name: str, value: Any, model: Model, size: int | None = None) -> np.ndarray:
@@ -126,7 +137,7 @@ class Quantity:
             for `inverse` and `d_inverse`: qd, then qdd
     t       time [s] (...)
     inputs, parameters   values by name (...), or an array in the order of `arm.inputs` and `arm.parameters` (..., number of
-                         them); default: the model's. Values that the model refuses, such as a negative mass, raise ValueError
+                         them); default: the model's. Values that the model refuses, such as a negative mass, raise ModelError
 
     Axes before the last one (for t and values by name: all axes) are a batch. They are broadcast and precede the axes of
     the result. Returns an array, or a dictionary of arrays for a quantity with several parts. Undefined values are NaN. NaN in
@@ -180,7 +191,7 @@ class Quantity:
     def _function(self, compiled: Compiled) -> Function:
         return compiled.library.function(self.__name__, self._rates, self._size)
 
-    def __call__(self, q: npt.ArrayLike, qd: npt.ArrayLike | None = None, t: npt.ArrayLike = 0.0, inputs: Given = None, parameters: Given = None) -> Any:
+    def __call__(self, q: Any = None, qd: Any = None, t: npt.ArrayLike = 0.0, inputs: Given = None, parameters: Given = None) -> Any:
         if self._compiled.optimised is not None:
             self._compiled.change_over()
         if self._library is not self._compiled.library:
@@ -190,8 +201,10 @@ class Quantity:
             return out if self._shape else self._shaped(out)
         return self._general(q, qd, t, inputs, parameters)
 
-    def _general(self, q: npt.ArrayLike, qd: npt.ArrayLike | None, t: npt.ArrayLike, inputs: Given, parameters: Given) -> Any:
+    def _general(self, q: Any, qd: Any, t: npt.ArrayLike, inputs: Given, parameters: Given) -> Any:
         """Evaluates arguments of any type, for one state or a batch."""
+        if q is None:
+            raise TypeError(f"{self.__name__}() missing 1 required positional argument: 'q'")
         q = states_of("q", q, self._model)
         qd = np.zeros(self._rates) if qd is None else states_of("qd", qd, self._model, self._rates)
         t = reals("t", t)
@@ -200,6 +213,7 @@ class Quantity:
         out = np.empty(lead + (self._size,))
         if not lead:
             if not self._one(np.ascontiguousarray(q), np.ascontiguousarray(qd), float(t), out, x.of_one(), p.of_one()):
+                self._compiled.parameter_rows(parameters, self._compiled.input_rows(inputs))  # the model refuses them
                 raise AssertionError("the arguments of one state must be rows of doubles")
         elif out.size:
             compiled, function = self._with_lanes()

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 OPTIONS = ("step_max", "stabilise", "singular", "start")  # further options of arm.simulate that need no program
 OF_STATICS = ("hold", "release", "way")                  # and those of a start at the equilibrium
+OF_GSL = ("msbdf", "bsimp")                              # methods that only the program may have
 OUTPUTS_MOST, STEPS_MOST = 10_000_000, 1e10               # as for `refdyn sim`
 
 
@@ -58,7 +59,7 @@ def quotient(unit: str, divisor: str) -> str:
 def is_in_process(method: str | None, from_: str, stop: Sequence[str], options: Mapping[str, Any]) -> bool:
     """Whether a motion needs no option that only the program has."""
     allowed = {*OPTIONS, *(OF_STATICS if from_ == "statics" else ())}
-    return method not in ("msbdf", "bsimp") and from_ in ("initial", "statics") and set(options) <= allowed and all(isinstance(text, str) for text in stop)
+    return method not in OF_GSL and from_ in ("initial", "statics") and set(options) <= allowed and all(isinstance(text, str) for text in stop)
 
 
 def samples_of(columns: Mapping[str, np.ndarray], compiled: Compiled, by_events: Sequence[str]) -> tuple[np.ndarray, np.ndarray] | None:
@@ -99,6 +100,7 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
     samples = samples_of(columns, compiled, list(model._by_events)) if columns else (None, None)
     if samples is None:
         return None
+    motion.warn_of_unread(model, values)
     core = motion.new_core(compiled, options, compiled.input_rows(constants), values)
     try:
         status, text, outputs = core.start(begin, q, qd, until, distance, tuple(stop), *samples, equilibrium, bounds_of(compiled), 1, further.get("start") is not None)

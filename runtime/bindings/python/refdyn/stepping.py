@@ -11,6 +11,7 @@ import numpy.typing as npt
 from . import motion, program
 from .names import common_lead, one_real, reals
 from .quantity import spread, states_of
+from .recorded import STEPS_MOST
 
 if TYPE_CHECKING:
     from .model import Model
@@ -25,6 +26,8 @@ def count_of(steps: Any) -> int:
         raise TypeError(f"steps: {type(steps).__name__}; must be a whole number")
     if steps < 1:
         raise ValueError(f"steps: {steps}; must be at least 1")
+    if steps > STEPS_MOST:
+        raise ValueError(f"steps: {steps}; must be at most {STEPS_MOST:g}")
     return int(steps)
 
 
@@ -37,9 +40,11 @@ class Stepper:
 
     def __init__(self, model: Model, method: str | None, stabilise: str | None) -> None:
         motion.choose("stabilise", stabilise, motion.STABILISE)
+        words = [other for other in motion.NAMES if other != "auto"]
+        if method == "auto":
+            raise ValueError(f"method: 'auto' has no fixed steps; use one of {', '.join(words)}")
+        motion.choose("method", method, words)
         name = motion.method_of(method, True)
-        if name == "auto":
-            raise ValueError(f"method: 'auto' has no fixed steps; use one of {', '.join(other for other in motion.METHODS if other != 'auto')}")
         self._model, self._method, self._stabilise = model, name, stabilise
         self._local = threading.local()
         self._has_warned = False

@@ -23,6 +23,9 @@ def beam_options(flexible: Mapping[str, Mapping[str, Any]] | None) -> dict[str, 
         return {}
     if not isinstance(flexible, Mapping) or not all(isinstance(options, Mapping) for options in flexible.values()):
         raise TypeError('flexible: must be options by link, {"forearm": {"section": "tube:0.08:0.076", "E": 7e10}}')
+    for link in flexible:
+        if not isinstance(link, str):
+            raise TypeError(f"flexible: link {link!r}; the names of links must be texts")
     first_link, first = next(iter(flexible.items()))
     for link, options in flexible.items():
         for name in options:
@@ -30,6 +33,9 @@ def beam_options(flexible: Mapping[str, Mapping[str, Any]] | None) -> dict[str, 
                 raise ValueError(f"flexible: {link}: {not_one_of(name, OF_BEAMS)}")
         if dict(options) != dict(first):
             raise ValueError(f"flexible: {link} has other options than {first_link}; all flexible links of an import have the same")
+    for name in ("section", "E"):
+        if first.get(name) is None:
+            raise ValueError(f"flexible: {first_link}: add {name}")
     tip = first.get("tip")
     return {"flexible": ",".join(flexible), **first, "tip": None if tip is None else ",".join(program.text_of("tip", value) for value in tip)}
 

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 
 PRIVATE = "refdyn-"  # prefix of the names of private folders
 ARGUMENTS = {"until": "t_end", "from": "from_", "emit": "quantities"}  # arguments whose names differ from their options
-OPTIONS = ("accuracy", "after", "at", "before", "derivatives", "drives", "E", "eta", "every", "flexible", "floating", "friction-width", "hold", "inputs", "lanes",
-           "mesh", "method", "modes", "nu", "range", "realise", "release", "rfe", "rho", "right-angles", "section", "singular", "stabilise", "start", "step", "step-max",
-           "stop", "threads", "tip", "tol", "verify", "way", *ARGUMENTS)
+FLAGS = ("check", "drives", "floating", "fold", "for_casadi", "for_lanes", "live", "move_held", "pull", "realise", "verify")  # arguments that are True or False
+OPTIONS = ("accuracy", "after", "at", "before", "derivatives", "E", "eta", "every", "flexible", "friction-width", "held-out", "hold", "inputs", "lanes",
+           "mesh", "method", "modes", "noise", "nu", "options", "range", "release", "rfe", "rho", "right-angles", "section", "singular", "stabilise", "start", "step",
+           "step-max", "stop", "threads", "tip", "tol", "vary", "way", *ARGUMENTS, *(name.replace("_", "-") for name in FLAGS))
 VALUES = ("baumgarte", "baumgarte-auto", "downhill", "held", "load", "none", "pass", "path", "project", "statics", "stop")
 OPTION = re.compile(rf"--({'|'.join(sorted(OPTIONS, key=len, reverse=True))})(?![\w-])(?: ({'|'.join(VALUES)})(?![\w-]))?")
 CALLS = {"import": "refdyn.Model.from_urdf", "sim": "arm.simulate"}  # calls of the package whose names differ from their commands
@@ -31,12 +32,16 @@ def shown(text: str, places: Mapping[str, str] = {}) -> str:
 
 def argument(found: re.Match[str]) -> str:
     name = ARGUMENTS.get(found[1], found[1].replace("-", "_"))
-    return f'{name}="{found[2]}"' if found[2] else name
+    if found[2]:
+        return f'{name}="{found[2]}"'
+    return f"{name}=True" if name in FLAGS and found.string[found.end():found.end() + 1] != ":" else name
 
 
 def of_python(text: str) -> str:
-    """Writes options as arguments, `start="project"` for `--start project`, and commands as calls: `arm.simulate` for `refdyn sim`."""
-    text = text.replace("the CSV has no column", "a motion has no column").replace("that this command computes", "that this call computes").replace("--set ", "")
+    """Writes options as arguments, `start="project"` for `--start project` and `move_held=True` for `--move-held`, and commands as calls:
+    `arm.simulate` for `refdyn sim`."""
+    text = text.replace("the CSV has no column", "a motion has no column").replace("that this command computes", "that this call computes").replace("--set ", "").replace("--set", "parameters")
+    text = text.replace("view --live", "arm.live")
     text = NEAREST.sub(lambda found: f"; did you mean {found[1] or found[2]!r}?", text)
     text = COMMAND.sub(lambda found: CALLS.get(found[1], f"arm.{found[1]}"), OPTION.sub(argument, text))
     return re.sub(r"^refdyn: ", "", text, flags=re.M)

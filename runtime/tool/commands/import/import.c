@@ -43,8 +43,10 @@ static bool take_numbers(char *rest, const char *marks, double *out, int count) 
     return !rest;
 }
 
-/* "tube:0.05:0.044" */
-static bool take_section(struct beam_choice *beam, const char *text) {
+/* Reads "tube:0.05:0.044". Returns what is wrong with it; NULL: nothing. */
+static const char *take_section(struct beam_choice *beam, const char *text) {
+    static const char unknown[] =
+        "is not one of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z";
     char *rest = format_text("%s", text), number[NUMBER_LENGTH], second[NUMBER_LENGTH];
     const char *name = strsep(&rest, ":");
     double v[2] = {0};
@@ -52,14 +54,16 @@ static bool take_section(struct beam_choice *beam, const char *text) {
         if (strcmp(sections[i].name, name) != 0)
             continue;
         if (!take_numbers(rest, ":", v, sections[i].count) || v[0] <= 0 || v[sections[i].count - 1] <= 0)
-            return false;
+            return unknown;
+        if (sections[i].set == set_tube && v[1] >= v[0])
+            return "has an inner diameter that is not smaller than the outer one; write tube:OUTER:INNER";
         sections[i].set(beam, v);
         beam->section = sections[i].count == 1 ? format_text("rd.%s(%s)", name, exact_text(v[0], number))
                                                : format_text("rd.%s(%s, %s)", name, exact_text(v[0], number),
                                                              exact_text(v[1], second));
-        return isfinite(beam->Iy) && isfinite(beam->Iz) && beam->Iy > 0 && beam->Iz > 0;
+        return isfinite(beam->Iy) && isfinite(beam->Iz) && beam->Iy > 0 && beam->Iz > 0 ? NULL : unknown;
     }
-    return false;
+    return unknown;
 }
 
 /* ---- options of beams ---- */
@@ -90,10 +94,9 @@ static enum status take_beam(const struct options *options, struct beam_choice *
         return refuse_without_beam(options);
     if (!section || !(E > 0))
         return options_usage_error(options->command, "--flexible: add %s", section ? "--E" : "--section");
-    if (!take_section(beam, section))
-        return options_error(
-            options, "section",
-            ": '%s' is not one of round:DIAMETER, tube:OUTER:INNER, rectangle:WIDTH_Y:HEIGHT_Z", section);
+    const char *wrong = take_section(beam, section);
+    if (wrong)
+        return options_error(options, "section", ": '%s' %s", section, wrong);
     if (nu && (!text_to_number(nu, &beam->nu) || !(beam->nu > -1 && beam->nu <= 0.5)))
         return options_error(options, "nu", ": '%s' must be a number above -1 and at most 0.5", nu);
     if (eta && (!text_to_number(eta, &beam->eta) || beam->eta < 0))

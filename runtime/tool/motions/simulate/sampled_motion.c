@@ -159,6 +159,8 @@ static enum status choose_method(const struct options *options, struct refdyn_op
         return options_usage_error(
             options->command,
             "--step sets fixed steps and --step-max bounds adaptive ones; omit one of them");
+    if (method == REFDYN_AUTO && step > 0)
+        return options_error(options, "step", ": %s chooses its steps; use --tol", name);
     *integration = refdyn_options_default((enum refdyn_method)method);
     if ((tol > 0 || step_max > 0) && integration->tol == 0)
         return options_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps; use --step",
