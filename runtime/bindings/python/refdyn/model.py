@@ -590,7 +590,7 @@ class Model:
 
     def _start(self, name: str, value: Any) -> np.ndarray:
         """A start of a motion or of the search for an equilibrium: the time, or coordinates or rates by name or in the model's order."""
-        return finite_row(name, value if name == "t" else in_order(name, value, self.coordinates, len(self.state_names)), "one state: a row of numbers")
+        return finite_row(name, value if name == "t" else in_order(name, value, self), "one state: a row of numbers")
 
     def _run(self, command: str, options: Mapping[str, Any], values: Mapping[str, float | None] = {}, *words: str, shows_progress: bool = False) -> str:
         """Runs a command with these values instead of the model's. Names with None are left out: another option sets them."""

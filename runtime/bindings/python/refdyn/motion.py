@@ -112,7 +112,7 @@ def row_of(name: str, value: Any, model: Model) -> np.ndarray | None:
     if value is None:
         return None
     count = len(model.coordinates)
-    array = finite(name, in_order(name, value, model.coordinates, len(model.state_names)))
+    array = finite(name, in_order(name, value, model))
     if array.shape != (count,):
         raise ValueError(f"{name}: has shape {array.shape}; must be one state, ({count},)")
     return np.ascontiguousarray(array)

@@ -6,10 +6,13 @@ import functools
 import inspect
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from .model import Model
 
 WHERE = {"parameter": "a parameter; give it in parameters={...}", "input": "an input; give it in inputs={...}",
          "option": "an option; give it to refdyn.Model", "coordinate": "a coordinate; give it in q"}
@@ -141,15 +144,15 @@ def with_names(argument: str, value: Any) -> Any:
     return dict(zip(names, values_in(value, names)))
 
 
-def in_order(argument: str, value: Any, names: Sequence[str], states: int = 0) -> Any:
-    """Returns a row or rows of coordinates as an array in the order of `names`, if the value has names; otherwise as it is. Rates may be
-    called NAME_d, as in motions, and accelerations NAME_dd, except those of the last `states` names."""
+def in_order(argument: str, value: Any, model: Model) -> Any:
+    """Returns coordinates, rates or accelerations that have names as an array in the order of the model; others as they are. Rates may be
+    called NAME_d, as in motions, and accelerations NAME_dd, except those of continuous states."""
     given = with_names(argument, value)
     if not isinstance(given, Mapping):
         return value
-    suffix = {"qd": "_d", "qdd": "_dd"}.get(argument, "")
-    own = [name + suffix for name in names[:len(names) - states]] + list(names[len(names) - states:])
-    order = own if own and own[0] in given else list(names)
+    names, suffix = model.coordinates, {"qd": "_d", "qdd": "_dd"}.get(argument, "")
+    of_motions = [name + suffix for name in model._joints] + list(model.state_names)
+    order = of_motions if of_motions[0] in given else list(names)
     for name in (*order, *given):
         if (name in given) != (name in order):
             fact = f"{name}: unknown coordinate" if name in given else f"no {name}"

@@ -30,6 +30,7 @@ PREPARING = ("start", "anchor", "required")  # functions that the preparation of
 POINT_ROWS = {"C": 3, "J": 6}  # rows of each point; the first axis counts the points
 
 
+DOUBLE = np.dtype(float)
 LOOK_SECONDS = 0.05  # between two looks for the optimised library
 SEAL = b"refdyn seal "  # then the SHA-256 of the file before it, and a zero: runtime/tool/support/compile/compiled_cache.c
 
@@ -122,8 +123,10 @@ def index_of(place: int, lead: tuple[int, ...]) -> tuple[int, ...]:
 def states_of(name: str, value: Any, model: Model, size: int | None = None) -> np.ndarray:
     """Coordinates, rates or accelerations of states, by name or in the order of the model. `size`: numbers of a state, if they are not the
     coordinates alone."""
-    array = reals(name, in_order(name, value, model.coordinates, len(model.state_names)))
     size = len(model.coordinates) if size is None else size
+    if type(value) is np.ndarray and value.dtype is DOUBLE and value.flags.aligned and value.shape[-1:] == (size,):
+        return value  # what control loops pass
+    array = reals(name, in_order(name, value, model))
     if array.ndim == 0 or array.shape[-1] != size:
         raise ValueError(f"{name}: has shape {array.shape}; its last axis must have {size} entries")
     return array
