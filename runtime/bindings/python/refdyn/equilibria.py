@@ -5,10 +5,10 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from . import motion
 from .names import texts_of
+from .passing import States
 
 if TYPE_CHECKING:
     from .model import Model
@@ -20,7 +20,7 @@ def names_of(argument: str, value: str | Sequence[str] | None) -> list[str] | No
     return None if value is None else [name for name in texts_of(argument, value.split(",") if isinstance(value, str) else value) if name]
 
 
-def find(model: Model, purpose: str, q: npt.ArrayLike | None, t: Any, inputs: Mapping[str, float], parameters: Mapping[str, float], hold: str | Sequence[str] | None,
+def find(model: Model, purpose: str, q: States | None, t: Any, inputs: Mapping[str, float], parameters: Mapping[str, float], hold: str | Sequence[str] | None,
          release: str | Sequence[str] | None, way: str | None) -> dict[str, Any] | None:
     """Computes the equilibrium near q; None if the program has to say what is wrong with the arguments."""
     held, released = names_of("hold", hold), names_of("release", release) or []
@@ -52,7 +52,7 @@ def find(model: Model, purpose: str, q: npt.ArrayLike | None, t: Any, inputs: Ma
     return {"coordinates": names, "given": given, "held": [name for name, mark in zip(names, marks) if mark], **result}
 
 
-def modes(model: Model, at: str, q: npt.ArrayLike | None, t: Any, inputs: Mapping[str, float], parameters: Mapping[str, float], most: Any, hold: str | Sequence[str] | None,
+def modes(model: Model, at: str, q: States | None, t: Any, inputs: Mapping[str, float], parameters: Mapping[str, float], most: Any, hold: str | Sequence[str] | None,
           release: str | Sequence[str] | None, way: str | None) -> dict[str, Any] | None:
     """Computes small motions; None if the program has to do it, or to say what is wrong with the arguments."""
     names, held = tuple(model.coordinates), names_of("hold", hold)

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, inline, motion, planning, program, recorded, stepping, urdf
 from .names import ByName, by_name, by_order, common_lead, file_name, finite, finite_row, flag, in_order, nearest, one_real, suggesting, texts_of, unknown, with_names
-from .passing import Given
+from .passing import Given, States
 from .quantity import Compiled, Quantity, states_of
 from .samples import split
 from .sources import TEXT, Sources
@@ -145,8 +145,8 @@ class Model:
         self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
         self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
         for kind in ("parameter", "input"):
-            for name in self._kinds[kind]:
-                finite(f"{kind} {name}", settings.get(name, 0))  # the program also reads numbers from texts
+            for name in settings.keys() & set(self._kinds[kind]):
+                finite(f"{kind} {name}", settings[name])  # the program also reads numbers from texts
         self._order = named(description["parameters"], "anchored")
         self._libraries[None, False] = Compiled(description, self._kinds, self._order, self._sources.places)
 
@@ -211,7 +211,7 @@ class Model:
             raise AttributeError(f"{shown_file(self._sources.main)}: the model has no {name}")
         return Quantity(name, self, compiled, lambda: self._library(emit, True))
 
-    def inverse_dynamics(self, q: npt.ArrayLike, qd: npt.ArrayLike, qdd: npt.ArrayLike, t: npt.ArrayLike = 0.0,
+    def inverse_dynamics(self, q: States, qd: States, qdd: States, t: npt.ArrayLike = 0.0,
                          inputs: Given = None, parameters: Given = None) -> np.ndarray:
         """Computes the forces on the coordinates that cause the accelerations qdd, M qdd - h - Q: (..., n), as `arm.inverse` does.
 
@@ -249,7 +249,7 @@ class Model:
 
     # ---- Motions in the caller's own loop ----
 
-    def motion(self, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float = 0.0, *, method: str | None = None, tol: float | None = None,
+    def motion(self, q: States | None = None, qd: States | None = None, t: float = 0.0, *, method: str | None = None, tol: float | None = None,
                step: float | None = None, step_max: float | None = None, stabilise: str | None = None, singular: str | None = None, start: str | None = None,
                inputs: Given = None, parameters: Given = None) -> motion.Motion:
         """Begins a motion at q, qd (default: the model's initial state) and t [s]; `motion.advance(t)` computes it.
@@ -260,7 +260,7 @@ class Model:
         options = motion.options_of(method, tol, step, step_max, stabilise, singular, start, False)
         return motion.begin(self, q, qd, t, options, start, inputs, parameters)
 
-    def step(self, q: npt.ArrayLike, qd: npt.ArrayLike, t: npt.ArrayLike, h: float, inputs: Given = None, parameters: Given = None, *,
+    def step(self, q: States, qd: States, t: npt.ArrayLike, h: float, inputs: Given = None, parameters: Given = None, *,
              method: str = "rk4", steps: int = 1, stabilise: str | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Steps from q, qd at t [s] by h [s]; returns q and qd then. Axes before the last one are a batch, as in quantities.
 
@@ -277,7 +277,7 @@ class Model:
 
     # ---- Equilibria, modes, motions, batches ----
 
-    def statics(self, q: npt.ArrayLike | None = None, *, t: float | None = None, inputs: Given = None, parameters: Given = None, hold: str | Sequence[str] | None = None,
+    def statics(self, q: States | None = None, *, t: float | None = None, inputs: Given = None, parameters: Given = None, hold: str | Sequence[str] | None = None,
                 release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
         """Computes the equilibrium near q; the options are those of `refdyn statics`."""
         inputs = by_order("input", inputs, self.inputs)
@@ -291,7 +291,7 @@ class Model:
         held = self.held if hold is None else (listed("hold", hold) or "").split(",")
         return datasets.of_equilibrium(self, json.loads(printed), held, datasets.attributes(self, values, inputs))
 
-    def modes(self, at: str = "statics", *, q: npt.ArrayLike | None = None, t: float | None = None, inputs: Given = None, parameters: Given = None,
+    def modes(self, at: str = "statics", *, q: States | None = None, t: float | None = None, inputs: Given = None, parameters: Given = None,
               modes: int | None = None, hold: str | Sequence[str] | None = None,
               release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
         """Computes frequencies, damping ratios and shapes about the equilibrium, about the initial state (`at="initial"`) or about q.
@@ -316,7 +316,7 @@ class Model:
             printed = self._run("modes", given, {**values, **constants} if is_found else values)
         return datasets.of_modes(self, json.loads(printed), datasets.attributes(self, values, inputs))
 
-    def linearise(self, at: str = "statics", *, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
+    def linearise(self, at: str = "statics", *, q: States | None = None, qd: States | None = None, t: float | None = None,
                   inputs: Given = None, parameters: Given = None, hold: str | Sequence[str] | None = None,
                   move_held: bool = False, release: str | Sequence[str] | None = None, way: str | None = None) -> xarray.Dataset:
         """Computes the linear model s' = A s + B x + rate, y = C s + D x about the equilibrium, the initial state or q, qd.
@@ -340,7 +340,7 @@ class Model:
         return datasets.of_linear_model(self, json.loads(printed), datasets.attributes(self, values, inputs))
 
     def simulate(self, t_end: float, tol: float | None = None, *, method: str | None = None, step: float | None = None, every: float | None = None,
-                 from_: str = "initial", q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None, t: float | None = None,
+                 from_: str = "initial", q: States | None = None, qd: States | None = None, t: float | None = None,
                  inputs: Given = None, parameters: Given = None, stop: str | Sequence[str] = (), derivatives: str | Sequence[str] = (),
                  dataset: bool = True, **options: Any) -> Any:
         """Computes a motion until t_end [s]. The columns of `refdyn sim` become variables along t with units, the summary attributes.
@@ -455,7 +455,8 @@ class Model:
         inputs, parameters, from_   the motion from which the search begins
         options    further options of `refdyn fit`: step, step_max, stabilise, singular, start, hold, release, way, lanes
         """
-        if data is None and not flag("check", check):
+        check = flag("check", check)
+        if data is None and not check:
             raise TypeError("fit: data is missing; add measurements, or check=True before data exist")
         if data is not None and check:
             raise TypeError("fit: check=True needs no data; remove them")
@@ -604,7 +605,7 @@ class Model:
                            shows_progress=flag("progress", shows_progress))[0]
 
     @contextlib.contextmanager
-    def _state_file(self, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:
+    def _state_file(self, q: States | None, qd: States | None, t: float | None, inputs: Mapping[str, float]) -> Iterator[str | None]:
         """Provides a STATE.json with the given values; None without values."""
         given: dict[str, Any] = {key: self._start(key, value).tolist() for key, value in (("t", t), ("q", q), ("qd", qd)) if value is not None}
         joints, n = len(self._joints), len(self.coordinates)

@@ -5,12 +5,11 @@ from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from . import program
 from .core import METHODS
 from .names import finite, in_order, not_one_of, one_real, suggesting, with_names
-from .passing import Given
+from .passing import Given, States
 from .wording import shown
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ def one_row(kind: str, rows: np.ndarray) -> np.ndarray:
     return rows
 
 
-def row_of(name: str, value: Any, model: Model) -> np.ndarray | None:
+def row_of(name: str, value: States | None, model: Model) -> np.ndarray | None:
     """A state of a motion, by name or in the order of the model: finite, and as long as the model has coordinates."""
     if value is None:
         return None
@@ -164,7 +163,7 @@ class Motion:
             raise failure_of(self._model, program.NUMBERS, said, True)
         return not self._core.has_ended
 
-    def set(self, *, inputs: Given = None, parameters: Given = None, q: npt.ArrayLike | None = None, qd: npt.ArrayLike | None = None) -> None:
+    def set(self, *, inputs: Given = None, parameters: Given = None, q: States | None = None, qd: States | None = None) -> None:
         """Continues with other inputs, parameters or another state; values that are not named stay."""
         x = p = state = None
         if inputs is not None:
@@ -191,12 +190,12 @@ class Motion:
             if values.shape != row.shape:
                 raise ValueError(f"inputs: have shape {values.shape}; must have shape {row.shape}")
             return np.ascontiguousarray(values)
-        values = self._model._values(kind, given)
-        for name, value in values.items():
+        changes = self._model._values(kind, given)
+        for name, value in changes.items():
             if name in places:
                 row[places[name]] = value
         if kind == "parameter":
-            warn_of_unread(self._model, values)
+            warn_of_unread(self._model, changes)
         return row
 
     @staticmethod
@@ -273,7 +272,7 @@ class Motion:
         return f"<refdyn.Motion of {self._model._name} at t = {self.t:g} s>"
 
 
-def begin(model: Model, q: npt.ArrayLike | None, qd: npt.ArrayLike | None, t: float, options: tuple[Any, ...], start: str | None, inputs: Given,
+def begin(model: Model, q: States | None, qd: States | None, t: float, options: tuple[Any, ...], start: str | None, inputs: Given,
           parameters: Given) -> Motion:
     compiled = model._purpose("motion")
     values = model._values("parameter", parameters)

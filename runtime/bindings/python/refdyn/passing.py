@@ -10,6 +10,7 @@ import numpy.typing as npt
 from .names import by_name, common_lead, finite, reals, with_names
 
 Given = Union[Mapping[str, npt.ArrayLike], npt.ArrayLike, None]
+States = Union[Mapping[str, npt.ArrayLike], npt.ArrayLike]  # coordinates, rates or accelerations
 
 
 SCALARS = (float, int, np.float64)

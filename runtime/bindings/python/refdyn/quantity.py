@@ -20,7 +20,7 @@ import numpy.typing as npt
 from . import inline, program, wording
 from .core import Library
 from .names import common_lead, in_order, reals
-from .passing import Given, Values, spread
+from .passing import Given, States, Values, spread
 
 if TYPE_CHECKING:
     from .core import Function
@@ -120,7 +120,7 @@ def index_of(place: int, lead: tuple[int, ...]) -> tuple[int, ...]:
     return tuple(map(int, np.unravel_index(place, lead)))
 
 
-def states_of(name: str, value: Any, model: Model, size: int | None = None) -> np.ndarray:
+def states_of(name: str, value: States, model: Model, size: int | None = None) -> np.ndarray:
     """Coordinates, rates or accelerations of states, by name or in the order of the model. `size`: numbers of a state, if they are not the
     coordinates alone."""
     size = len(model.coordinates) if size is None else size
@@ -194,7 +194,7 @@ class Quantity:
     def _function(self, compiled: Compiled) -> Function:
         return compiled.library.function(self.__name__, self._rates, self._size)
 
-    def __call__(self, q: Any = None, qd: Any = None, t: npt.ArrayLike = 0.0, inputs: Given = None, parameters: Given = None) -> Any:
+    def __call__(self, q: States | None = None, qd: States | None = None, t: npt.ArrayLike = 0.0, inputs: Given = None, parameters: Given = None) -> Any:
         if self._compiled.optimised is not None:
             self._compiled.change_over()
         if self._library is not self._compiled.library:
@@ -204,7 +204,7 @@ class Quantity:
             return out if self._shape else self._shaped(out)
         return self._general(q, qd, t, inputs, parameters)
 
-    def _general(self, q: Any, qd: Any, t: npt.ArrayLike, inputs: Given, parameters: Given) -> Any:
+    def _general(self, q: States | None, qd: States | None, t: npt.ArrayLike, inputs: Given, parameters: Given) -> Any:
         """Evaluates arguments of any type, for one state or a batch."""
         if q is None:
             raise TypeError(f"{self.__name__}() missing 1 required positional argument: 'q'")

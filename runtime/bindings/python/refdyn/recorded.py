@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from . import equilibria, motion
+from .passing import States
 
 if TYPE_CHECKING:
     from .model import Model
@@ -71,7 +71,7 @@ def samples_of(columns: Mapping[str, np.ndarray], compiled: Compiled, by_events:
     return np.ascontiguousarray(rows), np.array([compiled.inputs[name] for name in names], dtype=np.intc)
 
 
-def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, state: tuple[npt.ArrayLike | None, npt.ArrayLike | None, Any], constants: Mapping[str, float],
+def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, state: tuple[States | None, States | None, Any], constants: Mapping[str, float],
              columns: Mapping[str, np.ndarray], values: Mapping[str, float], stop: Sequence[str], from_: str, further: Mapping[str, Any],
              names: Sequence[str] = ()) -> Columns | None:
     """Computes a motion; None if the program has to compute it, or to say what is wrong with it."""

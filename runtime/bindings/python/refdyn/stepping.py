@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from . import motion, program
 from .names import common_lead, one_real, reals
+from .passing import States
 from .quantity import spread, states_of
 from .recorded import STEPS_MOST
 
@@ -59,7 +60,7 @@ class Stepper:
     def _direct(self, compiled: Compiled) -> Any:
         return compiled.library.stepper(self._method, compiled.p, compiled.x)
 
-    def __call__(self, q: npt.ArrayLike, qd: npt.ArrayLike, t: npt.ArrayLike, h: float, inputs: Any, parameters: Any, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    def __call__(self, q: States, qd: States, t: npt.ArrayLike, h: float, inputs: Any, parameters: Any, steps: int) -> tuple[np.ndarray, np.ndarray]:
         q, qd, t = states_of("q", q, self._model), states_of("qd", qd, self._model), reals("t", t)
         h = h if type(h) is float else one_real("h", h)
         if not (h > 0 and math.isfinite(h)):
