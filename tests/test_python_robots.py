@@ -19,6 +19,16 @@ ODD = '''<robot name="odd">
 '''
 
 
+NAMES = """<robot name="names"><link name="a"/>
+  <link name="b"><inertial><origin xyz="0.3 0 0"/><mass value="4"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.14" iyz="0" izz="0.14"/></inertial></link>
+  <link name="c"><inertial><origin xyz="0.2 0 0"/><mass value="2"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.06" iyz="0" izz="0.06"/></inertial></link>
+  <link name="d"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
+  <joint name="end" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" velocity="3" effort="90"/></joint>
+  <joint name="joint 1/\u03b1" type="continuous"><parent link="b"/><child link="c"/><origin xyz="0.6 0 0"/><axis xyz="0 1 0"/></joint>
+  <joint name="reach" type="prismatic"><parent link="c"/><child link="d"/><axis xyz="1 0 0"/><limit lower="0" upper="2" velocity="3" effort="40"/></joint></robot>
+"""
+
+
 @pytest.fixture(scope="module")
 def seven(package):
     return package.Model.from_urdf(ROBOTS / "seven.urdf", drives=True)
@@ -46,6 +56,23 @@ def test_joints_with_other_names(package, tmp_path):
     free = package.Model.from_urdf(ROBOTS / "free.urdf")
     assert free.joints["slab_joint"] == ("slab_z", "slab_x", "slab_theta") and free.joints["arm_joint"] == "arm_joint"
     assert package.Model(REFERENCE, n_rfe=1).joints == {}
+
+
+def test_coordinates_of_inputs(package, tmp_path):
+    """`held` has the coordinate that each input drives, whatever the names of the joints."""
+    (tmp_path / "names.urdf").write_text(NAMES)
+    for file, names in ((tmp_path / "names.urdf", ["tau_b_theta", "tau_c_theta", "f_reach"]), (ROBOTS / "gripper.urdf", None), (ROBOTS / "free.urdf", None), (ROBOTS / "seven.urdf", None)):
+        robot = package.Model.from_urdf(file, drives=True)
+        assert len(robot.held) == len(robot.inputs) > 0 and list(robot.inputs) == (names or list(robot.inputs))
+        random = np.random.default_rng(5)
+        q, qd = robot.q0 + 0.1 * random.standard_normal(robot.q0.shape), 0.1 * random.standard_normal(robot.q0.shape)
+        for place, name in enumerate(robot.held):
+            inputs = np.zeros(len(robot.inputs))
+            inputs[place] = 0.37
+            moved = robot.Q(q, qd, inputs=inputs) - robot.Q(q, qd)
+            assert np.flatnonzero(moved).tolist() == [robot.coordinates.index(name)]
+    named = package.Model.from_urdf(tmp_path / "names.urdf", drives=True)
+    assert [named.joints[joint] for joint in ("end", "joint 1/\u03b1", "reach")] == list(named.held)
 
 
 def test_limits(package, seven):

@@ -46,7 +46,7 @@ class Model:
     rows: tuple[str, ...]
     points: tuple[str, ...]
     courses: tuple[str, ...]
-    held: tuple[str, ...]                        # coordinates that statics and modes hold
+    held: tuple[str, ...]                        # coordinates that statics and modes hold; of a robot from URDF with drives, in the order of its inputs
     joints: Mapping[str, str | tuple[str, ...]]  # of a URDF file: the coordinate of each joint; several if it is planar or floating
     imported: tuple[str, ...]                    # report of from_urdf: the beam and the rest of each flexible link, omitted elements
     limits: urdf.Limits                          # of positions, velocities and efforts, by coordinate
@@ -249,19 +249,23 @@ class Model:
                inputs: Given = None, parameters: Given = None) -> motion.Motion:
         """Begins a motion at q, qd (default: the model's initial state) and t [s]; `motion.advance(t)` computes it.
 
-        The options are those of `refdyn sim`: adaptive steps with `tol`, or fixed ones of `step` [s]. Inputs and parameters are
-        constant until `motion.set(...)`.
+        The options are those of `refdyn sim`: adaptive steps with `tol`, or fixed ones of at most `step` [s], without which those of
+        rk4 are 1 ms. Inputs and parameters are constant until `motion.set(...)`.
         """
         options = motion.options_of(method, tol, step, step_max, stabilise, singular, start, False)
         return motion.begin(self, q, qd, t, options, start, inputs, parameters)
 
     def step(self, q: npt.ArrayLike, qd: npt.ArrayLike, t: npt.ArrayLike, h: float, inputs: Given = None, parameters: Given = None, *,
              method: str = "rk4", steps: int = 1, stabilise: str | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Steps from q, qd at t [s] by h [s]; returns q and qd then. Axes before the last one are a batch, as in quantities.
+        """Steps from q, qd at t [s] by h [s]; returns q and qd at t + h. Axes before the last one are a batch, as in quantities; h is one number.
 
         method     "rk4", "rk54", "rk8", "gauss" (gauss12), "radau" (radau9), "rodas5p" ... with a fixed step
-        steps      number of equal steps that divide h; an explicit step must resolve the modes of arm.modes(at="initial", hold=[])
+        steps      number of equal steps that divide h. Explicit steps that are too long return wrong numbers: one of rk4 must be shorter
+                   than 2.6 divided by the largest abs(eigenvalue) of arm.modes(at="initial", hold=[])
         stabilise  how rows are kept: "baumgarte", the gains of the rows (default of rk4, rk54 and rk8), "project" (of the others) or "none"
+
+        A single state that fails raises NumericalError. In a batch, states that fail or are not finite are NaN afterwards, with a
+        ModelWarning. If an event of the model ends the motion, the result is the state at the event, with a ModelWarning.
         """
         key = (method, stabilise)
         stepper = self._steppers.get(key)
