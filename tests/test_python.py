@@ -696,8 +696,6 @@ def test_models_at_fault(package, tmp_path):
     assert (told.value.file, told.value.line) == ("<text>", 3)
     with pytest.raises(ValueError, match="^m_e: unknown option, parameter or input; did you mean 'm_E'"):
         package.Model(REFERENCE, m_e=2)
-    with pytest.raises(ValueError, match="^cases: m_E: 'nan' is not a finite number"):
-        package.Model(REFERENCE).batch({"m_E": [np.nan]}, t_end=1)
     with pytest.raises(ValueError, match="^q: has 2 values; must have 13"):
         package.Model(REFERENCE).simulate(1, q=[0, 1])
     with pytest.raises(package.ModelError, match="cannot be read: No such file or directory"):

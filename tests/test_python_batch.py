@@ -219,7 +219,6 @@ WRONG = {
     "cases: column 0; the names of columns must be texts": (TypeError, lambda ball: ball.batch({0: [1.0, 2.0]}, 1)),
     "m: rows of different lengths; must be a row of values": (ValueError, lambda ball: ball.batch({"m": [1, [2]]}, 1)),
     "cases: mm: unknown name; did you mean 'm'?": (ValueError, lambda ball: ball.batch({"mm": [1]}, 1)),
-    "cases: m: 'nan' is not a finite number (case 1)": (ValueError, lambda ball: ball.batch({"m": [1, np.nan]}, 1)),
     "batch() got an unexpected keyword argument 'thread'; did you mean 'threads'?": (TypeError, lambda ball: ball.batch({"m": [1]}, 1, thread=2)),
     "simulate() got an unexpected keyword argument 'stepp'; did you mean 'step'?": (TypeError, lambda ball: ball.simulate(1, stepp=1e-3)),
     "m: has shape (2, 2); must be a row of values": (ValueError, lambda ball: sys.modules["refdyn"].grid(m=[[1, 2], [3, 4]])),
