@@ -56,6 +56,11 @@ def test_joints_with_other_names(package, tmp_path):
     free = package.Model.from_urdf(ROBOTS / "free.urdf")
     assert free.joints["slab_joint"] == ("slab_z", "slab_x", "slab_theta") and free.joints["arm_joint"] == "arm_joint"
     assert package.Model(REFERENCE, n_rfe=1).joints == {}
+    assert odd.limits["joint 1 (left)"] == odd.limits["b_phi"] == pickle.loads(pickle.dumps(odd)).limits["joint 1 (left)"] and list(odd.limits) == ["b_phi"]
+    with pytest.raises(KeyError, match="slab_joint: this joint has the coordinates slab_z, slab_x, slab_theta; use one of them"):
+        free.limits["slab_joint"]
+    with pytest.raises(KeyError, match=re.escape("joint 1 (right): unknown coordinate; did you mean 'joint 1 (left)'?")):
+        odd.limits["joint 1 (right)"]
 
 
 def test_coordinates_of_inputs(package, tmp_path):
@@ -99,6 +104,8 @@ def test_named_limits(package):
     """Those of drives and of the function `limits`, by name, with their columns."""
     limits = package.Model(SOURCE / "docs" / "drives" / "hub_link.lua", limit=3.25).limits
     assert dict(limits.named) == {"drive_hub_psi": ("drive_hub_psi", -3.25, 3.25), "aim": ("miss", -0.01, 0.01)}
+    with pytest.raises(KeyError, match="aims: unknown limit; did you mean 'aim'"):
+        limits.named["aims"]
     assert limits.named["aim"].column == "miss" and pickle.loads(pickle.dumps(limits)).named == limits.named
 
 
@@ -205,3 +212,10 @@ def test_tables_in_notebooks(package, seven):
     shown = long.constrained._repr_html_()
     assert ["qdd", "25"] == [row for row in cells(shown) if row[0] == "qdd"][0][:2] and "constrained(q, qd=None" in shown
     assert ["M", "7 x 7"] == cells(seven.M._repr_html_())[1][:2]
+    limits = cells(seven.limits._repr_html_())
+    elbow = seven.limits["elbow"]
+    assert limits[0] == ["name", "lower", "upper", "velocity", "effort"]
+    assert ["elbow", *(f"{value:.6g} {unit}" for value, unit in zip(elbow, ("rad", "rad", "rad/s", "N m")))] in limits
+    slide = package.Model.from_text('return require "refdyn".model { name = "slide", links = { { "cart", joint = "x, z", mass = 2, limits = { x = { force = 20.25 } } } } }')
+    assert cells(slide.limits._repr_html_())[1:] == [["cart_x", "", "", "", "20.25 N"]]
+    assert package.Model(REFERENCE, n_rfe=1).limits._repr_html_() == "<div>no limits</div>"

@@ -2,11 +2,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .names import by_name, finite_row
+
+
+def of_frame(inputs: Any) -> Any:
+    """Returns the columns of a data frame, or of a dataset along t, by name; other inputs as they are."""
+    if hasattr(inputs, "data_vars"):
+        return {str(name): inputs[name].values for name in inputs.variables}
+    return dict(inputs.items()) if hasattr(inputs, "columns") and hasattr(inputs, "items") else inputs
 
 
 def split(inputs: Mapping[str, npt.ArrayLike] | None, kinds: Mapping[str, Collection[str]],
