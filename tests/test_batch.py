@@ -156,6 +156,31 @@ def test_a_failed_case_leaves_the_others(tmp_path):
             assert name == "t" or np.isnan(two_bad["final"][name][[17, 29]]).all(), name
 
 
+def test_a_case_without_a_number(tmp_path):
+    """nan and inf in a table: the case fails alone, `sim --case` gives the same reason, and lanes and other cases do not matter. NaN of an
+    anchored parameter leaves it to the start, as if it did not vary."""
+    rows = [f"{1.1 + 0.02 * i!r},{0.31 + 0.001 * i!r},{0.7 + 0.002 * i!r}" for i in range(12)]
+    rows[2], rows[5], rows[7], rows[9] = "nan,0.3,0.7", "1.3,nan,0.71", "1.4,0.3,-Inf", "1.2,NaN,0.73"
+    (tmp_path / "cases.csv").write_text("m_E,xc,arm_psi\n" + "\n".join(rows) + "\n")
+    (tmp_path / "start.csv").write_text("m_E,arm_psi\n1.3,0.71\n1.2,0.73\n")
+    arguments = ["--set", "n_rfe=1", "--until", "0.1"]
+    for name, lanes in (("cases", 4), ("cases", 1), ("start", 1)):
+        refdyn("batch", REFERENCE, "--table", tmp_path / f"{name}.csv", *arguments, "--lanes", lanes, "-o", tmp_path / f"{name}_{lanes}.h5")
+    with h5py.File(tmp_path / "cases_1.h5") as one, h5py.File(tmp_path / "cases_4.h5") as four, h5py.File(tmp_path / "start_1.h5") as start:
+        for file in (one, four):
+            assert list(np.flatnonzero(file["status"])) == [2, 7] and list(file["status"][[2, 7]]) == [1, 1]
+            assert list(file["reason"].asstr()[[2, 7]]) == ["m_E: value nan; must be finite", "arm_psi: value -inf; must be finite"]
+            assert np.isnan(file["cases/xc"][[5, 9]]).all() and file["cases/xc"][0] == 0.31
+        assert np.array_equal(one["final/E_z"][[5, 9]], start["final/E_z"]) and np.isnan(one["final/E_z"][[2, 7]]).all()
+        refdyn("sim", "--case", "5", "--of", tmp_path / "cases_1.h5", "-o", tmp_path / "case.csv")
+        assert read_run(tmp_path / "case.csv")["E_z"][-1] == one["final/E_z"][5]
+    again = refdyn("sim", "--case", "7", "--of", tmp_path / "cases_1.h5", "-o", tmp_path / "none.csv", status=1)
+    assert again.stderr == "arm_psi: value -inf; must be finite\n" and not (tmp_path / "none.csv").exists()
+    refdyn("batch", REFERENCE, "--table", tmp_path / "cases.csv", *arguments, "--from", "statics", "-o", tmp_path / "rest.h5")
+    with h5py.File(tmp_path / "rest.h5") as file:
+        assert list(file["status"][[5, 9]]) == [1, 1] and list(file["reason"].asstr()[[5, 9]]) == ["xc: value nan; must be finite"] * 2
+
+
 NEEDS = """local rd = require "refdyn"
 local p = rd.parameters { { "ramp", 2 }, { "rise", 3 }, { "width", 0.1 }, { "outer", 0.05 }, { "hole", 0.03 }, { "size", 0.02 }, { "at", 0.4 }, { "yy", 0.2 },
   { "xy", 0.01 }, { "way", 1 }, { "density", 7800 } }
@@ -327,6 +352,8 @@ def test_what_a_structure_lacks(tmp_path):
         assert np.array_equal(file["cases/third_psi"][...], [np.nan, np.nan, 0.1, 0.2], equal_nan=True)
         assert np.array_equal(np.isnan(file["final/third_psi"][...]), [True, True, False, False])
         assert file["final/arm_psi"][0] == file["final/arm_psi"][1] and file["final/arm_psi"][2] != file["final/arm_psi"][3]
+        refdyn("sim", "--case", "1", "--of", tmp_path / "runs.h5", "-o", tmp_path / "case.csv")
+        assert read_run(tmp_path / "case.csv")["arm_psi"][-1] == file["final/arm_psi"][1]
 
 
 def test_names_of_many_structures(tmp_path):

@@ -7,6 +7,7 @@ import runpy
 import subprocess
 import sys
 import tempfile
+import types
 
 import numpy
 import pytest
@@ -333,6 +334,20 @@ def test_page_of_python(package, casadi, capsys, monkeypatch):
     for text in re.findall(r"^```python\n(import refdyn.*?)^```", (SOURCE / "docs" / "casadi.md").read_text(), re.M | re.S):
         exec(text, {})
     assert "('qdd', 'qdd_free')" in capsys.readouterr().out
+
+
+def test_functions_by_default(package, tmp_path, monkeypatch):
+    """Without CasADi itself: those that the page lists, for models with and without points, rows and events."""
+    loaded = types.SimpleNamespace(external=lambda name, library, options={}: lambda: {})
+    monkeypatch.setitem(sys.modules, "casadi", loaded)
+    monkeypatch.setenv("CC", "cc -O0")
+    listed = re.search(r"^\| models \| functions \|\n(.*?)\n\n", (SOURCE / "docs" / "casadi.md").read_text(), re.M | re.S)[1]
+    of = {line.split("|")[1].strip(): {*re.findall(r"`(\w+)`", line)} for line in listed.splitlines()}
+    fallen = """return require "refdyn".model { name = "fallen", gravity = { 0, 0, -9.81 }, links = { { "ball", joint = "z", mass = 1, start = { z = 1 } } },
+  events = function(s) return { require "refdyn".event { s.q.ball_z, restitution = 0.5, name = "floor" } } end }"""
+    for model, kinds in ((package.Model(MODELS / "pendulum.lua"), ["with points", "without rows"]), (package.Model(MODELS / "fourbar.lua"), ["with points", "with rows"]),
+                         (package.Model.from_text(fallen), ["without rows", "with events"])):
+        assert set(model.casadi().names) == of["all"].union(*(of[kind] for kind in kinds)), model
 
 
 def test_one_call_of_python(package, casadi, monkeypatch):

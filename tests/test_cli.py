@@ -119,10 +119,11 @@ def test_wrong_usage(arguments, tmp_path):
 @pytest.mark.parametrize("arguments, said", [
     ("gen m.lua --emit -o o1", "--emit needs a value before '-o'"), ("gen m.lua -o --emit M", "-o needs a value before '--emit'"),
     ("sim m.lua --until -h", "--until needs a value before '-h'"), ("sim m.lua --set --until 1", "--set needs a value before '--until'"),
+    ("view a.csv -o a.pdf", "-o: 'a.pdf' must end in .html or .htm"), ("view a.csv -o b.c/a.h5", "-o: 'b.c/a.h5' must end in .html or .htm"),
     ("sim m.lua --until -1 -o x.csv", "--until: '-1' is not a positive number"), ("gen m.lua --emit=-o o1", "unexpected operand 'o1'; give only MODEL.lua"),
 ])
 def test_an_option_is_no_value_of_another(arguments, said, tmp_path):
-    """Negative numbers and what follows an equals sign are values."""
+    """Negative numbers and what follows an equals sign are values. A page has the ending of one."""
     done = refdyn(*arguments.split(), status=2, cwd=tmp_path)
     assert done.stderr.splitlines()[0] == f"refdyn {arguments.split()[0]}: {said}" and not list(tmp_path.iterdir())
 

@@ -488,7 +488,7 @@ def test_failures_leave_the_last_motion(manipulator, tmp_path):
     manipulator.wait(FAILED)
     message = manipulator.ask("return byId('failure').textContent")
     failed = refdyn("sim", MODELS / "manipulator.lua", "--step", "1e-3", "--until", "2", "--every", "0.005", "-o", tmp_path / "run.csv", status=3).stderr
-    assert message.splitlines()[0] in failed and "a smaller --step or --tol may help" in message
+    assert message.splitlines()[0] in failed and "equal steps of 0.001 s may be too long: use a smaller --step, or --tol" in message
 
 
 REACH = """local rd = require "refdyn"

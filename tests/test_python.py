@@ -565,6 +565,13 @@ def test_constants_of_inputs_that_events_set(package, ball):
     assert ball.inputs["wind"] == 0.1 and float(ball.simulate(0.1).wind[0]) == 0.1
     with pytest.raises(ValueError, match="^inputs: column wind: events of the model set this input; samples must not"):
         ball.simulate(1, inputs={"t": [0, 1], "wind": [0, 1]})
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame({"lift": [0.25, 0.5], "t": [0, 0.1]}, index=[7, 9])
+    expected = ball.simulate(0.3, every=0.1, inputs={"t": [0, 0.1], "lift": [0.25, 0.5]})
+    for samples in (frame, frame.set_index("t").to_xarray()):
+        assert same(ball.simulate(0.3, every=0.1, inputs=samples).to_array(), expected.to_array())
+    with pytest.raises(ValueError, match="^input lift: 2 values without times; write inputs="):
+        ball.simulate(0.3, inputs=frame[["lift"]])
 
 
 def test_an_input_of_the_model_is_not_compiled_anew(package):
@@ -649,9 +656,9 @@ def test_view(package, ball, tmp_path):
     assert (tmp_path / "ball.html").read_bytes() == (tmp_path / "expected.html").read_bytes()
     ball.view([run, run.isel(t=slice(0, 9))], tmp_path / "two.html")
     assert '"ball 2.csv"' in (tmp_path / "two.html").read_text()
-    for message, runs in {"run ball 2 has other options or parameters than run ball 1": [run, ball.simulate(0.01)],
-                          "view: not a dataset of arm.simulate; must have rows along t": ball.statics(), "view: no run; give at least one": [], "the run's name '../a' is not a file name": {"../a": run},
-                          "run ball belongs to the model swing; must belong to ball": package.Model.from_text(GOOD).simulate(0.01)}.items():
+    for message, runs in {"view: runs[1] has other options or parameters than runs[0]": [run, ball.simulate(0.01)],
+                          "view: the run is not a dataset of arm.simulate; must have rows along t": ball.statics(), "view: no run; give at least one": [], "view: run '../a': not a file name; its name must not be empty, contain / or begin with -": {"../a": run},
+                          "view: the run is a motion of the model 'swing'; must be one of 'ball'": package.Model.from_text(GOOD).simulate(0.01)}.items():
         with pytest.raises(ValueError, match=re.escape(message)):
             ball.view(runs, tmp_path / "none.html")
     assert not (tmp_path / "none.html").exists()
@@ -696,8 +703,6 @@ def test_models_at_fault(package, tmp_path):
     assert (told.value.file, told.value.line) == ("<text>", 3)
     with pytest.raises(ValueError, match="^m_e: unknown option, parameter or input; did you mean 'm_E'"):
         package.Model(REFERENCE, m_e=2)
-    with pytest.raises(ValueError, match="^cases: m_E: 'nan' is not a finite number"):
-        package.Model(REFERENCE).batch({"m_E": [np.nan]}, t_end=1)
     with pytest.raises(ValueError, match="^q: has 2 values; must have 13"):
         package.Model(REFERENCE).simulate(1, q=[0, 1])
     with pytest.raises(package.ModelError, match="cannot be read: No such file or directory"):
@@ -741,7 +746,7 @@ CALLS = {
     "shape mismatch: the leading axes q (3,), qd (2,) cannot be broadcast": lambda arm: arm.M(np.zeros((3, 13)), np.zeros((2, 13))),
     "q: rows of different lengths; must be an array of real numbers": lambda arm: arm.M([[0.1, 0.2], [0.3]]),
     "n_rfe: not a parameter but an option; give it to refdyn.Model": lambda arm: arm.simulate(1, parameters={"n_rfe": 2}),
-    "batch: has no cases and no sweep, or both; give one of them": lambda arm: arm.batch(),
+    "cases: missing; must be columns by name, {'NAME': values}, a data frame or refdyn.grid(NAME=values)": lambda arm: arm.batch(),
     "dofs: 'psi,theta' contains a comma, a quote or a line break; remove it": lambda arm: arm.batch({"dofs": ["psi,theta"]}, t_end=1),
     "E_z: unknown coordinate, parameter or input;": lambda arm: arm.units_of("E_z"),
 }
@@ -764,7 +769,7 @@ BALL_CALLS = {
     "q: contains nan; all numbers must be finite": lambda ball: ball.statics(q=[np.nan, 0]),
     "q: has shape (1, 2); must be one state: a row of numbers": lambda ball: ball.simulate(1, q=[[0, 1]]),
     "stop: a motion has no column 'B_q'; did you mean 'B_x'?": lambda ball: ball.simulate(1, stop="B_q<1"),
-    "stiff: has shape (2,); must have 3 values, as the longest column has, or one": lambda ball: ball.batch({"stiff": [1, 2], "wind": [1, 2, 3]}, t_end=1),
+    "stiff: has 2 values; must have 3, as wind has, or one for all cases": lambda ball: ball.batch({"stiff": [1, 2], "wind": [1, 2, 3]}, t_end=1),
     "input lift: 2 values without times; write inputs={'t': times, 'lift': values}": lambda ball: ball.simulate(1, inputs={"lift": [1, 1]}),
     "input lift: has shape (1,); must have the shape of 't', (2,)": lambda ball: ball.simulate(1, inputs={"t": [0, 0.05], "lift": [1]}),
     "inputs: times 't' without an input; add an input": lambda ball: ball.simulate(1, inputs={"t": [0, 1]}),
@@ -912,7 +917,7 @@ def test_texts_are_of_python(package, wheel):
         with pytest.raises(package.NumericalError) as failed:
             package.Model(REFERENCE).simulate(1, step=1e-2)
     text = str(failed.value)
-    assert text.startswith("manipulator: t = 0.02 s: the equations gave") and text.endswith("a smaller step or tol may help"), text
+    assert text.startswith("manipulator: t = 0.02 s: the equations gave") and text.endswith("equal steps of 0.005 s may be too long: use a smaller step, or tol for adaptive steps of any method but rk4"), text
     assert not re.search(r"\.part|--|^method|^time", text, re.M) and failed.value.run.model == "manipulator"
 
 

@@ -29,6 +29,7 @@ return rd.model { name = "swing", gravity = { 0, 0, -9.81 },
   forces = function(s) return { rod_psi = push + 2 * rd.sin(3 * s.t) } end,
   events = function(s) return { rd.event { s.q.rod_psi + 1.3, name = "low", direction = "down" }, rd.event { s.t - 50, ends = true, name = "late" } } end }
 '''
+STOP = SWING.replace('direction = "down"', 'direction = "down", ends = true')
 SMOOTH = re.sub(r"  events = .*\n", "}\n", SWING)
 
 
@@ -217,6 +218,17 @@ def test_motion_of_fixed_steps_is_that_of_the_program(arm, method):
     assert found.statistics["method"] == method and found.statistics["steps"] == 500
 
 
+def test_default_of_fixed_steps(smooth):
+    """At most 1 ms, in equal parts of the time between two outputs or of an advance."""
+    motion = smooth.motion(method="rk4")
+    for k, steps in enumerate((3, 6, 7)):
+        motion.advance((2.3e-3, 4.6e-3, 5.1e-3)[k])
+        assert motion.statistics["steps"] == steps
+    for every, steps in ((None, 200), (3.5e-3, 12)):
+        run = smooth.simulate(0.0105, method="rk4", every=every, dataset=False)
+        assert run.attrs["steps"] == steps
+
+
 def test_motion_with_tolerance(arm):
     """On the programme, and as accurate as the tolerance says."""
     rough, fine = arm.motion(tol=1e-6), arm.motion(tol=1e-10, method="rk8")
@@ -257,6 +269,30 @@ def test_set(package, swing):
     with pytest.raises(package.ModelError, match=r"<text>:5: links\[1\].mass: value -1; must be positive"):
         free.set(parameters={"mass": -1.0})
     assert same(free.state, before[0]) and free.parameters == before[1] and free.advance(0.5)
+
+
+def test_set_after_the_end(package):
+    """A new state continues a motion that an event has ended, as a motion that begins there; its events stay. Other values do not."""
+    stop = package.Model.from_text(STOP)
+    motion = stop.motion(tol=1e-8, inputs=[-3.7])
+    assert not motion.advance(2) and motion.has_ended
+    t, events, ended = motion.t, motion.events, motion.copy()
+    motion.set(inputs=[0.4], parameters={"mass": 1.7})
+    assert motion.has_ended and not motion.advance(3) and motion.t == t
+    q, qd = state(stop, 9, 0.3)
+    motion.set(q=q, qd=qd)
+    assert not motion.has_ended and motion.events == events and motion.t == t and same(motion.state, [q, qd])
+    begun = stop.motion(q, qd, t, tol=1e-8, inputs=[0.4], parameters={"mass": 1.7})
+    assert motion.advance(t + 0.2) and begun.advance(t + 0.2) and same(motion.state, begun.state)
+    assert not motion.advance(t + 9) and not begun.advance(t + 9) and motion.t == begun.t and motion.events == events + begun.events
+    assert ended.has_ended and ended.t == t
+    ended.set(qd=-ended.qd)                                        # leaves the stop upwards, through no event
+    assert ended.advance(t + 0.05) and ended.q[0] > -1.3
+    with pytest.raises(package.NumericalError):
+        motion.set(qd=[1e200, 0])
+    assert motion.has_ended and motion.t == begun.t and same(motion.q, begun.q)
+    motion.set(q=q, qd=qd)
+    assert not motion.has_ended and motion.advance(motion.t + 0.1)
 
 
 def test_copies_continue_with_the_same_numbers(arm, swing):
@@ -401,55 +437,120 @@ def test_steps_through_events(package):
     assert q[0] >= -1e-9 and abs(q[0] - single.q[0]) < 1e-6
 
 
-def test_failing_step(package, arm):
-    with pytest.raises(package.NumericalError, match=r"^state \(1,\): manipulator: t = 0") as told:
-        arm.step([arm.q0, np.full(13, 1e200)], arm.qd0, 0, 1e-3, method="gauss")
-    assert told.value.reason
-    with pytest.warns(package.ModelWarning, match="undefined there"):
-        assert not np.isfinite(arm.step(np.full(13, 1e200), arm.qd0, 0, 1e-3)[0]).all()
+@pytest.mark.parametrize("method", ["rk4", "ros34pw2"])
+def test_steps_that_an_event_ends(package, method):
+    """The result is the state at the event, with a warning; the state stays there in later steps, whose warnings have one text."""
+    stop = package.Model.from_text(STOP)
+    q, qd = state(stop, 5, 0.1)
+    q[0] = -1.2
+    motion = stop.motion(q, qd - 1, 0.3, method=method, step=0.01)
+    assert not motion.advance(0.7) and 0.31 < motion.t < 0.69
+    (new, new_d), said = told(lambda: stop.step(q, qd - 1, 0.3, 0.4, method=method, steps=40))
+    assert said == [f"step: the event low has ended the motion at t + {motion.t - 0.3:g} s; the result is the state there"]
+    assert abs(new[0] + 1.3) < 1e-12 and np.allclose([new, new_d], motion.state, rtol=1e-9, atol=1e-11)
+    after = [told(lambda k=k: stop.step(new, new_d, 0.7 + 0.1 * k, 0.1, method=method)) for k in range(3)]
+    assert all(np.allclose(found, [new, new_d]) for found, _ in after)
+    assert [said for _, said in after] == 3 * [["step: the event low has ended the motion at t + 0 s; the result is the state there"]]
+    many = np.array([q, q, [0.2, 0.1]]), np.array([qd, qd - 1, qd])
+    found, said = told(lambda: stop.step(*many, 0.3, 0.2, method=method, steps=20))
+    one, _ = told(lambda: stop.step(q, qd - 1, 0.3, 0.2, method=method, steps=20))
+    assert len(said) == 1 and re.fullmatch(r"step: events have ended 1 of 3 motions; the first is \(1,\), by low at t \+ 0\.\d+ s; the result is the state there", said[0]), said
+    assert np.array_equal([found[0][1], found[1][1]], one) and told(lambda: stop.step(q, qd, 0.3, 0.001, method=method))[1] == []
 
 
-def test_unstable_steps_warn_once(package):
-    """Once for each stepper, at the caller's line, and not about states that were not finite before."""
-    arm = package.Model(REFERENCE, n_rfe=3)
-    remedy = 'use more steps, or method="ros34pw2" or "rodas5p"'
-    q, qd = np.tile(arm.q0, (3, 1)), np.tile(arm.qd0, (3, 1))
-    q[1], q[2, 0] = 1e200, np.nan
-    (new, _), said = told(lambda: arm.step(q[[0, 2]], qd[:2], 0, 1e-5))
-    assert said == [] and np.isfinite(new[0]).all()
+# ---- States that cannot be stepped ----
+
+FAILING = {
+    "lanes": (REFERENCE, {"n_rfe": 3}, {}, "the state after the step is not finite", "undefined there; use more steps, or method="),
+    "lanes, forces without time": (SMOOTH.replace(" + 2 * rd.sin(3 * s.t)", ""), {}, {}, "the state after the step is not finite", "undefined there; use more steps, or method="),
+    "implicit with rows": (REFERENCE, {"n_rfe": 3}, {"method": "gauss"}, "the equations gave an infinite", "a shorter h or more steps may help, or arm.motion"),
+    "projections": (REFERENCE, {"n_rfe": 3}, {"stabilise": "project"}, "the equations gave an infinite", "a shorter h or more steps may help, or arm.motion"),
+    "implicit": (SMOOTH, {}, {"method": "ros34pw2"}, "the equations gave an infinite", "a shorter h or more steps may help, or arm.motion"),
+    "events": (SWING, {}, {}, "the equations gave an infinite", "a shorter h or more steps may help, or arm.motion"),
+}
+
+
+@pytest.mark.parametrize("kind", FAILING)
+def test_states_that_cannot_be_stepped(package, kind):
+    """In a batch they are NaN after the step, with one warning; a single one raises. The other states are those of single steps."""
+    source, options, how, reason, remedy = FAILING[kind]
+    model = package.Model.from_text(source) if isinstance(source, str) else package.Model(source, **options)
+    q, qd = np.tile(model.q0, (2, 3, 1)), np.tile(model.qd0, (2, 3, 1))
+    qd[0, 2] = qd[1, 0] = 1e200
+    q[0, 1, 0], qd[1, 1, 1], t = np.nan, np.inf, np.zeros((2, 3))
+    t[1, 2] = -np.inf
     with pytest.warns(package.ModelWarning) as caught:
-        arm.step(q, qd, 0, 1e-5)
-    assert [str(each.message) for each in caught] == ["step: 1 of 3 states after the step are not finite: 1e-05 s is too long for rk4, or the equations are undefined there; " + remedy]
-    assert caught[0].filename == __file__
+        found = model.step(q, qd, t, 1e-5, **how)
+    first, second, *rest = str(caught[0].message).split("\n")
+    assert len(caught) == 1 and caught[0].filename == __file__
+    assert first == "step: 3 of 6 states are not finite before the step, and NaN after it"
+    assert second.startswith(f"step: 2 of 6 states are NaN after a failure; the first is (0, 2): {model._name}: t = 0 s: {reason}")
+    assert len(rest) == 1 and remedy in rest[0], rest
+    good = model.step(model.q0, model.qd0, 0, 1e-5, **how)
+    for new, one in zip(found, good):
+        assert np.allclose(new[0, 0], one, rtol=1e-12, atol=1e-13) and np.isnan(np.delete(new.reshape(6, -1), 0, axis=0)).all()
+    again, said = told(lambda: model.step(*found, 1e-5, 1e-5, **how))
+    assert said == ["step: 5 of 6 states are not finite before the step, and NaN after it"] and np.isfinite(again[0][0, 0]).all()
+    with pytest.raises(package.NumericalError, match=re.escape(remedy)) as raised:
+        model.step(q[0, 2], qd[0, 2], 0.2, 1e-5, **how)
+    assert raised.value.t == 0.2 and raised.value.reason.startswith(reason)
+    for name, given in {"q": (q[0, 1], qd[0, 0], 0), "qd": (q[0, 0], qd[1, 1], 0), "t": (q[0, 0], qd[0, 0], np.nan)}.items():
+        with pytest.raises(ValueError, match=f"^{name}: contains (nan|inf); all numbers must be finite"):
+            model.step(*given, 1e-5, **how)
+
+
+def test_steps_that_are_too_long(package):
+    """Explicit steps grow without bounds, and end in an error; implicit ones of the same length do not."""
+    arm = package.Model(REFERENCE, n_rfe=3)
 
     def unstable(method):
         q, qd = arm.q0, arm.qd0
         for k in range(40):
             q, qd = arm.step(q, qd, 0.02 * k, 0.02, method=method, steps=2)
         return q
-    assert told(lambda: unstable("rk4"))[1] == []
-    last, said = told(lambda: unstable("rk54"))
-    assert not np.isfinite(last).all() and said == ["step: the state after the step is not finite: 0.01 s is too long for rk54, or the equations are undefined there; " + remedy]
+    with pytest.raises(package.NumericalError) as raised:
+        unstable("rk54")
+    assert str(raised.value).splitlines()[1] == '0.01 s is too long for rk54, or the equations are undefined there; use more steps, or method="ros34pw2" or "rodas5p"'
     assert np.isfinite(unstable("rodas5p")).all()
 
 
-def test_modes_that_steps_resolve(package):
-    """rk4 is stable below 2.8 divided by the fastest mode of the free robot, and not above. That the robot falls is no reason to warn."""
-    robot = package.Model.from_urdf(TESTS / "robots" / "two.urdf", {"fore": {"section": "tube:0.043:0.031", "E": 7.1e10, "rfe": 2, "tip": [0.13, -0.27, 0.19]}})
+def test_steps_off_the_programme(package):
+    """The error shows the given state and says that it is off the programme."""
+    reach = package.Model.from_text(re.sub(r"  forces = .*\n", """  points = { E = { on = "tip", at = { 0.6, 0, 0 } } },
+  constraints = function(s) return { rd.position { s.points.E.x - 1.3 - 2 * s.t, name = "reach" }, rd.position { s.points.E.z - 0.6, name = "level" } } end }
+""", SMOOTH.replace('local push = rd.input("push", 0, "N m")\n', "")).rsplit("}\n", 1)[0])
+    q, qd = np.array([0.31, 0.73]), np.array([0.2, -0.1])
+    with pytest.raises(package.NumericalError, match="did not converge") as raised:
+        reach.step(q, qd, 0.3, 0.002, method="ros34pw2")
+    phi, psi = np.abs(reach.phi(q, t=0.3)).max(), np.abs(reach.psi(q, qd, 0.3)).max()
+    assert str(raised.value).splitlines()[1:] == ["  q: rod_psi = 0.31, tip_psi = 0.73", "  qd: rod_psi_d = 0.2, tip_psi_d = -0.1",
+        f'the given state is off the programme (largest |phi| {phi:.4g}, |psi| {psi:.4g}); arm.motion(q, qd, t, start="project") finds the nearest state on it']
+    with pytest.raises(package.NumericalError, match="a shorter h or more steps may help"):  # before it is known whether this state is on it
+        reach.step(q, [1e200, 0], 0.3, 0.002, method="ros34pw2")
+
+
+@pytest.mark.parametrize("eta, limit", [(1e-6, 2.83), (1e-4, 2.785)])
+def test_modes_that_steps_resolve(package, eta, limit):
+    """rk4 is stable below its limit divided by the largest eigenvalue of the free robot, whose mode oscillates or, with more damping, does not.
+    That the robot falls is no reason to warn."""
+    beam = {"section": "tube:0.043:0.031", "E": 7.1e10, "rfe": 3, "tip": [0.13, -0.27, 0.19], "eta": eta}
+    robot = package.Model.from_urdf(TESTS / "robots" / "two.urdf", {"fore": beam})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        fastest = np.abs(robot.modes(at="initial", hold=[]).eigenvalue.values).max()
+        modes = robot.modes(at="initial", hold=[])
+    fastest = np.abs(modes.eigenvalue.values).max()
+    assert (modes.frequency.values[-1] == 0) == (limit < 2.8)
     with pytest.warns(package.ModelWarning, match="this state is not an equilibrium: elbow"):
         robot.modes(at="initial", hold="shoulder")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        ends = []
-        for product in (2.6, 3.0):
-            q, qd = robot.q0, robot.qd0
-            for k in range(300):
-                q, qd = robot.step(q, qd, 0, product / fastest)
-            ends.append(np.abs(q[2:]).max())
-    assert ends[0] < 0.1 and not ends[1] < 1, ends
+
+    def bent(part):
+        q, qd = robot.q0, robot.qd0
+        for _ in range(300):
+            q, qd = robot.step(q, qd, 0, part * limit / fastest)
+        return np.abs(q[2:]).max()
+    assert bent(0.9) < 1e-3
+    with pytest.raises(package.NumericalError, match="too long for rk4"):
+        bent(1.1)
 
 
 # ---- Wrong calls ----

@@ -19,6 +19,16 @@ ODD = '''<robot name="odd">
 '''
 
 
+NAMES = """<robot name="names"><link name="a"/>
+  <link name="b"><inertial><origin xyz="0.3 0 0"/><mass value="4"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.14" iyz="0" izz="0.14"/></inertial></link>
+  <link name="c"><inertial><origin xyz="0.2 0 0"/><mass value="2"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.06" iyz="0" izz="0.06"/></inertial></link>
+  <link name="d"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.02" iyz="0" izz="0.02"/></inertial></link>
+  <joint name="end" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/><limit lower="-2" upper="2" velocity="3" effort="90"/></joint>
+  <joint name="joint 1/\u03b1" type="continuous"><parent link="b"/><child link="c"/><origin xyz="0.6 0 0"/><axis xyz="0 1 0"/></joint>
+  <joint name="reach" type="prismatic"><parent link="c"/><child link="d"/><axis xyz="1 0 0"/><limit lower="0" upper="2" velocity="3" effort="40"/></joint></robot>
+"""
+
+
 @pytest.fixture(scope="module")
 def seven(package):
     return package.Model.from_urdf(ROBOTS / "seven.urdf", drives=True)
@@ -46,6 +56,28 @@ def test_joints_with_other_names(package, tmp_path):
     free = package.Model.from_urdf(ROBOTS / "free.urdf")
     assert free.joints["slab_joint"] == ("slab_z", "slab_x", "slab_theta") and free.joints["arm_joint"] == "arm_joint"
     assert package.Model(REFERENCE, n_rfe=1).joints == {}
+    assert odd.limits["joint 1 (left)"] == odd.limits["b_phi"] == pickle.loads(pickle.dumps(odd)).limits["joint 1 (left)"] and list(odd.limits) == ["b_phi"]
+    with pytest.raises(KeyError, match="slab_joint: this joint has the coordinates slab_z, slab_x, slab_theta; use one of them"):
+        free.limits["slab_joint"]
+    with pytest.raises(KeyError, match=re.escape("joint 1 (right): unknown coordinate; did you mean 'joint 1 (left)'?")):
+        odd.limits["joint 1 (right)"]
+
+
+def test_coordinates_of_inputs(package, tmp_path):
+    """`held` has the coordinate that each input drives, whatever the names of the joints."""
+    (tmp_path / "names.urdf").write_text(NAMES)
+    for file, names in ((tmp_path / "names.urdf", ["tau_b_theta", "tau_c_theta", "f_reach"]), (ROBOTS / "gripper.urdf", None), (ROBOTS / "free.urdf", None), (ROBOTS / "seven.urdf", None)):
+        robot = package.Model.from_urdf(file, drives=True)
+        assert len(robot.held) == len(robot.inputs) > 0 and list(robot.inputs) == (names or list(robot.inputs))
+        random = np.random.default_rng(5)
+        q, qd = robot.q0 + 0.1 * random.standard_normal(robot.q0.shape), 0.1 * random.standard_normal(robot.q0.shape)
+        for place, name in enumerate(robot.held):
+            inputs = np.zeros(len(robot.inputs))
+            inputs[place] = 0.37
+            moved = robot.Q(q, qd, inputs=inputs) - robot.Q(q, qd)
+            assert np.flatnonzero(moved).tolist() == [robot.coordinates.index(name)]
+    named = package.Model.from_urdf(tmp_path / "names.urdf", drives=True)
+    assert [named.joints[joint] for joint in ("end", "joint 1/\u03b1", "reach")] == list(named.held)
 
 
 def test_limits(package, seven):
@@ -72,6 +104,8 @@ def test_named_limits(package):
     """Those of drives and of the function `limits`, by name, with their columns."""
     limits = package.Model(SOURCE / "docs" / "drives" / "hub_link.lua", limit=3.25).limits
     assert dict(limits.named) == {"drive_hub_psi": ("drive_hub_psi", -3.25, 3.25), "aim": ("miss", -0.01, 0.01)}
+    with pytest.raises(KeyError, match="aims: unknown limit; did you mean 'aim'"):
+        limits.named["aims"]
     assert limits.named["aim"].column == "miss" and pickle.loads(pickle.dumps(limits)).named == limits.named
 
 
@@ -189,3 +223,10 @@ def test_tables_in_notebooks(package, seven):
     shown = long.constrained._repr_html_()
     assert ["qdd", "25"] == [row for row in cells(shown) if row[0] == "qdd"][0][:2] and "constrained(q, qd=None" in shown
     assert ["M", "7 x 7"] == cells(seven.M._repr_html_())[1][:2]
+    limits = cells(seven.limits._repr_html_())
+    elbow = seven.limits["elbow"]
+    assert limits[0] == ["name", "lower", "upper", "velocity", "effort"]
+    assert ["elbow", *(f"{value:.6g} {unit}" for value, unit in zip(elbow, ("rad", "rad", "rad/s", "N m")))] in limits
+    slide = package.Model.from_text('return require "refdyn".model { name = "slide", links = { { "cart", joint = "x, z", mass = 2, limits = { x = { force = 20.25 } } } } }')
+    assert cells(slide.limits._repr_html_())[1:] == [["cart_x", "", "", "", "20.25 N"]]
+    assert package.Model(REFERENCE, n_rfe=1).limits._repr_html_() == "<div>no limits</div>"

@@ -96,11 +96,21 @@ static int is_shifted_late(const struct worker *worker) {
     return is_late;
 }
 
+/* Does the case leave this anchored parameter to the start of its motion? */
+static int is_left_to_start(const struct worker *worker, const struct refdyn_batch_column *column) {
+    const struct refdyn_model *model = worker->batch->model;
+    const int is_unknown = column->what == REFDYN_VARIED_PARAMETER && isnan(value_of(worker, column));
+    for (int j = 0; is_unknown && j < model->anchored_count; j++)
+        if (model->anchored[j] == column->place)
+            return 1;
+    return 0;
+}
+
 /* Copies the columns of one kind to their places. */
 static void set_columns(const struct worker *worker, enum refdyn_varied what, double *values) {
     const struct refdyn_batch *batch = worker->batch;
     for (int i = 0; i < batch->column_count; i++)
-        if (batch->columns[i].what == what)
+        if (batch->columns[i].what == what && !is_left_to_start(worker, &batch->columns[i]))
             values[batch->columns[i].place] = value_of(worker, &batch->columns[i]);
 }
 
@@ -117,7 +127,8 @@ static void mark_given(struct worker *worker) {
         worker->given[j] = batch->given && batch->given[j];
         for (int i = 0; i < batch->column_count; i++)
             worker->given[j] |= batch->columns[i].what == REFDYN_VARIED_PARAMETER &&
-                                batch->columns[i].place == model->anchored[j];
+                                batch->columns[i].place == model->anchored[j] &&
+                                !is_left_to_start(worker, &batch->columns[i]);
     }
 }
 

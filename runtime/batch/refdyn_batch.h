@@ -41,7 +41,7 @@ enum refdyn_varied {
 struct refdyn_batch_column {
     enum refdyn_varied what; /**< its kind */
     int place;               /**< index of the parameter, input or coordinate in the tables of the model */
-    const double *values;    /**< by number of the case */
+    const double *values; /**< by number of the case; NaN of an anchored parameter leaves it to the start */
 };
 
 /** The widest lanes for which this processor has vectors: 2, 4 or 8. Wider lanes compute the same numbers

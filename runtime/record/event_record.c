@@ -77,6 +77,10 @@ int record_events_take(struct record_events *record, const struct refdyn_integra
     return REFDYN_OK;
 }
 
+void record_events_resume(struct record_events *record) {
+    record->has_ended = false;
+}
+
 static void print_mark(const struct record_mark *mark, const struct refdyn_model *model, FILE *out) {
     fprintf(out, " %s%s%s at t = %.9g s", model->events[mark->event].name,
             mark->kind == RECORD_EVENT || mark->kind == RECORD_IMPACT ? "" : " ",

@@ -180,6 +180,17 @@ static void print_start_residuals(const struct record_motion *motion, int status
                                "where the projection ended", out);
 }
 
+static void print_shorter_steps(const struct refdyn_integrator *integrator, FILE *out) {
+    const double taken = integrator->statistics.step_largest;
+    if (integrator->options.tol > 0)
+        fputs("refdyn: a smaller --tol may help\n", out);
+    else
+        fprintf(out,
+                "refdyn: equal steps of %.3g s may be too long: use a smaller --step, or --tol for adaptive "
+                "steps of any method but rk4\n",
+                taken > 0 ? taken : integrator->options.step);
+}
+
 static void print_advice(const struct refdyn_integrator *integrator, int status, const char *unfit,
                          FILE *out) {
     if (status == REFDYN_SLIDES || (status == REFDYN_STEP_TOO_SMALL && integrator->work->model->saturates))
@@ -191,7 +202,7 @@ static void print_advice(const struct refdyn_integrator *integrator, int status,
     if (status == REFDYN_SLIDES)
         fputs("refdyn: a relay needs two levels: write two events that set an input\n", out);
     if (status > REFDYN_OK && !unfit)
-        fputs("refdyn: a smaller --step or --tol may help\n", out);
+        print_shorter_steps(integrator, out);
 }
 
 static void print_reason(const struct refdyn_integrator *integrator, int status, const char *unfit,

@@ -172,6 +172,8 @@ void record_events_start(struct record_events *events, struct record_memory memo
 /* Records the events at which refdyn_integrator_step has stopped. `status` is what it returned; returns the
  * same, but REFDYN_OK instead of REFDYN_EVENT_ENDS. */
 int record_events_take(struct record_events *events, const struct refdyn_integrator *integrator, int status);
+/* A motion that an event has ended continues from another state; its events stay recorded. */
+void record_events_resume(struct record_events *events);
 /* Write lines and members of a summary, nothing if the model has no events. */
 void record_events_print(const struct record_events *events, const struct refdyn_model *model, FILE *out);
 void record_events_put(const struct record_events *events, const struct refdyn_model *model,

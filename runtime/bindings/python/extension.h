@@ -206,6 +206,36 @@ PyObject *refdyn_library_statics(PyObject *self, PyObject *arguments);
 
 PyObject *refdyn_library_modes(PyObject *self, PyObject *arguments);
 
+/* ---- What has become of the states of arm.step (step_report.c) ---- */
+
+/* UNFIT: q, qd or t is not finite before the step. FAILED: the step could not be taken. Both make the result
+ * NaN. ENDED: an event of the model has ended the motion; the result is the state there. */
+enum step_outcome { STEP_UNFIT, STEP_FAILED, STEP_ENDED, STEP_OUTCOMES };
+
+/* One state before and after the step. */
+struct step_row {
+    Py_ssize_t index;
+    int n;
+    const double *t, *q, *qd; /* one number, (n), (n) */
+    double *new_q, *new_qd;   /* (n) each */
+};
+
+struct step_report {
+    Py_ssize_t count[STEP_OUTCOMES], first[STEP_OUTCOMES]; /* states, and the index of the first of them */
+    PyObject *reason;  /* held: the message of the first failure; NULL: the result was not finite */
+    const char *event; /* that has ended the first motion; NULL if none has ended */
+    double after;      /* time from its t to that event [s] */
+};
+
+int refdyn_step_is_unfit(const struct step_row *row);
+/* Returns whether t and the result are finite. */
+int refdyn_step_is_finite(const struct step_row *row);
+/* Notes an outcome; returns whether it is the first of its kind. */
+int refdyn_step_note(struct step_report *report, const struct step_row *row, enum step_outcome outcome);
+/* Returns None if all states were stepped, otherwise ((count, first) of each outcome, reason, event, after).
+ */
+PyObject *refdyn_step_report(const struct step_report *report);
+
 /* ---- Explicit steps (step_call.c) ---- */
 
 extern PyType_Spec refdyn_stepper_spec;

@@ -412,7 +412,7 @@ static PyMethodDef motion_methods[] = {
      "start(t, q, qd, until, every, stops, samples, places, equilibrium, limits, has_rows, "
      "is_as_requested)"},
     {"advance", refdyn_motion_advance, METH_O, "advance(t)"},
-    {"refresh", refdyn_motion_refresh, METH_VARARGS, "refresh(p, x, state)"},
+    {"refresh", refdyn_motion_refresh, METH_VARARGS, "refresh(p, x, state, is_new)"},
     {"steps", refdyn_motion_steps, METH_VARARGS, "steps(count, q, qd, t, h, p, x, new_q, new_qd)"},
     {"rows", refdyn_motion_rows, METH_O, "rows(out)"},
     {"derivatives", refdyn_motion_derivatives, METH_VARARGS,

@@ -55,8 +55,24 @@ static PyObject *report_refresh(const struct motion *motion) {
     return refdyn_text_close(&text);
 }
 
-/* refresh(p, x, state): continues with these values instead of the present ones; None: as they are. Returns
- * None, or the message of a failure. */
+/* Continues from the values that the caller has set. A motion that an event has ended begins again with the
+ * state, and continues if that is a new one. */
+static int continue_from_here(struct motion *motion, int has_state, int is_new) {
+    struct motion_block *block = motion->block;
+    struct refdyn_integrator *integrator = &block->integrator;
+    refdyn_prepare(&block->work);
+    if (!has_state || !block->record.events.has_ended)
+        return refdyn_integrator_refresh(integrator);
+    double *start = refdyn_motion_at(motion, motion->start_at), *rates = start + block->work.n;
+    memcpy(start, integrator->q, 2 * (size_t)block->work.n * sizeof *start);
+    const int status = refdyn_integrator_start(integrator, integrator->t, start, rates);
+    if (status == REFDYN_OK && is_new)
+        record_events_resume(&block->record.events);
+    return status;
+}
+
+/* refresh(p, x, state, is_new): continues with these values instead of the present ones; None: as they are.
+ * is_new is false for the values before a failed call. Returns None, or the message of a failure. */
 PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments) {
     struct motion *motion = (struct motion *)self;
     const struct refdyn_model *model = motion->library->model;
@@ -65,7 +81,9 @@ PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments) {
     double *const to[] = {work->p, work->x, motion->block->integrator.q};
     const Py_ssize_t counts[] = {model->parameter_count, model->input_count, 2 * model->n};
     static const char *const names[] = {"p", "x", "state"};
-    if (!PyArg_ParseTuple(arguments, "OOO", &given[0], &given[1], &given[2]) || !refdyn_motion_enter(motion))
+    int is_new;
+    if (!PyArg_ParseTuple(arguments, "OOOp", &given[0], &given[1], &given[2], &is_new) ||
+        !refdyn_motion_enter(motion))
         return NULL;
     for (int i = 0; i < 3; i++) {
         Py_buffer view;
@@ -76,8 +94,7 @@ PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments) {
         memcpy(to[i], view.buf, (size_t)view.len);
         PyBuffer_Release(&view);
     }
-    refdyn_prepare(work);
-    motion->status = refdyn_integrator_refresh(&motion->block->integrator);
+    motion->status = continue_from_here(motion, given[2] != Py_None, is_new);
     if (motion->status == REFDYN_OK)
         return refdyn_motion_leave(motion, Py_NewRef(Py_None));
     return refdyn_motion_leave(motion, report_refresh(motion));
@@ -120,29 +137,81 @@ static int step_state(struct motion *motion, const struct step_states *states, s
     }
     memcpy(row_of(states, STEP_NEW_Q), integrator->q, n * sizeof(double));
     memcpy(row_of(states, STEP_NEW_QD), integrator->qd, n * sizeof(double));
-    return status == REFDYN_EVENT_ENDS ? REFDYN_OK : status;
-}
-
-static int step_all(struct motion *motion, struct step_states *states, struct unlocked *unlocked) {
-    int status = REFDYN_OK;
-    for (states->next = 0; states->next < states->count && status == REFDYN_OK; states->next++)
-        status = step_state(motion, states, unlocked);
     return status;
 }
 
-/* Returns (index of the state that has failed, message). */
-static PyObject *report_step(struct motion *motion, const struct step_states *states) {
+/* The message of a step that has failed from the given state with this status. NULL with a Python error. */
+static PyObject *explain(struct motion *motion, const struct step_row *row, int status) {
     const struct refdyn_integrator *integrator = &motion->block->integrator;
+    const struct refdyn_workspace *work = &motion->block->work;
     struct text_stream text;
     if (!refdyn_text_open(&text))
         return NULL;
-    record_print_failed(&motion->block->work, motion->status, integrator->t, integrator->q, integrator->qd,
-                        text.out);
-    return Py_BuildValue("lN", states->next - 1, refdyn_text_close(&text));
+    record_print_failed(work, status, *row->t, row->q, row->qd, text.out);
+    record_events_print_failed(integrator, text.out);
+    if (integrator->start_is_off)
+        fprintf(
+            text.out,
+            "refdyn: the given state is off the programme (largest |phi| %.4g, |psi| %.4g); arm.motion(q, "
+            "qd, t, --start project) finds the nearest state on it\n",
+            integrator->start.phi, integrator->start.psi);
+    else if (status > REFDYN_OK)
+        fputs("refdyn: a shorter h or more steps may help, or arm.motion, which chooses its steps\n",
+              text.out);
+    return refdyn_text_close(&text);
 }
 
-/* steps(count, q, qd, t, h, p, x, new_q, new_qd): steps `count` states by h; p is prepared. Returns None, or
- * (index of the state that has failed, message). The motion is scratch. */
+/* The event that has ended the motion. */
+static const char *ending_event(const struct refdyn_integrator *integrator) {
+    const struct refdyn_event *events = integrator->work->model->events;
+    int k = 0;
+    while (!events[integrator->event[k]].ends)
+        k++;
+    return events[integrator->event[k]].name;
+}
+
+/* Notes the outcome of a step with this status. Returns 0 with a Python error without memory. */
+static int note(struct motion *motion, const struct step_row *row, int status, struct unlocked *unlocked,
+                struct step_report *report) {
+    const struct refdyn_integrator *integrator = &motion->block->integrator;
+    const int has_ended = status == REFDYN_EVENT_ENDS;
+    if (!refdyn_step_note(report, row, has_ended ? STEP_ENDED : STEP_FAILED))
+        return 1;
+    if (has_ended) {
+        report->event = ending_event(integrator);
+        report->after = integrator->t - *row->t;
+        return 1;
+    }
+    PyEval_RestoreThread(unlocked->thread);
+    report->reason = explain(motion, row, status);
+    unlocked->thread = PyEval_SaveThread();
+    return report->reason != NULL;
+}
+
+/* Returns 0 with a Python error after a signal, and without memory. */
+static int step_all(struct motion *motion, struct step_states *states, struct unlocked *unlocked,
+                    struct step_report *report) {
+    for (states->next = 0; states->next < states->count; states->next++) {
+        const struct step_row row = {.index = states->next,
+                                     .n = motion->library->model->n,
+                                     .t = row_of(states, STEP_T),
+                                     .q = row_of(states, STEP_Q),
+                                     .qd = row_of(states, STEP_QD),
+                                     .new_q = row_of(states, STEP_NEW_Q),
+                                     .new_qd = row_of(states, STEP_NEW_QD)};
+        if (refdyn_step_is_unfit(&row)) {
+            refdyn_step_note(report, &row, STEP_UNFIT);
+            continue;
+        }
+        const int status = step_state(motion, states, unlocked);
+        if (status == RECORD_INTERRUPTED || (status && !note(motion, &row, status, unlocked, report)))
+            return 0;
+    }
+    return 1;
+}
+
+/* steps(count, q, qd, t, h, p, x, new_q, new_qd): steps `count` states by h; p is prepared. Returns the
+ * report. The motion is scratch. */
 PyObject *refdyn_motion_steps(PyObject *self, PyObject *arguments) {
     static const char *const names[] = {"p", "x", "q", "qd", "t", "new_q", "new_qd"};
     struct motion *motion = (struct motion *)self;
@@ -163,12 +232,12 @@ PyObject *refdyn_motion_steps(PyObject *self, PyObject *arguments) {
     if (open == STEP_VIEWS) {
         struct unlocked unlocked = {
             .thread = PyEval_SaveThread(), .asked = refdyn_seconds(CLOCK_MONOTONIC), .motion = motion};
-        motion->status = step_all(motion, &states, &unlocked);
+        struct step_report report = {.reason = NULL};
+        const int is_done = step_all(motion, &states, &unlocked, &report);
         PyEval_RestoreThread(unlocked.thread);
-        if (motion->status == REFDYN_OK)
-            result = Py_NewRef(Py_None);
-        else if (motion->status != RECORD_INTERRUPTED)
-            result = report_step(motion, &states);
+        if (is_done)
+            result = refdyn_step_report(&report);
+        Py_XDECREF(report.reason);
     }
     while (open > 0)
         PyBuffer_Release(&states.views[--open]);

@@ -151,12 +151,16 @@ static int is_shared(const struct states *states, int which) {
     return states->views[which].len <= states->size[which] * (Py_ssize_t)sizeof(double);
 }
 
+static double *row_of(const struct states *states, int which, Py_ssize_t place) {
+    return states->data[which] + (is_shared(states, which) ? 0 : place * states->size[which]);
+}
+
 /* Copies `width` rows, beginning with `first`, into lanes. Lanes after the last row repeat it. */
 static void gather(const struct states *states, int which, Py_ssize_t first, int width, double *lanes) {
     const Py_ssize_t size = states->size[which];
     for (int l = 0; l < width; l++) {
         const Py_ssize_t place = first + l < states->count ? first + l : states->count - 1;
-        const double *row = states->data[which] + (is_shared(states, which) ? 0 : place * size);
+        const double *row = row_of(states, which, place);
         for (Py_ssize_t i = 0; i < size; i++)
             lanes[i * width + l] = row[i];
     }
@@ -170,8 +174,25 @@ static void scatter(const struct states *states, int which, Py_ssize_t first, in
             states->data[which][(first + l) * size + i] = lanes[i * width + l];
 }
 
+/* Notes states of these lanes that were not finite, or are no longer. */
+static void judge(const struct lanes *lanes, const struct states *states, Py_ssize_t first,
+                  struct step_report *report) {
+    for (Py_ssize_t i = first; i < first + lanes->width && i < states->count; i++) {
+        const struct step_row row = {.index = i,
+                                     .n = lanes->n,
+                                     .t = row_of(states, T, i),
+                                     .q = row_of(states, Q, i),
+                                     .qd = row_of(states, QD, i),
+                                     .new_q = row_of(states, NEW_Q, i),
+                                     .new_qd = row_of(states, NEW_QD, i)};
+        if (!refdyn_step_is_finite(&row))
+            refdyn_step_note(report, &row, refdyn_step_is_unfit(&row) ? STEP_UNFIT : STEP_FAILED);
+    }
+}
+
 /* Steps all states. Returns RECORD_INTERRUPTED after a signal. */
-static int step_states(struct lanes *lanes, const struct states *states, long steps) {
+static int step_states(struct lanes *lanes, const struct states *states, long steps,
+                       struct step_report *report) {
     const int width = lanes->width, n = lanes->n;
     int status = REFDYN_OK;
     for (Py_ssize_t first = 0; first < states->count && status == REFDYN_OK; first += width) {
@@ -185,6 +206,7 @@ static int step_states(struct lanes *lanes, const struct states *states, long st
         status = take_steps(lanes, steps);
         scatter(states, NEW_Q, first, width, lanes->state);
         scatter(states, NEW_QD, first, width, lanes->state + n * width);
+        judge(lanes, states, first, report);
     }
     return status;
 }
@@ -197,15 +219,16 @@ static PyObject *compute(const struct stepper *stepper, const struct states *sta
         return PyErr_NoMemory();
     struct unlocked unlocked = {.asked = refdyn_seconds(CLOCK_MONOTONIC)};
     lanes.unlocked = &unlocked;
+    struct step_report report = {.reason = NULL};
     unlocked.thread = PyEval_SaveThread();
-    const int status = step_states(&lanes, states, steps);
+    const int status = step_states(&lanes, states, steps, &report);
     free(memory);
     PyEval_RestoreThread(unlocked.thread);
-    return status == REFDYN_OK ? Py_NewRef(Py_None) : NULL;
+    return status == REFDYN_OK ? refdyn_step_report(&report) : NULL;
 }
 
 /* states(count, q, qd, t, h, steps, p, x, new_q, new_qd): steps `count` states by h in equal steps; p and x
- * None: the model's. */
+ * None: the model's. Returns the report. */
 static PyObject *stepper_states(PyObject *self, PyObject *const *given, Py_ssize_t count) {
     static const char *const names[] = {"q", "qd", "t", "p", "x", "new_q", "new_qd"};
     static const int places[] = {1, 2, 3, 6, 7, 8, 9};

@@ -307,6 +307,7 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     integrator->work_done = 0;
     integrator->t = t;
     integrator->is_undetermined = 0;
+    integrator->start_is_off = 0;
     integrator->event_count = 0;
     refdyn_contacts_clear(&integrator->motion->state_events.contacts, integrator->work,
                           integrator->options.tol > 0 ? integrator->options.tol : sqrt(DBL_EPSILON));

@@ -12,7 +12,6 @@ import numpy as np
 import numpy.typing as npt
 
 from .core import VERSION
-from .names import has_masked
 from .program import text_of
 from .recorded import Columns
 from .wording import shown
@@ -175,11 +174,11 @@ def residuals(model: Model, names: Iterable[str]) -> list[tuple[str, str]]:
     return [(name, f"{name[:3]} of {model.rows[int(place[1]) - 1]}") for name, place in found if place and 0 < int(place[1]) <= len(model.rows)]
 
 
-def write_motion(run: xarray.Dataset, path: str) -> None:
+def write_motion(words: str, run: xarray.Dataset, path: str) -> None:
     """Writes the variables along t as a CSV of `refdyn sim`."""
     names = [str(name) for name in run.variables if run[name].dims == ("t",)]
     if "t" not in names or not run.sizes["t"]:
-        raise ValueError("view: not a dataset of arm.simulate; must have rows along t")
+        raise ValueError(f"view: {words} is not a dataset of arm.simulate; must have rows along t")
     table = np.column_stack([run["t"].values, *(run[name].values for name in names if name != "t")])
     lines = [",".join(["t", *(name for name in names if name != "t")]), *(",".join(map(repr, row)) for row in table.tolist())]
     pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -196,26 +195,12 @@ def write_cases(cases: Mapping[str, npt.ArrayLike], folder: str) -> str:
 
 def write_table(columns: Mapping[str, Any], path: str) -> str:
     """Writes columns of equal length; a column with one value has it in all rows."""
-    for name, values in columns.items():
-        if has_masked(values):
-            raise TypeError(f"{name}: has masked values; each case needs a value")
-    arrays = [np.atleast_1d(column_of(name, values)) for name, values in columns.items()]
-    rows = max((array.size for array in arrays), default=0)
-    for name, array in zip(columns, arrays):
-        if array.ndim > 1 or array.size not in (1, rows):
-            raise ValueError(f"{name}: has shape {array.shape}; must have {rows} values, as the longest column has, or one")
-    arrays = [np.broadcast_to(array, rows) for array in arrays]
+    rows = max(np.size(values) for values in columns.values())
+    arrays = [np.broadcast_to(values, rows) for values in columns.values()]
     fields = [[field_of(name, value) for value in array] for name, array in zip(columns, arrays)]
     lines = [",".join(columns), *map(",".join, zip(*fields))]
     pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
-
-
-def column_of(name: str, values: Any) -> np.ndarray:
-    try:
-        return np.asarray(values)
-    except ValueError as error:  # NumPy: "setting an array element with a sequence ..."
-        raise ValueError(f"{name}: rows of different lengths; must be a row of values") from error
 
 
 def field_of(name: str, value: Any) -> str:
@@ -242,7 +227,7 @@ def texts(values: np.ndarray) -> np.ndarray:
 def of_options(model: Model, name: str, values: np.ndarray) -> np.ndarray:
     """Returns the values of an option that varies, in the type that `model.options` has."""
     kind = type(model.options.get(name, ""))
-    read = {bool: lambda text: text == "true", int: int, float: float}.get(kind)
+    read = {bool: lambda text: text == "true", int: lambda text: int(float(text)), float: float}.get(kind)
     return np.array([read(text) for text in texts(values)]) if read else values
 
 

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import html
+import json
 import os
 import pathlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -9,12 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .names import finite, one_real, unknown
+from .names import file_name, finite, one_real, unknown
 from .program import text_of
+from .recorded import Columns
 
 if TYPE_CHECKING:
+    import xarray
+
     from .model import Model
     from .quantity import Quantity
+    from .urdf import Limits
 
 ROWS = 12  # rows of a table; the others are counted
 
@@ -32,10 +37,68 @@ class Page:
 
     def save(self, file: str | os.PathLike[str]) -> None:
         """Writes the page to a file."""
-        pathlib.Path(file).write_text(self.text, encoding="utf-8")
+        pathlib.Path(page_file(file)).write_text(self.text, encoding="utf-8")
 
     def __repr__(self) -> str:
         return f"<refdyn page of {len(self.text)} characters; a notebook shows it, and save(FILE) writes it>"
+
+
+def page_file(file: str | os.PathLike[str]) -> str:
+    """Returns the absolute path of a page. An ending must be that of a page."""
+    name = file_name("file", file, "a page, 'arm.html'")
+    if not name:
+        raise ValueError("file: an empty text; must be the name of a page, 'arm.html'")
+    if os.path.splitext(name)[1].lower() not in ("", ".html", ".htm"):
+        raise ValueError(f"file: {name!r} must end in .html or .htm")
+    return os.path.abspath(name)
+
+
+def check_height(height: int) -> None:
+    if isinstance(height, bool) or not isinstance(height, (int, np.integer)) or height <= 0:
+        raise ValueError(f"height: {height!r}; must be a positive whole number of pixels")
+
+
+def runs_by_name(model: str, runs: Any) -> dict[str, tuple[str, xarray.Dataset]]:
+    """Returns the runs by name, which must be usable as a file name, each after the words for it in messages."""
+    if hasattr(runs, "data_vars"):
+        return {model: ("the run", runs)}
+    if isinstance(runs, Columns):
+        raise TypeError("view: columns by name; must be a dataset of arm.simulate, without dataset=False")
+    if isinstance(runs, Mapping):
+        found = {name: (f"run {name!r}", run) for name, run in runs.items()}
+    elif isinstance(runs, (list, tuple)):
+        found = {f"{model} {number + 1}": (f"runs[{number}]", run) for number, run in enumerate(runs)}
+    else:
+        raise TypeError(f"view: {type(runs).__name__}; must be a dataset of arm.simulate, or several by name or in a list")
+    if not found:
+        raise ValueError("view: no run; give at least one")
+    for name, (words, run) in found.items():
+        if not isinstance(name, str):
+            raise TypeError(f"view: {words}: {type(name).__name__}; its name must be a text")
+        if not hasattr(run, "data_vars"):
+            raise TypeError(f"view: {words}: {type(run).__name__}; must be a dataset of arm.simulate")
+        if not name or "/" in name or name.startswith("-"):
+            raise ValueError(f"view: {words}: not a file name; its name must not be empty, contain / or begin with -")
+    return found
+
+
+def settings_of(model: Model, runs: Mapping[str, tuple[str, xarray.Dataset]]) -> dict[str, Any]:
+    """Returns the options and parameters of motions that differ from the model's; they must be the same in all runs."""
+    found: list[tuple[str, dict[str, Any]]] = []
+    for words, run in runs.values():
+        other = run.attrs.get("model", model._name)
+        if other != model._name:
+            raise ValueError(f"view: {words} is a motion of the model {other!r}; must be one of {model._name!r}")
+        missing = [coordinate for coordinate in model._joints if coordinate not in run]
+        if missing:
+            raise ValueError(f"view: {words} has no {missing[0]}; must have all coordinates, as a dataset of arm.simulate does")
+        given = {**json.loads(run.attrs.get("options", "{}")), **json.loads(run.attrs.get("parameters", "{}"))}
+        found.append((words, {key: value for key, value in given.items() if value != {**model.options, **model._fixed}.get(key)}))
+    first, settings = found[0]
+    for words, given in found:
+        if given != settings:
+            raise ValueError(f"view: {words} has other options or parameters than {first}; must have the same, or use refdyn view with files of `refdyn sim -o RUN.h5`")
+    return settings
 
 
 def ranges_and_settings(values: Mapping[str, Any], kinds: Mapping[str, Collection[str]]) -> tuple[list[str], dict[str, Any]]:
@@ -93,3 +156,10 @@ def of_quantity(quantity: Quantity) -> str:
     rows = ((name, " x ".join(map(str, shape)), about[name]) for name, shape in quantity._parts.items())
     call = f"{quantity.__name__}(q, qd=None, t=0.0, inputs=None, parameters=None)"
     return f"<code>{call}</code><div>{html.escape(quantity._description['about'])}</div>" + table("result", ("part", "shape", "meaning"), rows)
+
+
+def of_limits(limits: Limits) -> str:
+    """A row for each coordinate that has a limit; missing limits are left empty."""
+    rows = ((name, *(f"{value:.6g} {limits.units[name][key]}" if np.isfinite(value) else "" for key, value in limit._asdict().items()))
+            for name, limit in limits.items() if np.isfinite(limit).any())
+    return table("limits", ("name", "lower", "upper", "velocity", "effort"), rows) or "<div>no limits</div>"

@@ -18,7 +18,7 @@ from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, 
 from .names import ByName, by_name, by_order, common_lead, file_name, finite, finite_row, flag, in_order, nearest, one_real, suggesting, texts_of, unknown, with_names
 from .passing import Given, States
 from .quantity import Compiled, Quantity, states_of
-from .samples import split
+from .samples import of_dataset, split
 from .sources import TEXT, Sources
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class Model:
     rows: tuple[str, ...]
     points: tuple[str, ...]
     courses: tuple[str, ...]
-    held: tuple[str, ...]                        # coordinates that statics and modes hold
+    held: tuple[str, ...]                        # coordinates that statics and modes hold; of a robot from URDF with drives, in the order of its inputs
     joints: Mapping[str, str | tuple[str, ...]]  # of a URDF file: the coordinate of each joint; several if it is planar or floating
     imported: tuple[str, ...]                    # report of from_urdf: the beam and the rest of each flexible link, omitted elements
     limits: urdf.Limits                          # of positions, velocities and efforts, by coordinate
@@ -140,7 +140,7 @@ class Model:
         vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value", "parameter"),
                           inputs=named(description["inputs"], "value", "input"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
                           q0=constant(description["q"]), qd0=constant(description["qd"]), joints=types.MappingProxyType(ByName("joint", joints)), imported=imported,
-                          limits=urdf.Limits(tuple(self._units["coordinates"]), self._units["coordinates"], description["limits"], description["bounds"]),
+                          limits=urdf.Limits(tuple(self._units["coordinates"]), self._units["coordinates"], description["limits"], description["bounds"], joints),
                           state_names=tuple(description["states"]), **lists)
         self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
         self._kinds = {"parameter": (*self.parameters, *description["unread"]), "input": self.inputs, "option": self.options, "coordinate": self.coordinates}
@@ -254,19 +254,23 @@ class Model:
                inputs: Given = None, parameters: Given = None) -> motion.Motion:
         """Begins a motion at q, qd (default: the model's initial state) and t [s]; `motion.advance(t)` computes it.
 
-        The options are those of `refdyn sim`: adaptive steps with `tol`, or fixed ones of `step` [s]. Inputs and parameters are
-        constant until `motion.set(...)`.
+        The options are those of `refdyn sim`: adaptive steps with `tol`, or fixed ones of at most `step` [s], without which those of
+        rk4 are 1 ms. Inputs and parameters are constant until `motion.set(...)`.
         """
         options = motion.options_of(method, tol, step, step_max, stabilise, singular, start, False)
         return motion.begin(self, q, qd, t, options, start, inputs, parameters)
 
     def step(self, q: States, qd: States, t: npt.ArrayLike, h: float, inputs: Given = None, parameters: Given = None, *,
              method: str = "rk4", steps: int = 1, stabilise: str | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Steps from q, qd at t [s] by h [s]; returns q and qd then. Axes before the last one are a batch, as in quantities.
+        """Steps from q, qd at t [s] by h [s]; returns q and qd at t + h. Axes before the last one are a batch, as in quantities; h is one number.
 
         method     "rk4", "rk54", "rk8", "gauss" (gauss12), "radau" (radau9), "rodas5p" ... with a fixed step
-        steps      number of equal steps that divide h; an explicit step must resolve the modes of arm.modes(at="initial", hold=[])
+        steps      number of equal steps that divide h. Explicit steps that are too long return wrong numbers: one of rk4 must be shorter
+                   than 2.6 divided by the largest abs(eigenvalue) of arm.modes(at="initial", hold=[])
         stabilise  how rows are kept: "baumgarte", the gains of the rows (default of rk4, rk54 and rk8), "project" (of the others) or "none"
+
+        A single state that fails raises NumericalError. In a batch, states that fail or are not finite are NaN afterwards, with a
+        ModelWarning. If an event of the model ends the motion, the result is the state at the event, with a ModelWarning.
         """
         key = (method, stabilise)
         stepper = self._steppers.get(key)
@@ -347,7 +351,8 @@ class Model:
 
         tol        tolerance: bound on the local error (1e-6), for motions without a fixed `step`
         from_      "initial", "statics", with realise also "held", or the name of a STATE.json; q, qd and t define another start instead
-        inputs     constant values, by name or as an array; by name with times `t` also samples, each valid until the next
+        inputs     constant values, by name or as an array; by name with times `t`, or as a data frame with a column `t`, also
+                   samples, each valid until the next
         stop       a condition that ends the motion, "E_z<2", or several
         derivatives  parameters, inputs and start values (NAME or NAME_d of a coordinate): for each column a variable d_COLUMN with its
                    derivatives by them, (t, parameter)
@@ -360,7 +365,7 @@ class Model:
             motion.choose("method", method, motion.NAMES)
         if isinstance(options.get("accuracy"), (bool, np.bool_)):
             raise TypeError(f"accuracy: {options['accuracy']}; must be a number, the bound on the error of the motion")
-        inputs = by_order("input", inputs, self.inputs, "; samples need their times, inputs={'t': times, 'NAME': values}")
+        inputs = by_order("input", of_dataset(inputs), self.inputs, "; samples need their times, inputs={'t': times, 'NAME': values}")
         values = self._values("parameter", parameters)
         constants, columns = split(inputs, self._kinds, self._by_events)
         conditions, by = texts_of("stop", stop), texts_of("derivatives", derivatives)
@@ -419,24 +424,23 @@ class Model:
         """
         datasets.need_h5py()
         cases_.refuse_values(options, self.coordinates)
-        if (cases is None) == (sweep is None):
-            raise ValueError("batch: has no cases and no sweep, or both; give one of them")
-        if sweep is not None and keep is not None:
-            raise ValueError("keep: the sweep file defines what is kept; write it there")
-        if cases is not None and t_end is None:
-            raise TypeError("batch: t_end is missing; add the end of the motions [s]")
+        cases_.check_sources(cases, sweep, keep, t_end)
+        end = motion.positive("t_end", t_end)
         check_place("from_", from_ or "initial", [], options)
-        cases = cases_.by_names_of_results(cases, self.coordinates, {name for kind in ("parameter", "input", "option", "coordinate") for name in self._kinds[kind]})
-        varied = cases_.columns(cases) if cases is not None else {}
+        varied = cases_.Columns(cases, self.coordinates, self.options, {name for names in self._kinds.values() for name in names}) if cases is not None else None
         with program.private_folder() as folder:
             runs, summary = os.path.join(folder, "runs.h5"), os.path.join(folder, "summary.json")
-            file = file_name("sweep", sweep) if sweep is not None else cases_.write_sweep(datasets.write_cases(varied, folder), keep, folder)
+            file = os.fspath(sweep) if sweep is not None else ""
+            if varied is not None:
+                file = cases_.write_sweep(datasets.write_cases(varied.rows, folder), keep, end, folder)
             given = {"until": t_end, "tol": tol, "method": method, "from": from_, "threads": threads, "lanes": lanes, "output": runs, "summary": summary,
                      **program.further(options, self.batch, program.OF_BATCH)}
-            self._run("batch", given, dict.fromkeys(varied), file, shows_progress=progress)
+            self._run("batch", given, dict.fromkeys(varied.rows if varied is not None else ()), file, shows_progress=progress)
             found, names = datasets.of_runs(self, runs, summary, datasets.attributes(self, {}))
+        if varied is not None:
+            found = cases_.labelled(found, varied.labels)
         cases_.warn_of_failures(found)
-        return cases_.along_axes(found, cases, names) if isinstance(cases, cases_.Grid) else found
+        return cases_.along_axes(found, varied.shape, [names[name] for name in varied.rows]) if varied is not None and varied.shape else found
 
     def fit(self, data: Any = None, *, vary: Any, noise: Mapping[str, float], sensors: Mapping[str, Any] | None = None, starts: str | Sequence[str] | Mapping[str, Any] = (),
             held_out: Any = None, check: bool = False, until: float | None = None, every: float | None = None, inputs: Given = None, parameters: Given = None,
@@ -514,13 +518,14 @@ class Model:
         Several runs, by name or in a list, share one scene. Their options and parameters, which are in their attributes, must
         be the same. `height` [pixels] is that of the page in a notebook.
         """
-        named_runs = runs_by_name(self._name, runs)
-        settings = self._settings_of(named_runs)
+        inline.check_height(height)
+        named_runs = inline.runs_by_name(self._name, runs)
+        settings = {**self._settings, **inline.settings_of(self, named_runs)}
         with program.private_folder() as folder:
+            page = os.path.join(folder, "page.html") if file is None else inline.page_file(file)
             paths = [os.path.join(folder, name + ".csv") for name in named_runs]
-            for run, path in zip(named_runs.values(), paths):
-                datasets.write_motion(run, path)
-            page = os.path.join(folder, "page.html") if file is None else os.path.abspath(file_name("file", file))
+            for (words, run), path in zip(named_runs.values(), paths):
+                datasets.write_motion(words, run, path)
             self._program("view", (*paths, *program.arguments({"output": page})), settings, model="--model")
             return inline.Page(pathlib.Path(page).read_text(encoding="utf-8"), height) if file is None else None
 
@@ -534,9 +539,10 @@ class Model:
 
         `t_end` and `step` or `tol` are those of the first motion; with `pull` the pointer pulls the points of interest. Needs clang and the C library for WebAssembly.
         """
+        inline.check_height(height)
         ranges, settings = inline.ranges_and_settings(values, self._kinds)
         with program.private_folder() as folder:
-            page = os.path.join(folder, "page.html") if file is None else os.path.abspath(file_name("file", file))
+            page = os.path.join(folder, "page.html") if file is None else inline.page_file(file)
             self._run("view", {"live": True, "pull": pull, "until": t_end, "step": step, "tol": tol, "output": page}, settings, *ranges)
             return inline.Page(pathlib.Path(page).read_text(encoding="utf-8"), height) if file is None else None
 
@@ -550,22 +556,6 @@ class Model:
         Needs the package casadi.
         """
         return casadi_functions.load(self, quantities, fold)
-
-    def _settings_of(self, runs: Mapping[str, xarray.Dataset]) -> dict[str, Any]:
-        """Returns the options and parameters of motions that differ from the model's."""
-        values = []
-        for name, run in runs.items():
-            if run.attrs.get("model", self._name) != self._name:
-                raise ValueError(f"view: run {name} belongs to the model {run.attrs['model']}; must belong to {self._name}")
-            missing = [coordinate for coordinate in self._joints if coordinate not in run]
-            if missing:
-                raise ValueError(f"view: run {name} has no {missing[0]}; must have all coordinates, as a dataset of arm.simulate does")
-            given = {**json.loads(run.attrs.get("options", "{}")), **json.loads(run.attrs.get("parameters", "{}"))}
-            values.append({key: value for key, value in given.items() if value != {**self.options, **self._fixed}.get(key)})
-        for (name, _), given in zip(runs.items(), values):
-            if given != values[0]:
-                raise ValueError(f"view: run {name} has other options or parameters than run {next(iter(runs))}; must have the same, or use refdyn view with files of `refdyn sim -o RUN.h5`")
-        return {**self._settings, **values[0]}
 
     def states(self, data: xarray.Dataset | Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Returns q and qd of a dataset, of columns by name or of a data frame as arrays (..., n) for quantities: `arm.energy(*arm.states(run), run.t)`.
@@ -628,24 +618,6 @@ class Model:
 def restored(kind: type[Model], main: str, texts: Mapping[str, bytes], settings: Mapping[str, Any], joints: urdf.Joints, imported: tuple[str, ...]) -> Model:
     """Restores a pickled model from its texts, even if the files have changed."""
     return kind._of_sources(Sources(main, texts), settings, types.MappingProxyType(joints), imported)
-
-
-def runs_by_name(model: str, runs: Any) -> dict[str, xarray.Dataset]:
-    """Returns the runs by name. Each name must be usable as a file name."""
-    if isinstance(runs, Sequence):
-        runs = {f"{model} {number}": run for number, run in enumerate(runs, 1)}
-    elif hasattr(runs, "data_vars"):
-        runs = {model: runs}
-    if not isinstance(runs, Mapping):
-        raise TypeError(f"view: {type(runs).__name__}; must be a dataset of arm.simulate, or several by name or in a list")
-    if not runs:
-        raise ValueError("view: no run; give at least one")
-    for name, run in runs.items():
-        if not hasattr(run, "data_vars"):
-            raise TypeError(f"view: run {name}: {type(run).__name__}; must be a dataset of arm.simulate")
-        if not isinstance(name, str) or not name or "/" in name or name.startswith("-"):
-            raise ValueError(f"view: the run's name {name!r} is not a file name; must be without / and must not begin with -")
-    return dict(runs)
 
 
 def check_place(argument: str, place: str, others: Sequence[str], options: Mapping[str, Any] = {}) -> None:

@@ -164,7 +164,8 @@ class Motion:
         return not self._core.has_ended
 
     def set(self, *, inputs: Given = None, parameters: Given = None, q: States | None = None, qd: States | None = None) -> None:
-        """Continues with other inputs, parameters or another state; values that are not named stay."""
+        """Continues with other inputs, parameters or another state; values that are not named stay. A new state also continues a
+        motion that an event has ended."""
         x = p = state = None
         if inputs is not None:
             x = self._changed("input", inputs, self._compiled.inputs, self._core.inputs)
@@ -175,10 +176,10 @@ class Motion:
             for row, name, value in ((state[0], "q", q), (state[1], "qd", qd)):
                 row[:] = row if value is None else row_of(name, value, self._model)
         before = (self._numbers(len(self._compiled.places), self._core.parameters), self._numbers(len(self._compiled.inputs), self._core.inputs), self.state)
-        said = self._core.refresh(p, x, state)
+        said = self._core.refresh(p, x, state, True)
         if said is not None:
             status = self._core.status
-            self._core.refresh(*before)
+            self._core.refresh(*before, False)
             raise failure_of(self._model, status, said, False)
 
     def _changed(self, kind: str, given: Any, places: Mapping[str, int], read: Any) -> np.ndarray:

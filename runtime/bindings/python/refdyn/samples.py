@@ -2,11 +2,17 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .names import by_name, finite_row
+
+
+def of_dataset(inputs: Any) -> Any:
+    """Returns the variables of a dataset along t with its times, by name; other inputs as they are."""
+    return {str(name): inputs[name].values for name in inputs.variables} if hasattr(inputs, "data_vars") else inputs
 
 
 def split(inputs: Mapping[str, npt.ArrayLike] | None, kinds: Mapping[str, Collection[str]],

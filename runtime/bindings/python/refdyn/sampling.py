@@ -14,14 +14,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .names import not_one_of, one_real, suggests
+from .names import nearest, not_one_of, one_real, suggests
 
 LEAST = 2.0 ** -54  # the normal distribution has no quantile at 0
 LARGEST = 1e300
 LN2_HIGH, LN2_LOW = float.fromhex("0x1.62e42fefa3800p-1"), float.fromhex("0x1.ef35793c76730p-45")
 MASK = np.uint64(0xFFFFFFFF)
 SHIFT = np.uint64(32)
-SEQUENCES = ("random", "sobol")
+SEQUENCES = ("random", "sobol", "halton")
+ARGUMENTS = {"normal": ("mean", "deviation"), "uniform": ("from_", "to"), "log_uniform": ("from_", "to")}
 
 # AS 241: coefficients of numerator and denominator in the middle, near the tails and far in the tails.
 MIDDLE = ((3.3871328727963666080e0, 1.3314166789178437745e+2, 1.9715909503065514427e+3, 1.3731693765509461125e+4, 4.5921953931549871457e+4,
@@ -58,12 +59,17 @@ class Distribution(NamedTuple):
         return exponential(begin + (end - begin) * u)
 
 
+def bound(name: str, value: Any) -> float:
+    number = one_real(name, value)
+    if not math.isfinite(number):
+        raise ValueError(f"{name}: {number:g}; must be finite")
+    if abs(number) > LARGEST:
+        raise ValueError(f"{name}: {number:g}; must not be beyond {LARGEST:g}")
+    return number
+
+
 def distribution(name: str, a: Any, b: Any) -> Distribution:
-    low, high = one_real(f"{name}: argument 1", a), one_real(f"{name}: argument 2", b)
-    if not (math.isfinite(low) and math.isfinite(high)):
-        raise ValueError(f"{name}: a number is not finite; numbers must be finite")
-    if max(abs(low), abs(high)) > LARGEST:
-        raise ValueError(f"{name}: a number is beyond 1e300; numbers must be smaller")
+    low, high = (bound(f"{name}: {argument}", value) for argument, value in zip(ARGUMENTS[name], (a, b)))
     if name == "normal" and high < 0:
         raise ValueError(f"normal: standard deviation {high:g}; must not be negative")
     if name != "normal" and not low < high:
@@ -94,13 +100,16 @@ def log_uniform(from_: float, to: float) -> Distribution:
 def sample(count: int, names: Mapping[str, Distribution] | None = None, /, *, seed: int = 0, sequence: str = "random", **more: Distribution) -> dict[str, np.ndarray]:
     """Returns `count` random cases for `arm.batch`: `refdyn.sample(100, seed=7, E=refdyn.normal(2.1e11, 2e9))`.
 
-    With sequence="random" the numbers are those of a sweep file with this seed, to the bit. "sobol" fills the range more
-    evenly: the points of Sobol's sequence (SciPy's direction numbers, by S. Joe and F. Y. Kuo), shifted modulo 1 by the seed.
+    With sequence="random" and "halton" the numbers are those of a sweep file with this seed, to the bit. "halton" and "sobol"
+    fill the range more evenly: the points of Halton's sequence and of Sobol's sequence (SciPy's direction numbers, by S. Joe
+    and F. Y. Kuo), shifted modulo 1 by the seed.
     """
+    if names is not None and not isinstance(names, Mapping):
+        raise TypeError(f"sample: {type(names).__name__}; must be distributions by name, E=refdyn.normal(2.1e11, 2e9)")
     given = {**(names or {}), **more}
     check_sample(count, seed, sequence, given)
     values = {}
-    points = sobol_points(count, len(given)) if sequence == "sobol" else None
+    points = POINTS[sequence](int(count), len(given)) if sequence in POINTS else None
     for column, name in enumerate(sorted(given)):
         if points is None:
             u = uniform_numbers(seed, name, np.arange(count, dtype=np.uint64))
@@ -122,11 +131,36 @@ def check_sample(count: int, seed: int, sequence: str, given: Mapping[str, Distr
     if not given:
         raise ValueError("sample: no name; add at least one, E=refdyn.normal(2.1e11, 2e9)")
     for name, value in given.items():
+        if not isinstance(name, str):
+            raise TypeError(f"sample: name {name!r}; must be a text")
         if not isinstance(value, Distribution):
-            raise TypeError(f"{name}: {type(value).__name__}; must be refdyn.normal, refdyn.uniform or refdyn.log_uniform")
+            near = nearest(name, ("seed", "sequence"))
+            raise TypeError(f"{name}: {type(value).__name__}; must be refdyn.normal, refdyn.uniform or refdyn.log_uniform" + (f"; did you mean the keyword {near!r}?" if near else ""))
 
 
-# ---- Uniform numbers ----
+# ---- Points of sequences ----
+
+def primes(count: int) -> list[int]:
+    found: list[int] = []
+    number = 2
+    while len(found) < count:
+        if all(number % prime for prime in found):
+            found.append(number)
+        number += 1
+    return found
+
+
+def halton_points(count: int, width: int) -> np.ndarray:
+    """Points 1 ... count. A coordinate has the digits of the number in a prime base after the point, in reverse order."""
+    points = np.zeros((count, width))
+    for column, base in enumerate(primes(width)):
+        numbers, part = np.arange(1, count + 1), 1.0
+        while numbers.any():
+            part *= 1.0 / base
+            points[:, column] += part * (numbers % base)
+            numbers //= base
+    return points
+
 
 def sobol_points(count: int, width: int) -> np.ndarray:
     try:
@@ -136,6 +170,11 @@ def sobol_points(count: int, width: int) -> np.ndarray:
     points: np.ndarray = qmc.Sobol(width, scramble=False).random_base2(math.ceil(math.log2(count)))
     return points[:count]
 
+
+POINTS = {"sobol": sobol_points, "halton": halton_points}  # by sequence: (count, width)
+
+
+# ---- Uniform numbers ----
 
 def stream_of(name: str) -> int:
     """FNV-1a hash."""

@@ -9,16 +9,18 @@ import numpy as np
 import numpy.typing as npt
 
 from . import motion, program
-from .names import common_lead, one_real, reals
+from .names import common_lead, finite, one_real, reals
 from .passing import States
-from .quantity import spread, states_of
+from .quantity import index_of, spread, states_of
 from .recorded import STEPS_MOST
 
 if TYPE_CHECKING:
+    from .core import Report
     from .model import Model
     from .quantity import Compiled
 
 EXPLICIT = ("rk4", "rk54", "rk8")
+REMEDY = 'use more steps, or method="ros34pw2" or "rodas5p"'
 
 
 def count_of(steps: Any) -> int:
@@ -30,6 +32,10 @@ def count_of(steps: Any) -> int:
     if steps > STEPS_MOST:
         raise ValueError(f"steps: {steps}; must be at most {STEPS_MOST:g}")
     return int(steps)
+
+
+def are(count: int) -> str:
+    return "is" if count == 1 else "are"
 
 
 class Stepper:
@@ -48,7 +54,6 @@ class Stepper:
         name = motion.method_of(method, True)
         self._model, self._method, self._stabilise = model, name, stabilise
         self._local = threading.local()
-        self._has_warned = False
         compiled = model._libraries[None, False]
         self._n = len(model.coordinates)
         self._is_direct = name in EXPLICIT and compiled.library.event_count == 0 and (stabilise in (None, "baumgarte") or not model.rows)
@@ -85,20 +90,32 @@ class Stepper:
             if lead and self._is_direct:
                 compiled, x, p = self._with_lanes(inputs, parameters)
             arguments = [spread(array, lead) for array in (q, qd, t[..., np.newaxis], p, x)] if lead else [np.ascontiguousarray(q), np.ascontiguousarray(qd), np.atleast_1d(t), p, x]
-            self._compute(count, *arguments, h, steps, new_q, new_qd)
-            if self._is_direct and not self._has_warned and not math.isfinite(new_q.dot(new_qd) if new_q.ndim == 1 else np.vdot(new_q, new_qd)):
-                self._warn(q, qd, t, h / steps, new_q, new_qd)
+            report = self._compute(count, *arguments, h, steps, new_q, new_qd)
+            if report is not None:
+                self._tell(report, lead, q, qd, t, h / steps)
         return new_q, new_qd
 
-    def _warn(self, q: np.ndarray, qd: np.ndarray, t: np.ndarray, step: float, new_q: np.ndarray, new_qd: np.ndarray) -> None:
-        """Warns once if steps from finite states have results that are not finite."""
-        starts = np.isfinite(q).all(-1) & np.isfinite(qd).all(-1) & np.isfinite(t)
-        failed = starts & ~(np.isfinite(new_q).all(-1) & np.isfinite(new_qd).all(-1))
-        if failed.any():
-            self._has_warned = True
-            which = f"{np.count_nonzero(failed)} of {failed.size} states after the step are" if new_q.ndim > 1 else "the state after the step is"
-            program.warn(f"step: {which} not finite: {step:g} s is too long for {self._method}, or the equations are undefined there; "
-                         'use more steps, or method="ros34pw2" or "rodas5p"')
+    def _tell(self, report: Report, lead: tuple[int, ...], q: np.ndarray, qd: np.ndarray, t: np.ndarray, step: float) -> None:
+        """Raises what is wrong with a single state. Warns about a batch, and about motions that an event has ended."""
+        (unfit, _), (failed, failed_first), (ended, ended_first), reason, event, after = report
+        if not lead and unfit:
+            for name, values in (("q", q), ("qd", qd), ("t", t)):
+                finite(name, values)
+        if failed and reason is None:
+            failed_t = np.broadcast_to(t, lead).flat[failed_first]
+            reason = f"refdyn: {self._model._name}: t = {failed_t:g} s: the state after the step is not finite\nrefdyn: {step:g} s is too long for {self._method}, or the equations are undefined there; {REMEDY}"
+        error = motion.failure_of(self._model, program.NUMBERS, reason, True) if failed and reason is not None else None
+        if error is not None and not lead:
+            raise error
+        count = math.prod(lead)
+        said = [f"step: {unfit} of {count} states {are(unfit)} not finite before the step, and NaN after it"] if unfit else []
+        if error is not None:
+            facts = "\n".join(line for line in str(error).splitlines() if not line.startswith("  "))
+            said.append(f"step: {failed} of {count} states {are(failed)} NaN after a failure; the first is {index_of(failed_first, lead)}: {facts}")
+        if ended:
+            what = f"events have ended {ended} of {count} motions; the first is {index_of(ended_first, lead)}, by {event}" if lead else f"the event {event} has ended the motion"
+            said.append(f"step: {what} at t + {after:g} s; the result is the state there")
+        program.warn("\n".join(said))
 
     def _with_lanes(self, inputs: Any, parameters: Any) -> tuple[Compiled, np.ndarray, np.ndarray]:
         compiled = self._model._library(None, True)
@@ -107,16 +124,11 @@ class Stepper:
         x = compiled.input_rows(inputs)
         return compiled, x, compiled.parameter_rows(parameters, x)
 
-    def _compute(self, count: int, q: np.ndarray, qd: np.ndarray, t: np.ndarray, p: np.ndarray, x: np.ndarray, h: float, steps: int, new_q: np.ndarray, new_qd: np.ndarray) -> None:
+    def _compute(self, count: int, q: np.ndarray, qd: np.ndarray, t: np.ndarray, p: np.ndarray, x: np.ndarray, h: float, steps: int, new_q: np.ndarray,
+                 new_qd: np.ndarray) -> Report | None:
         if self._is_direct:
-            (self._one if new_q.ndim == 1 else self._many).states(count, q, qd, t, h, steps, p, x, new_q, new_qd)
-            return
-        failed = self._scratch(h / steps).steps(count, q, qd, t, h, p, x, new_q, new_qd)
-        if failed is not None:
-            place = "" if new_q.ndim == 1 else f"state {tuple(map(int, np.unravel_index(failed[0], new_q.shape[:-1])))}: "
-            error = motion.failure_of(self._model, program.NUMBERS, failed[1], True)
-            error.args = (place + str(error),)
-            raise error
+            return (self._one if new_q.ndim == 1 else self._many).states(count, q, qd, t, h, steps, p, x, new_q, new_qd)
+        return self._scratch(h / steps).steps(count, q, qd, t, h, p, x, new_q, new_qd)
 
     def _scratch(self, step: float) -> Any:
         """The memory of a motion with steps of this length, for this thread."""

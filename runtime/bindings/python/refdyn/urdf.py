@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import program, wording
-from .names import nearest, not_one_of, unknown
+from . import inline, program, wording
+from .names import ByName, nearest, not_one_of, unknown
 
 OF_BEAMS = ("section", "E", "tip", "nu", "eta", "rho", "rfe")  # options of a flexible link
 Joints = Mapping[str, "str | tuple[str, ...]"]
@@ -79,7 +79,8 @@ class Bounds(NamedTuple):
 
 
 class Limits(Mapping[str, Limit]):
-    """Limits of the coordinates, from the field `limits` of links or a URDF file: `arm.limits["elbow"].upper`.
+    """Limits of the coordinates, from the field `limits` of links or a URDF file: `arm.limits["elbow"].upper`. The name of a
+    joint in the URDF file serves as well as that of its coordinate.
 
     `lower`, `upper`, `velocity` and `effort` are arrays in the order of `coordinates`, infinite where there is no limit.
     `units` has their units by coordinate. `named` has all limits that motions are compared with, also those of drives and of the model's
@@ -89,11 +90,12 @@ class Limits(Mapping[str, Limit]):
     __module__ = "refdyn"
 
     def __init__(self, coordinates: Sequence[str], units: Mapping[str, str], entries: Sequence[Mapping[str, float]],
-                 bounds: Sequence[Mapping[str, Any]]) -> None:
+                 bounds: Sequence[Mapping[str, Any]], joints: Joints = types.MappingProxyType({})) -> None:
         self.coordinates = tuple(coordinates)
-        self._made_of = self.coordinates, dict(units), list(entries), list(bounds)
-        self.named: Mapping[str, Bounds] = types.MappingProxyType(
-            {bound["name"]: Bounds(bound["column"], bound.get("from", -np.inf), bound.get("to", np.inf)) for bound in bounds})
+        self._made_of = self.coordinates, dict(units), list(entries), list(bounds), dict(joints)
+        self._joints = dict(joints)
+        self.named: Mapping[str, Bounds] = types.MappingProxyType(ByName(
+            "limit", {bound["name"]: Bounds(bound["column"], bound.get("from", -np.inf), bound.get("to", np.inf)) for bound in bounds}))
         self.lower, self.upper, self.velocity, self.effort = (
             fixed([entry.get(key, none) for entry in entries]) for key, none in (("from", -np.inf), ("to", np.inf), ("rate", np.inf), ("force", np.inf)))
         self.units: Mapping[str, Mapping[str, str]] = types.MappingProxyType({name: types.MappingProxyType(units_of(units[name])) for name in coordinates})
@@ -102,9 +104,12 @@ class Limits(Mapping[str, Limit]):
         return type(self), self._made_of
 
     def __getitem__(self, name: str) -> Limit:
-        if name not in self.coordinates:
-            raise KeyError(unknown("coordinate", name, self.coordinates))
-        place = self.coordinates.index(name)
+        coordinate = name if name in self.coordinates else self._joints.get(name)
+        if isinstance(coordinate, tuple):
+            raise KeyError(f"{name}: this joint has the coordinates {', '.join(coordinate)}; use one of them")
+        if coordinate is None:
+            raise KeyError(unknown("coordinate", name, (*self.coordinates, *(joint for joint in self._joints if joint not in self.coordinates))))
+        place = self.coordinates.index(coordinate)
         return Limit(*(float(values[place]) for values in (self.lower, self.upper, self.velocity, self.effort)))
 
     def __iter__(self) -> Iterator[str]:
@@ -112,6 +117,9 @@ class Limits(Mapping[str, Limit]):
 
     def __len__(self) -> int:
         return len(self.coordinates)
+
+    def _repr_html_(self) -> str:
+        return inline.of_limits(self)
 
     def __repr__(self) -> str:
         limited = [f"{name}: {' '.join(f'{key}={value:g}' for key, value in limit._asdict().items() if np.isfinite(value))}" for name, limit in self.items()

@@ -226,9 +226,29 @@ static bool take_realised(void *context, const struct case_record *record) {
     return !running->is_broken;
 }
 
+/* Stores the records of cases that lack a number; returns how many others remain in `numbers`. */
+static long refuse_cases(struct running *running, const struct structure *structure, long *numbers,
+                         long count) {
+    const int width = running->setup->layout.width;
+    double *values = format_allocate((size_t)width + 1, sizeof *values);
+    char reason[REFUSED_LENGTH];
+    long kept = 0;
+    for (int i = 0; i < width; i++)
+        values[i] = NAN;
+    for (long i = 0; i < count && !running->is_broken; i++) {
+        const struct case_record record = {
+            .number = numbers[i], .status = STATUS_FAULT, .reason = reason, .values = values};
+        if (sweeps_structures_refuse(structure, &running->setup->sweep.cases, numbers[i], reason))
+            take_record(running, &record);
+        else
+            numbers[kept++] = numbers[i];
+    }
+    return kept;
+}
+
 static int run_cases(struct running *running, struct structure *structure, long *numbers) {
     struct refdyn_batch batch = runs_describe(running->setup, structure);
-    batch.count = list_open_cases(running, structure, numbers);
+    batch.count = refuse_cases(running, structure, numbers, list_open_cases(running, structure, numbers));
     batch.numbers = numbers;
     batch.threads = running->setup->threads;
     batch.context = running;

@@ -13,7 +13,6 @@
 
 #include <errno.h>
 #include <jansson.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -93,9 +92,6 @@ static enum status read_case(struct again *again, const char *path, double numbe
         cases->columns[i] = all->columns[i];
         cases->columns[i].values = memory_get(memory, sizeof(double));
         cases->columns[i].values[0] = all->columns[i].values[row];
-        if (!isfinite(cases->columns[i].values[0]))
-            return complain(path, memory_format(memory, "/cases/%s: case %.0f has %g; must be finite",
-                                                all->columns[i].name, number, cases->columns[i].values[0]));
         leave_one_text(&cases->columns[i]);
     }
     return STATUS_DONE;
@@ -318,6 +314,14 @@ static bool spare(void *context, const char *path) {
     return true;
 }
 
+static enum status refuse_case(const struct batch_setup *setup) {
+    char fact[REFUSED_LENGTH];
+    if (!sweeps_structures_refuse(&setup->structures.list[0], &setup->sweep.cases, 0, fact))
+        return STATUS_DONE;
+    fprintf(stderr, "%s\n", fact);
+    return STATUS_FAULT;
+}
+
 static enum status open_case(struct again *again, const struct options *given, const char **path) {
     const char *of = options_text(given, "of");
     again->model = load_attribute(again->runs, "model");
@@ -340,6 +344,8 @@ static enum status open_case(struct again *again, const struct options *given, c
     read_keep(again, &of);
     if (status == STATUS_DONE)
         status = runs_setup_complete(&again->setup);
+    if (status == STATUS_DONE)
+        status = refuse_case(&again->setup);
     system_targets_spare(&again->targets, of);
     runs_for_each_file(&again->setup, spare, &again->targets);
     if (status == STATUS_DONE &&

@@ -347,11 +347,19 @@ static enum status open_structure(struct structure *structure, struct memory *me
 
 /* ---- All structures ---- */
 
+/* The column of the structure with these values; NULL if its model lacks what varies. */
+static const struct refdyn_batch_column *find_column(const struct structure *structure,
+                                                     const struct varied *varied) {
+    for (int k = 0; k < structure->column_count; k++)
+        if (structure->columns[k].values == varied->values)
+            return &structure->columns[k];
+    return NULL;
+}
+
 static bool is_read(const struct structures *structures, const struct varied *column) {
     for (int i = 0; i < structures->count; i++)
-        for (int k = 0; k < structures->list[i].column_count; k++)
-            if (structures->list[i].columns[k].values == column->values)
-                return true;
+        if (find_column(&structures->list[i], column))
+            return true;
     return false;
 }
 
@@ -363,6 +371,29 @@ static void warn_of_unread(const struct structures *structures, const struct cas
             fprintf(stderr, "refdyn: warning: %s: varies, but nothing in this model reads it\n",
                     column->target);
     }
+}
+
+static bool is_anchored(const struct refdyn_model *model, const struct refdyn_batch_column *column) {
+    for (int j = 0; j < model->anchored_count && column->what == REFDYN_VARIED_PARAMETER; j++)
+        if (model->anchored[j] == column->place)
+            return true;
+    return false;
+}
+
+bool sweeps_structures_refuse(const struct structure *structure, const struct cases *cases, long number,
+                              char fact[static REFUSED_LENGTH]) {
+    for (int i = 0; i < cases->width; i++) {
+        const double value = cases->columns[i].values[number];
+        const struct refdyn_batch_column *column =
+            isfinite(value) ? NULL : find_column(structure, &cases->columns[i]);
+        const bool may_be_nan = !(structure->needs & NEEDS_STATICS) && isnan(value);
+        if (!column || (may_be_nan && is_anchored(structure->scene.model, column)))
+            continue;
+        snprintf(fact, REFUSED_LENGTH, "%s: value %s; must be finite", cases->columns[i].name,
+                 text_not_finite(value));
+        return true;
+    }
+    return false;
 }
 
 enum status sweeps_structures_open(struct structures *structures, struct memory *memory,

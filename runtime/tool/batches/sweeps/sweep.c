@@ -8,9 +8,11 @@
 #include "runtime/tool/support/format/format.h"
 
 #include <limits.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 struct sweep_reading {
     struct sweep_file file;
@@ -77,6 +79,19 @@ static void grow(struct table_reading *reading) {
     reading->room = room;
 }
 
+/* Numbers, and nan, inf and -inf as other programs write them: such a case is not computed. */
+static bool read_number(const struct table_reading *reading, int column, double *value) {
+    const char *field = reading->csv.fields[column];
+    const bool is_negative = *field == '-';
+    if (!*field)
+        return format_csv_complain(
+            &reading->csv, "%s: the field is empty; write a number, or nan for a case without this value",
+            reading->table.columns[column].name);
+    *value = strcasecmp(field, "nan") == 0 ? NAN : is_negative ? -INFINITY : INFINITY;
+    return isnan(*value) || strcasecmp(field + is_negative, "inf") == 0 ||
+           format_csv_number(&reading->csv, column, value);
+}
+
 static bool read_row(struct table_reading *reading) {
     grow(reading);
     const long row = reading->table.count++;
@@ -84,7 +99,7 @@ static bool read_row(struct table_reading *reading) {
         struct case_column *column = &reading->table.columns[i];
         const char *field = reading->csv.fields[i];
         if (column->kind == CASES_NUMBERS) {
-            if (!format_csv_number(&reading->csv, i, &column->values[row]))
+            if (!read_number(reading, i, &column->values[row]))
                 return false;
         } else if (!*field) {
             return format_csv_complain(&reading->csv, "%s: the field is empty; write a value", column->name);

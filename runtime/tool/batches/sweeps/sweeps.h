@@ -171,6 +171,10 @@ enum status sweeps_structures_sort(struct structures *structures, struct memory 
 enum status sweeps_structures_open(struct structures *structures, struct memory *memory,
                                    const struct cases *cases, const struct refdyn_options *integration,
                                    int threads);
+/* Returns whether the case lacks a number that it needs, and writes which. NaN of a parameter that the model
+ * anchors leaves it to the start of the motion, except where statics needs it. */
+bool sweeps_structures_refuse(const struct structure *structure, const struct cases *cases, long number,
+                              char fact[static REFUSED_LENGTH]);
 void sweeps_structures_close(struct structures *structures);
 
 /* Sweeps: a sweep file in Lua or a table of cases as CSV, read for one model. Errors go to stderr as

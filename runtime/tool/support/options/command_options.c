@@ -417,7 +417,8 @@ static enum status read_option(struct options *options, const struct option_rule
 
 /* ---- Checking the whole ---- */
 
-/* Motions are written as tables; the ending of another kind of file would promise other contents. */
+/* Motions are written as tables or shown by pages; the ending of another kind of file would promise other
+ * contents. */
 static enum status check_ending(const struct options *options) {
     static const char *const others[][2] = {{".svg", "; refdyn plot draws it"},
                                             {".png", "; refdyn plot draws it"},
@@ -433,6 +434,9 @@ static enum status check_ending(const struct options *options) {
         if (strcmp(dot, others[i][0]) == 0)
             return options_usage_error(options->command, "-o: '%s' must be a table, FILE.csv or FILE.h5%s",
                                        output, others[i][1]);
+    if (shown && strcmp(shown, "PAGE.html") == 0 && dot && !strchr(dot, '/') &&
+        strcasecmp(dot, ".html") != 0 && strcasecmp(dot, ".htm") != 0)
+        return options_usage_error(options->command, "-o: '%s' must end in .html or .htm", output);
     return STATUS_DONE;
 }
 

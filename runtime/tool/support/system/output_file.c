@@ -122,6 +122,14 @@ static bool is_still(const char *path, int file) {
     return fstat(file, &status) == 0 && is_file(path, &status);
 }
 
+static bool has_part(const struct target *target) {
+    const int error = errno;
+    struct stat status;
+    const bool exists = lstat(target->part, &status) == 0;
+    errno = error;
+    return exists;
+}
+
 /* A descriptor of NAME.part, locked; -1 if it cannot be opened, which is reported. */
 static int open_part(const struct target *target) {
     for (int i = 0; i < TRIES; i++) {
@@ -129,7 +137,7 @@ static int open_part(const struct target *target) {
         const int file =
             open(target->part, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY, 0666);
         if (file < 0 || fstat(file, &status) != 0) {
-            refuse_for(target->part, "cannot be written");
+            refuse_for(has_part(target) ? target->part : target->name, "cannot be written");
             return -1;
         }
         const bool is_plain = S_ISREG(status.st_mode) &&
