@@ -572,6 +572,8 @@ def test_constants_of_inputs_that_events_set(package, ball):
         assert same(ball.simulate(0.3, every=0.1, inputs=samples).to_array(), expected.to_array())
     with pytest.raises(ValueError, match="^input lift: 2 values without times; write inputs="):
         ball.simulate(0.3, inputs=frame[["lift"]])
+    with pytest.raises(ValueError, match="^inputs: two columns are called 'lift'; each needs its own name$"):
+        ball.simulate(0.3, inputs=frame[["t", "lift", "lift"]])
 
 
 def test_an_input_of_the_model_is_not_compiled_anew(package):

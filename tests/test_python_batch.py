@@ -283,6 +283,7 @@ WRONG = {
     "keep: at: has shape (1, 2); must be one time or a row of times": (ValueError, lambda ball: ball.batch({"m": [1]}, 1, keep={"at": [[0.1, 0.2]]})),
     "history: not an argument of batch; use keep={'history': ['B_x']}": (TypeError, lambda ball: ball.batch({"m": [1]}, 1, history=["B_x"])),
     "sweep: given together with cases; give one of them": (ValueError, lambda ball: ball.batch({"m": [1]}, 1, sweep="sweep.lua")),
+    "sweep: an empty text; must be the name of a sweep file": (ValueError, lambda ball: ball.batch(sweep="")),
     "sweep: dict; must be the name of a sweep file": (TypeError, lambda ball: ball.batch(sweep={"m": [1]})),
     "t_end: 2 values; must be one number": (ValueError, lambda ball: ball.batch({"m": [1]}, [1, 2])),
     "inputs: not an argument of batch; samples along t are files, whose names are a column: cases={'inputs': ['a.csv', 'b.csv']}":

@@ -120,6 +120,8 @@ def check_sources(cases: Any, sweep: Any, keep: Any, t_end: Any) -> None:
         raise ValueError("sweep: given together with cases; give one of them")
     if sweep is not None and not isinstance(sweep, (str, os.PathLike)):
         raise TypeError(f"sweep: {type(sweep).__name__}; must be the name of a sweep file")
+    if sweep == "":
+        raise ValueError("sweep: an empty text; must be the name of a sweep file")
     if sweep is not None and keep is not None:
         raise ValueError("keep: the sweep file defines what is kept; write it there")
     if cases is not None and t_end is None:

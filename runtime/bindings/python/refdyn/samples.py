@@ -14,7 +14,13 @@ def of_frame(inputs: Any) -> Any:
     """Returns the columns of a data frame, or of a dataset along t, by name; other inputs as they are."""
     if hasattr(inputs, "data_vars"):
         return {str(name): inputs[name].values for name in inputs.variables}
-    return dict(inputs.items()) if hasattr(inputs, "columns") and hasattr(inputs, "items") else inputs
+    if not hasattr(inputs, "columns") or not hasattr(inputs, "items"):
+        return inputs
+    names = list(inputs.columns)
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"inputs: two columns are called {name!r}; each needs its own name")
+    return dict(inputs.items())
 
 
 def split(inputs: Mapping[str, npt.ArrayLike] | None, kinds: Mapping[str, Collection[str]],
