@@ -348,6 +348,10 @@ def test_functions_by_default(package, tmp_path, monkeypatch):
     for model, kinds in ((package.Model(MODELS / "pendulum.lua"), ["with points", "without rows"]), (package.Model(MODELS / "fourbar.lua"), ["with points", "with rows"]),
                          (package.Model.from_text(fallen), ["without rows", "with events"])):
         assert set(model.casadi().names) == of["all"].union(*(of[kind] for kind in kinds)), model
+    with pytest.raises(ValueError, match="^quantities: no name; give at least one$"):
+        model.casadi([])
+    with pytest.raises(TypeError, match="^fold: 'yes'; must be True or False$"):
+        model.casadi("qdd", fold="yes")
 
 
 def test_one_call_of_python(package, casadi, monkeypatch):

@@ -572,6 +572,8 @@ def test_constants_of_inputs_that_events_set(package, ball):
         assert same(ball.simulate(0.3, every=0.1, inputs=samples).to_array(), expected.to_array())
     with pytest.raises(ValueError, match="^input lift: 2 values without times; write inputs="):
         ball.simulate(0.3, inputs=frame[["lift"]])
+    with pytest.raises(ValueError, match="^inputs: lift is given twice; give it once$"):
+        ball.simulate(0.3, inputs=frame[["t", "lift", "lift"]])
 
 
 def test_an_input_of_the_model_is_not_compiled_anew(package):
@@ -657,7 +659,7 @@ def test_view(package, ball, tmp_path):
     ball.view([run, run.isel(t=slice(0, 9))], tmp_path / "two.html")
     assert '"ball 2.csv"' in (tmp_path / "two.html").read_text()
     for message, runs in {"view: runs[1] has other options or parameters than runs[0]": [run, ball.simulate(0.01)],
-                          "view: the run is not a dataset of arm.simulate; must have rows along t": ball.statics(), "view: no run; give at least one": [], "view: run '../a': not a file name; its name must not be empty, contain / or begin with -": {"../a": run},
+                          "view: the run is not a dataset of arm.simulate; must have rows along t": ball.statics(), "view: no run; give at least one": [], "view: run '../a': not a file name; its name must not be empty, contain /, begin with - or have more than 200 bytes": {"../a": run},
                           "view: the run is a motion of the model 'swing'; must be one of 'ball'": package.Model.from_text(GOOD).simulate(0.01)}.items():
         with pytest.raises(ValueError, match=re.escape(message)):
             ball.view(runs, tmp_path / "none.html")

@@ -101,6 +101,8 @@ def test_index_of_a_data_frame(package, ball, tmp_path):
     assert str(told[0].message).splitlines()[1] == "  case 'b' and 1 other: <text>:6: links[1].mass: value -2.5; must be positive"
     runs.to_netcdf(tmp_path / "runs.nc")
     assert xarray.open_dataset(tmp_path / "runs.nc").case.values.tolist() == ["a", "b", "c", "d"]
+    columns = {name: named[name][["a", "c"]] for name in named}
+    assert ball.batch({**columns, "k": 20.0}, 0.1).case.values.tolist() == ["a", "c"]
     several = frame[::2].set_index(pandas.MultiIndex.from_tuples([(1, "x"), (2, "y")]))
     assert same(ball.batch(several, 0.1).case, [0, 1])
     days = ball.batch(frame[::2].set_index(pandas.to_datetime(["2026-01-05", "2026-02-03"])), 0.1)
@@ -281,10 +283,17 @@ WRONG = {
     "keep: at: has shape (1, 2); must be one time or a row of times": (ValueError, lambda ball: ball.batch({"m": [1]}, 1, keep={"at": [[0.1, 0.2]]})),
     "history: not an argument of batch; use keep={'history': ['B_x']}": (TypeError, lambda ball: ball.batch({"m": [1]}, 1, history=["B_x"])),
     "sweep: given together with cases; give one of them": (ValueError, lambda ball: ball.batch({"m": [1]}, 1, sweep="sweep.lua")),
+    "sweep: an empty text; must be the name of a sweep file": (ValueError, lambda ball: ball.batch(sweep="")),
     "sweep: dict; must be the name of a sweep file": (TypeError, lambda ball: ball.batch(sweep={"m": [1]})),
     "t_end: 2 values; must be one number": (ValueError, lambda ball: ball.batch({"m": [1]}, [1, 2])),
     "inputs: not an argument of batch; samples along t are files, whose names are a column: cases={'inputs': ['a.csv', 'b.csv']}":
         (TypeError, lambda ball: ball.batch({"m": [1]}, 1, inputs={"t": [0, 1], "f": [1, 2]})),
+    "cases: column 't'; samples along t are files, whose names are a column: cases={'inputs': ['a.csv', 'b.csv']}": (ValueError, lambda ball: ball.batch({"t": [0, 1], "f": [1, 2]}, 1)),
+    "cases: m and f have different indexes; use pandas.DataFrame(cases), which aligns them": (ValueError, lambda ball: ball.batch(
+        {"m": sys.modules["pandas"].Series([1, 2], index=["a", "b"]), "f": sys.modules["pandas"].Series([3, 4], index=["b", "a"])}, 1)),
+    "grid: f is given twice; give it once": (TypeError, lambda ball: sys.modules["refdyn"].grid({"f": [1, 2]}, f=[3])),
+    "sample: f is given twice; give it once": (TypeError, lambda ball: sys.modules["refdyn"].sample(3, {"f": sys.modules["refdyn"].normal(0, 1)}, f=sys.modules["refdyn"].normal(0, 2))),
+    "view: the run: ball_x contains values that are not finite; leave out these rows or this variable": (ValueError, lambda ball: ball.view(ball.simulate(0.1).where(lambda run: run.t < 0.05))),
     "inputs: dict; must be names of files with samples along t": (TypeError, lambda ball: ball.batch({"inputs": {"t": [0], "f": [1]}}, 1)),
     "inputs: float; must be names of files with samples along t": (TypeError, lambda ball: ball.batch({"inputs": ["none.csv", np.nan]}, 1)),
     "m: has shape (2, 2); must be one value or a row of values": (ValueError, lambda ball: ball.batch({"m": np.ones((2, 2))}, 1)),

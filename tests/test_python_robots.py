@@ -61,6 +61,8 @@ def test_joints_with_other_names(package, tmp_path):
         free.limits["slab_joint"]
     with pytest.raises(KeyError, match=re.escape("joint 1 (right): unknown coordinate; did you mean 'joint 1 (left)'?")):
         odd.limits["joint 1 (right)"]
+    with pytest.raises(KeyError, match="b_ph: unknown coordinate; did you mean 'b_phi'?"):
+        odd.limits.units["b_ph"]
 
 
 def test_coordinates_of_inputs(package, tmp_path):

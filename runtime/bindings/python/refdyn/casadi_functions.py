@@ -64,6 +64,10 @@ class CasadiFunctions:
 def load(model: Model, quantities: Sequence[str] | None, folds: bool) -> CasadiFunctions:
     casadi_module()
     emit = [name for name in USUAL if name in model._default] + ["step"] if quantities is None else list(texts_of("quantities", quantities))
+    if not isinstance(folds, bool):
+        raise TypeError(f"fold: {folds!r}; must be True or False")
+    if not emit:
+        raise ValueError("quantities: no name; give at least one")
     folder = tempfile.mkdtemp(prefix=program.PRIVATE)
     atexit.register(remove, folder, os.getpid())
     model._run("gen", {"emit": ",".join(emit), "for_casadi": True, "fold": folds, "output": folder})

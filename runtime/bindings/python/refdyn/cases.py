@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .names import file_name, finite_row, flag, has_masked, is_list, not_one_of, texts_of
 from .program import text_of, warn
-from .sampling import Distribution
+from .sampling import Distribution, joined
 
 if TYPE_CHECKING:
     import xarray
@@ -89,9 +89,10 @@ def grid(axes: Mapping[str, npt.ArrayLike] | None = None, /, **more: npt.ArrayLi
     The names become dimensions of the result, in this order."""
     if axes is not None and not isinstance(axes, Mapping):
         raise TypeError(f"grid: {type(axes).__name__}; must be values by name, m_E=[1, 2]")
-    return Grid({**(axes or {}), **more})
+    return Grid(joined("grid", axes or {}, more))
 
 
+OF_SAMPLES = "samples along t are files, whose names are a column: cases={'inputs': ['a.csv', 'b.csv']}"
 NOT_COLUMNS = ("inputs", "parameters", "q", "qd")  # arguments of other calls; in a batch their values are columns
 
 
@@ -104,7 +105,7 @@ def refuse_values(options: Mapping[str, Any], coordinates: Sequence[str]) -> Non
         if name in options:
             value = options[name]
             if name == "inputs" and hasattr(value, "keys") and "t" in value:
-                raise TypeError("inputs: not an argument of batch; samples along t are files, whose names are a column: cases={'inputs': ['a.csv', 'b.csv']}")
+                raise TypeError(f"inputs: not an argument of batch; {OF_SAMPLES}")
             named = next(iter(value.items()), ("NAME", 1.0)) if isinstance(value, Mapping) else None
             rate = "_d" if name == "qd" else ""
             column, example = named or ((coordinates[0] + rate, 0.1) if name.startswith("q") else ("NAME", 1.0))
@@ -138,7 +139,7 @@ class Columns:
     """The cases of a call as rows of equal length by name, from a mapping, a data frame or a grid.
 
     Results call the start value of `arm_psi` `arm_psi_start`; the cases may do so, too, unless the model has another value of
-    this name (`others`). `labels` is the index of a data frame, None if it only counts the rows.
+    this name (`others`). `labels` is the index of a data frame or of its columns, None if it only counts the rows.
     """
 
     def __init__(self, cases: Any, coordinates: Collection[str], options: Collection[str], others: Collection[str]) -> None:
@@ -148,7 +149,7 @@ class Columns:
         given: dict[str, np.ndarray] = {}
         names: dict[str, str] = {}  # of the columns, by the names that the program knows
         for column, values in cases.items():
-            check_name(column)
+            check_name(column, others)
             name = column if column in others else starts.get(column, column)
             other = names.setdefault(name, column)
             if name in given and other == column:
@@ -167,11 +168,13 @@ class Columns:
         self.shape = cases.shape if isinstance(cases, Grid) else None
 
 
-def check_name(column: Any) -> None:
+def check_name(column: Any, others: Collection[str]) -> None:
     if not isinstance(column, str):
         raise TypeError(f"cases: column {column!r}; the names of columns must be texts")
     if not re.fullmatch(r"\w+", column):
         raise ValueError(f"cases: column {column!r}; a name has only letters, digits and underscores")
+    if column == "t" and column not in others:
+        raise ValueError(f"cases: column 't'; {OF_SAMPLES}")
 
 
 def spread(given: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -185,12 +188,19 @@ def spread(given: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def labels_of(cases: Any, count: int) -> Any:
-    """The index of a data frame; None for an index of several levels, and for one that counts the rows from 0."""
-    index = cases.index if hasattr(cases, "columns") and hasattr(cases, "index") else None
-    if index is None or getattr(index, "nlevels", 1) > 1 or len(index) != count:
+    """The index that the columns of a data frame or of a mapping share; None for an index of several levels, and for one that counts
+    the rows from 0."""
+    indexes = {str(name): values.index for name, values in cases.items() if hasattr(values, "index") and hasattr(values, "dtype")}
+    first = next(iter(indexes), None)
+    if first is None:
         return None
-    labels = np.asarray(index)
-    return None if labels.dtype.kind in "iu" and np.array_equal(labels, np.arange(count)) else index
+    for name, index in indexes.items():
+        if not indexes[first].equals(index):
+            raise ValueError(f"cases: {first} and {name} have different indexes; use pandas.DataFrame(cases), which aligns them")
+    labels = np.asarray(indexes[first])
+    if labels.size != count or getattr(indexes[first], "nlevels", 1) > 1 or labels.dtype.kind in "iu" and np.array_equal(labels, np.arange(count)):
+        return None
+    return indexes[first]
 
 
 # ---- The sweep file of a call ----

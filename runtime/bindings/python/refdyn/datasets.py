@@ -180,6 +180,9 @@ def write_motion(words: str, run: xarray.Dataset, path: str) -> None:
     if "t" not in names or not run.sizes["t"]:
         raise ValueError(f"view: {words} is not a dataset of arm.simulate; must have rows along t")
     table = np.column_stack([run["t"].values, *(run[name].values for name in names if name != "t")])
+    for name in names:
+        if not np.isfinite(run[name].values).all():
+            raise ValueError(f"view: {words}: {name} contains values that are not finite; leave out these rows or this variable")
     lines = [",".join(["t", *(name for name in names if name != "t")]), *(",".join(map(repr, row)) for row in table.tolist())]
     pathlib.Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from .quantity import Quantity
     from .urdf import Limits
 
+LONGEST = 200  # bytes of the name of a run, which becomes that of a file
 ROWS = 12  # rows of a table; the others are counted
 
 
@@ -46,8 +47,6 @@ class Page:
 def page_file(file: str | os.PathLike[str]) -> str:
     """Returns the absolute path of a page. An ending must be that of a page."""
     name = file_name("file", file, "a page, 'arm.html'")
-    if not name:
-        raise ValueError("file: an empty text; must be the name of a page, 'arm.html'")
     if os.path.splitext(name)[1].lower() not in ("", ".html", ".htm"):
         raise ValueError(f"file: {name!r} must end in .html or .htm")
     return os.path.abspath(name)
@@ -77,8 +76,8 @@ def runs_by_name(model: str, runs: Any) -> dict[str, tuple[str, xarray.Dataset]]
             raise TypeError(f"view: {words}: {type(name).__name__}; its name must be a text")
         if not hasattr(run, "data_vars"):
             raise TypeError(f"view: {words}: {type(run).__name__}; must be a dataset of arm.simulate")
-        if not name or "/" in name or name.startswith("-"):
-            raise ValueError(f"view: {words}: not a file name; its name must not be empty, contain / or begin with -")
+        if not name or "/" in name or name.startswith("-") or len(name.encode()) > LONGEST:
+            raise ValueError(f"view: {words}: not a file name; its name must not be empty, contain /, begin with - or have more than {LONGEST} bytes")
     return found
 
 

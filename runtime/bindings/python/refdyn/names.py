@@ -200,6 +200,8 @@ def file_name(argument: str, value: Any, what: str = "a file") -> str:
     name = os.fspath(value) if isinstance(value, os.PathLike) else value
     if not isinstance(name, str):
         raise TypeError(f"{argument}: {type(value).__name__}; must be the name of {what}")
+    if not name:
+        raise ValueError(f"{argument}: an empty text; must be the name of {what}")
     return name
 
 

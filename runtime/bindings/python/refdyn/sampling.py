@@ -106,7 +106,7 @@ def sample(count: int, names: Mapping[str, Distribution] | None = None, /, *, se
     """
     if names is not None and not isinstance(names, Mapping):
         raise TypeError(f"sample: {type(names).__name__}; must be distributions by name, E=refdyn.normal(2.1e11, 2e9)")
-    given = {**(names or {}), **more}
+    given = joined("sample", names or {}, more)
     check_sample(count, seed, sequence, given)
     values = {}
     points = POINTS[sequence](int(count), len(given)) if sequence in POINTS else None
@@ -118,6 +118,14 @@ def sample(count: int, names: Mapping[str, Distribution] | None = None, /, *, se
             u = np.maximum(u - np.floor(u), LEAST)
         values[name] = given[name].quantile(u)
     return {name: values[name] for name in given}
+
+
+def joined(call: str, names: Mapping[str, Any], more: Mapping[str, Any]) -> dict[str, Any]:
+    """What a call gets by name, in a mapping and as keywords."""
+    for name in more:
+        if name in names:
+            raise TypeError(f"{call}: {name} is given twice; give it once")
+    return {**names, **more}
 
 
 def check_sample(count: int, seed: int, sequence: str, given: Mapping[str, Distribution]) -> None:

@@ -98,13 +98,14 @@ class Limits(Mapping[str, Limit]):
             "limit", {bound["name"]: Bounds(bound["column"], bound.get("from", -np.inf), bound.get("to", np.inf)) for bound in bounds}))
         self.lower, self.upper, self.velocity, self.effort = (
             fixed([entry.get(key, none) for entry in entries]) for key, none in (("from", -np.inf), ("to", np.inf), ("rate", np.inf), ("force", np.inf)))
-        self.units: Mapping[str, Mapping[str, str]] = types.MappingProxyType({name: types.MappingProxyType(units_of(units[name])) for name in coordinates})
+        self.units: Mapping[str, Mapping[str, str]] = types.MappingProxyType(
+            ByName("coordinate", {name: types.MappingProxyType(units_of(units[name])) for name in coordinates}))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self._made_of
 
     def __getitem__(self, name: str) -> Limit:
-        coordinate = name if name in self.coordinates else self._joints.get(name)
+        coordinate = name if name in self.coordinates else self._joints.get(name) if isinstance(name, str) else None
         if isinstance(coordinate, tuple):
             raise KeyError(f"{name}: this joint has the coordinates {', '.join(coordinate)}; use one of them")
         if coordinate is None:
