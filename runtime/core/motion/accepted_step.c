@@ -38,12 +38,14 @@ static void go_on_from_end(struct refdyn_motion *motion) {
 }
 
 /* What happens at the obstacle where the last step ended comes first. */
-static int begin(struct refdyn_motion *motion) {
+static int begin(struct refdyn_motion *motion, double t_out) {
     struct refdyn_step *step = &motion->step;
     refdyn_special_step_end(motion);
     if (step->t_begin != step->t_end)
         go_on_from_end(motion);
-    const int status = refdyn_obstacles_leave(motion);
+    int status = refdyn_obstacles_leave(motion);
+    if (!status)
+        status = refdyn_idle_check(motion, t_out);
     if (status) {
         refdyn_motion_failed(motion, status, step->t_begin);
         return status;
@@ -213,7 +215,7 @@ static int attempt_begin(struct refdyn_motion *motion, double t_out, struct refd
     *attempt = (struct refdyn_attempt){.is_over = 0};
     int status = refdyn_repetition_begin_step(motion);
     if (!status)
-        status = begin(motion);
+        status = begin(motion, t_out);
     if (status)
         return status;
     attempt->is_over = motion->state_events.due_named > 0;
@@ -261,5 +263,5 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
     }
     if (!status)
         refdyn_step_over(motion, attempt);
-    return status;
+    return refdyn_sliding_reason(motion, status, t_out);
 }

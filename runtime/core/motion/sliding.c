@@ -1,0 +1,217 @@
+/*
+ * Motions that make no progress: jumps that lead back to themselves, and times at which nothing moves.
+ *
+ * In: the beginning of a step, and how far the values of kinks have been from zero since a step last began
+ * there. Out: REFDYN_SLIDES, or another status for a motion that would never end.
+ *
+ * A jump of a force may lead back to itself from both sides: by its rate, as Coulomb's friction by a sign, or
+ * by its acceleration, as a force that pushes a body towards a place. The motion then slides along the jump
+ * or rests at it, where the formulas say nothing (Filippov, Differential Equations with Discontinuous
+ * Righthand Sides, 1988, ch. 1), and steps go to and fro without end. A motion that moves away from the jump
+ * by more than a part of the tolerance, such as the oscillation under a relay, goes on.
+ */
+#include "runtime/core/motion/motion.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "runtime/core/constraints/constraints.h"
+#include "runtime/core/linear/linear.h"
+
+/* Bound on the steps that begin at one kink and stay there; one counts that often if the jump leads back. */
+enum { RETURNS_MOST = 1000, RETURN_LEADS_BACK = 20 };
+/* A step stays if it is shorter than this part of the longest one, or does not move away from the kink by
+ * more than this part of the tolerance, below which a contact also counts as at rest. */
+static const double short_part = 1e-4, calm_part = 0.01;
+/* The sides of a kink are examined at this part of its largest value. That is much less than the layer of a
+ * friction law, inside which motions continue. */
+static const double beyond = 1e-14;
+/* At twice the distance from the kink, a value that jumps there changes by less than this part. */
+static const double jump_least = 0.25;
+/* Positions change by this part of their units where the curvature of a value is computed by a difference. */
+static const double difference = 1e-6;
+/* A failed motion has met a kink that it could reach by this many of the shortest steps. */
+static const double reach = 16;
+/* Bound on the steps that are on average shorter than this multiple of the shortest step, or than this part
+ * of a fixed step. It rises with the square of the number of values, and exceeds the bound on events without
+ * time between. */
+enum { IDLE_FREE = 200, IDLE_PAIR = 8 };
+static const double idle_part = 16, idle_fixed_part = 1e-6;
+
+/* ---- The sides of a kink ---- */
+
+/* Kink i at the beginning of a step. */
+struct kink {
+    int i, is_of_rates; /* its value depends on rates */
+    double value, rate; /* `rate` is without accelerations */
+    double scale;       /* its change by the unit of each position, or of each rate */
+    double distance;    /* at which its sides are examined */
+};
+
+static void find_terms(const struct refdyn_motion *motion, double t, const double *state) {
+    const struct refdyn_workspace *work = motion->work;
+    work->model->event_terms(work->p, work->x, t, state, state + work->n, motion->state_events.terms);
+}
+
+/* Kink i; value: at the beginning of the step. */
+static struct kink find_kink(struct refdyn_motion *motion, int i, double value) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    const struct refdyn_step *step = &motion->step;
+    const double *by_qd = refdyn_state_events_by_qd(events, step->n, i),
+                 *by_q = by_qd - events->count * step->n;
+    find_terms(motion, step->t_begin, step->state);
+    struct kink kink = {.i = i, .value = value, .rate = events->terms[i]};
+    kink.is_of_rates = refdyn_largest(by_qd, step->n, NULL) > 0;
+    for (int j = 0; j < step->n; j++)
+        kink.scale += fabs(kink.is_of_rates ? by_qd[j] : by_q[j]) * step->units[j];
+    const double noise =
+        refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates).noise;
+    kink.distance = fmax(4 * noise, beyond * fmax(events->sizes[i], events->contacts.tolerance * kink.scale));
+    return kink;
+}
+
+/* The first derivative of the value to which forces contribute, at the distance `away` from zero; NAN: it
+ * cannot be evaluated. */
+static double derivative_at(struct refdyn_motion *motion, const struct kink *kink, double away) {
+    struct refdyn_step *step = &motion->step;
+    const struct refdyn_state_events *events = &motion->state_events;
+    const int n = step->n;
+    const double *by_qd = refdyn_state_events_by_qd(events, n, kink->i), *by_q = by_qd - events->count * n;
+    double *state = step->stage, *rates = step->side, speed = 0;
+    find_terms(motion, step->t_begin, step->state);
+    memcpy(state, step->state, refdyn_state_bytes(step));
+    if (!refdyn_kinks_move_along(kink->is_of_rates ? by_qd : by_q, n, away - kink->value,
+                                 kink->is_of_rates ? state + n : state) ||
+        refdyn_rates(&step->evaluation, step->t_begin, state, rates))
+        return NAN;
+    find_terms(motion, step->t_begin, state);
+    const double rate = events->terms[kink->i];
+    if (kink->is_of_rates)
+        return rate + dense_dot(by_qd, rates + n, n);
+    const double by_forces = dense_dot(by_q, rates + n, n);
+    for (int j = 0; j < n; j++)
+        speed = fmax(speed, fabs(state[n + j]) / step->units[j]);
+    const double h = difference / (1 + speed);
+    dense_add(state, h, state + n, n);
+    find_terms(motion, step->t_begin + h, state);
+    return by_forces + (events->terms[kink->i] - rate) / h;
+}
+
+/* What the sides of a kink say. */
+struct sides {
+    int is_jump;    /* the derivative jumps */
+    int leads_back; /* from both sides, and the value does not leave the jump by more than the tolerance */
+    double pull;    /* where it leads back: the smaller derivative */
+};
+
+/* At twice the distance, a difference that is a jump stays, and one that is a change of slope doubles. */
+static struct sides find_sides(struct refdyn_motion *motion, const struct kink *kink) {
+    const double calm = calm_part * motion->state_events.contacts.tolerance * kink->scale;
+    const double above = derivative_at(motion, kink, kink->distance),
+                 below = derivative_at(motion, kink, -kink->distance),
+                 far_above = derivative_at(motion, kink, 2 * kink->distance),
+                 far_below = derivative_at(motion, kink, -2 * kink->distance);
+    const double jump = fabs(above - below), pull = fmin(-above, below);
+    struct sides sides = {.pull = pull};
+    sides.is_jump = jump > jump_least * fmax(fabs(above), fabs(below)) &&
+                    fabs(far_above - above) + fabs(far_below - below) <= jump_least * jump;
+    sides.leads_back =
+        sides.is_jump && pull > 0 && (kink->is_of_rates || kink->rate * kink->rate <= 2 * pull * calm);
+    return sides;
+}
+
+/* ---- Steps that return to a kink ---- */
+
+/* Has the motion stayed at the kink since a step last began there? The farthest value of rates has lasted for
+ * at most that time. */
+static int is_calm(const struct refdyn_motion *motion, const struct kink *kink) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    const double time = kink->is_of_rates ? motion->step.t_begin - events->visited[kink->i] : 1;
+    return events->risen[kink->i] * time <= calm_part * events->contacts.tolerance * kink->scale;
+}
+
+/* Counts a step that begins at a kink. No step leads away from a jump where the value and its rate are zero,
+ * unless forces are zero there as well, as with a sign that is 0 at 0. Jumps that do not lead back may do so
+ * together, as on a spiral around the place where two of them meet. */
+static int visit(struct refdyn_motion *motion, const struct kink *kink, int is_short) {
+    struct refdyn_state_events *events = &motion->state_events;
+    const int i = kink->i, stays = is_calm(motion, kink);
+    const struct sides sides = stays || is_short ? find_sides(motion, kink) : (struct sides){0, 0, 0};
+    const int counts = sides.leads_back ? RETURN_LEADS_BACK : stays && sides.is_jump;
+    events->returns[i] = counts > 0 ? events->returns[i] + counts : 0;
+    events->risen[i] = 0;
+    events->visited[i] = motion->step.t_begin;
+    const int rests = sides.leads_back && events->side[i] == 0 &&
+                      fabs(derivative_at(motion, kink, kink->value)) > jump_least * sides.pull;
+    return rests || events->returns[i] >= RETURNS_MOST ? REFDYN_SLIDES : REFDYN_OK;
+}
+
+void refdyn_sliding_note_due(struct refdyn_state_events *events) {
+    for (int k = events->due_named; k < events->due_count; k++)
+        events->is_met[events->due[k]] = 1;
+}
+
+int refdyn_sliding_check(struct refdyn_motion *motion) {
+    struct refdyn_state_events *events = &motion->state_events;
+    const int is_short = motion->control.last <= short_part * motion->statistics.step_largest;
+    int status = REFDYN_OK;
+    for (int i = events->named; i < events->count && !status; i++) {
+        const int is_near = events->is_met[i] || fabs(events->samples[i]) <= refdyn_kinks_width(events, i);
+        events->is_met[i] = 0;
+        if (!is_near && events->returns[i] == 0)
+            continue;
+        const struct kink kink = find_kink(motion, i, events->samples[i]);
+        if (is_near)
+            status = visit(motion, &kink, is_short);
+        else if (!is_short && !is_calm(motion, &kink))
+            events->returns[i] = 0;
+    }
+    return status;
+}
+
+/* ---- No progress ---- */
+
+/* Is the beginning of the step at a jump that leads back? least: the shortest step. */
+static int slides(struct refdyn_motion *motion, double least) {
+    struct refdyn_state_events *events = &motion->state_events;
+    const struct refdyn_step *step = &motion->step;
+    if (events->named == events->count ||
+        refdyn_state_events_values(events, step, step->t_begin, step->state, events->values))
+        return 0;
+    for (int i = events->named; i < events->count; i++) {
+        const struct kink kink = find_kink(motion, i, events->values[i]);
+        const struct sides sides = find_sides(motion, &kink);
+        const double near = kink.is_of_rates ? reach * least * sides.pull
+                                             : calm_part * events->contacts.tolerance * kink.scale;
+        if (sides.leads_back && fabs(kink.value) <= fmax(near, refdyn_kinks_width(events, i)))
+            return 1;
+    }
+    return 0;
+}
+
+int refdyn_sliding_reason(struct refdyn_motion *motion, int status, double t_out) {
+    const double t = motion->step.t_begin;
+    if ((status != REFDYN_STEP_TOO_SMALL && status != REFDYN_NO_CONVERGENCE) ||
+        !slides(motion, refdyn_control_least(t, t_out)))
+        return status;
+    refdyn_motion_failed(motion, REFDYN_SLIDES, t);
+    return REFDYN_SLIDES;
+}
+
+void refdyn_idle_start(struct refdyn_motion *motion) {
+    motion->idle = (struct refdyn_idle){.t = -INFINITY};
+}
+
+int refdyn_idle_check(struct refdyn_motion *motion, double t_out) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    struct refdyn_idle *idle = &motion->idle;
+    const double t = motion->step.t_begin, fixed = motion->options.tol > 0 ? 0 : motion->options.step;
+    const double least = fmax(idle_part * refdyn_control_least(t, t_out), idle_fixed_part * fixed);
+    idle->count++;
+    if (t - idle->t > idle->count * least)
+        *idle = (struct refdyn_idle){t, 0};
+    if (idle->count <= IDLE_FREE + IDLE_PAIR * events->count * events->count)
+        return REFDYN_OK;
+    return events->count > events->named ? REFDYN_SLIDES : REFDYN_STEP_TOO_SMALL;
+}
