@@ -63,7 +63,8 @@ static int take_fixed(struct refdyn_motion *motion, double t_new, double h,
     int status = REFDYN_OK;
     while (!status && isfinite(t) && t > motion->step.t_begin) {
         const double length = t == t_new ? h : t - motion->step.t_begin;
-        status = refdyn_motion_try(motion, t, length);
+        status =
+            refdyn_step_limit_reached(motion) ? REFDYN_TOO_MANY_STEPS : refdyn_motion_try(motion, t, length);
         if (!status)
             status = refdyn_motion_complete(motion);
         if (!status)

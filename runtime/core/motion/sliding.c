@@ -102,22 +102,28 @@ static double derivative_at(struct refdyn_motion *motion, const struct kink *kin
 struct sides {
     int is_jump;    /* the derivative jumps */
     int leads_back; /* from both sides, and the value does not leave the jump by more than the tolerance */
-    double pull;    /* where it leads back: the smaller derivative */
+    double pull;    /* where it leads back: the smaller derivative; elsewhere negative */
+    double reached; /* kinks that the shortest steps could reach are not farther away, in values */
 };
 
-/* At twice the distance, a difference that is a jump stays, and one that is a change of slope doubles. */
-static struct sides find_sides(struct refdyn_motion *motion, const struct kink *kink) {
+/* least: the shortest step. At twice the distance, a difference that is a jump stays, and one that is a
+ * change of slope doubles. */
+static struct sides find_sides(struct refdyn_motion *motion, const struct kink *kink, double least) {
     const double calm = calm_part * motion->state_events.contacts.tolerance * kink->scale;
     const double above = derivative_at(motion, kink, kink->distance),
-                 below = derivative_at(motion, kink, -kink->distance),
-                 far_above = derivative_at(motion, kink, 2 * kink->distance),
-                 far_below = derivative_at(motion, kink, -2 * kink->distance);
-    const double jump = fabs(above - below), pull = fmin(-above, below);
-    struct sides sides = {.pull = pull};
-    sides.is_jump = jump > jump_least * fmax(fabs(above), fabs(below)) &&
-                    fabs(far_above - above) + fabs(far_below - below) <= jump_least * jump;
-    sides.leads_back =
-        sides.is_jump && pull > 0 && (kink->is_of_rates || kink->rate * kink->rate <= 2 * pull * calm);
+                 below = derivative_at(motion, kink, -kink->distance);
+    const double jump = fabs(above - below), largest = fmax(fabs(above), fabs(below));
+    struct sides sides = {.pull = fmin(-above, below)};
+    if (!(jump > jump_least * largest))
+        return sides;
+    sides.is_jump = fabs(derivative_at(motion, kink, 2 * kink->distance) - above) +
+                        fabs(derivative_at(motion, kink, -2 * kink->distance) - below) <=
+                    jump_least * jump;
+    sides.leads_back = sides.is_jump && sides.pull > 0 &&
+                       (kink->is_of_rates || kink->rate * kink->rate <= 2 * sides.pull * calm);
+    sides.reached = kink->is_of_rates  ? reach * least * largest
+                    : sides.leads_back ? calm
+                                       : reach * least * fabs(kink->rate);
     return sides;
 }
 
@@ -137,7 +143,7 @@ static int is_calm(const struct refdyn_motion *motion, const struct kink *kink) 
 static int visit(struct refdyn_motion *motion, const struct kink *kink, int is_short) {
     struct refdyn_state_events *events = &motion->state_events;
     const int i = kink->i, stays = is_calm(motion, kink);
-    const struct sides sides = stays || is_short ? find_sides(motion, kink) : (struct sides){0, 0, 0};
+    const struct sides sides = stays || is_short ? find_sides(motion, kink, 0) : (struct sides){0, 0, 0, 0};
     const int counts = sides.leads_back ? RETURN_LEADS_BACK : stays && sides.is_jump;
     events->returns[i] = counts > 0 ? events->returns[i] + counts : 0;
     events->risen[i] = 0;
@@ -158,8 +164,11 @@ int refdyn_sliding_check(struct refdyn_motion *motion) {
     int status = REFDYN_OK;
     for (int i = events->named; i < events->count && !status; i++) {
         const int is_near = events->is_met[i] || fabs(events->samples[i]) <= refdyn_kinks_width(events, i);
+        const int rests_at_zero = events->risen[i] == 0 && motion->step.t_begin > events->visited[i];
         events->is_met[i] = 0;
-        if (!is_near && events->returns[i] == 0)
+        if (rests_at_zero)
+            events->returns[i] = 0;
+        if (rests_at_zero || (!is_near && events->returns[i] == 0))
             continue;
         const struct kink kink = find_kink(motion, i, events->samples[i]);
         if (is_near)
@@ -172,7 +181,8 @@ int refdyn_sliding_check(struct refdyn_motion *motion) {
 
 /* ---- No progress ---- */
 
-/* Is the beginning of the step at a jump that leads back? least: the shortest step. */
+/* Is the beginning of the step at a jump? Steps pass jumps that do not lead back. least: the shortest step.
+ */
 static int slides(struct refdyn_motion *motion, double least) {
     struct refdyn_state_events *events = &motion->state_events;
     const struct refdyn_step *step = &motion->step;
@@ -181,10 +191,8 @@ static int slides(struct refdyn_motion *motion, double least) {
         return 0;
     for (int i = events->named; i < events->count; i++) {
         const struct kink kink = find_kink(motion, i, events->values[i]);
-        const struct sides sides = find_sides(motion, &kink);
-        const double near = kink.is_of_rates ? reach * least * sides.pull
-                                             : calm_part * events->contacts.tolerance * kink.scale;
-        if (sides.leads_back && fabs(kink.value) <= fmax(near, refdyn_kinks_width(events, i)))
+        const struct sides sides = find_sides(motion, &kink, least);
+        if (sides.is_jump && fabs(kink.value) <= fmax(sides.reached, refdyn_kinks_width(events, i)))
             return 1;
     }
     return 0;

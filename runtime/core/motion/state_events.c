@@ -220,6 +220,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
     events->repeats = 0;
     if (events->count == 0)
         return REFDYN_OK;
+    memset(events->is_met, 0, (size_t)events->count * sizeof *events->is_met);
     memset(events->returns, 0, (size_t)events->count * sizeof *events->returns);
     for (int i = 0; i < events->count; i++)
         events->risen[i] = INFINITY;
