@@ -180,22 +180,8 @@ static void print_start_residuals(const struct record_motion *motion, int status
                                "where the projection ended", out);
 }
 
-static void print_advice(const struct refdyn_integrator *integrator, int status, const char *unfit,
-                         FILE *out) {
-    if (status == REFDYN_SLIDES || (status == REFDYN_STEP_TOO_SMALL && integrator->work->model->saturates))
-        fputs("refdyn: a force jumps, or reaches a limit, as a rate passes a value; give friction a "
-              "width of 1e-10 or more, as in rd.friction(level, rate, width)\n",
-              out);
-    if (status == REFDYN_EVENTS_ACCUMULATE)
-        fputs("refdyn: impacts of rd.event never come to rest; use rd.contact\n", out);
-    if (status == REFDYN_SLIDES)
-        fputs("refdyn: a relay needs two levels: write two events that set an input\n", out);
-    if (status > REFDYN_OK && !unfit)
-        fputs("refdyn: a smaller --step or --tol may help\n", out);
-}
-
-static void print_reason(const struct refdyn_integrator *integrator, int status, const char *unfit,
-                         FILE *out) {
+static void print_reason(const struct record_motion *motion, int status, const char *unfit, FILE *out) {
+    const struct refdyn_integrator *integrator = motion->integrator;
     char text[RECORD_NUMBER_LENGTH];
     if (integrator->cause > 0 && integrator->cause != status)
         fprintf(out, "refdyn: at t = %s s: %s\n", record_number(integrator->failed_t, text),
@@ -206,7 +192,7 @@ static void print_reason(const struct refdyn_integrator *integrator, int status,
         integrator->options.singular == REFDYN_STOP)
         fputs("refdyn: --singular pass crosses it if a branch can be followed\n", out);
     print_refused(&integrator->refused, out);
-    print_advice(integrator, status, unfit, out);
+    record_print_advice(motion, status, unfit, out);
 }
 
 void record_print_failure(const struct record_motion *motion, int status, bool is_started, const char *unfit,
@@ -225,7 +211,7 @@ void record_print_failure(const struct record_motion *motion, int status, bool i
     else if (status == REFDYN_REFUSED)
         record_events_print_refused(integrator, refused, out);
     else
-        print_reason(integrator, status, unfit, out);
+        print_reason(motion, status, unfit, out);
 }
 
 /* ---- Warnings after the motion ---- */

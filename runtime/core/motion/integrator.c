@@ -290,6 +290,16 @@ static void note_moves(struct refdyn_integrator *integrator, int has_failed) {
     }
 }
 
+/* Starts on a jump move beside it; the workspace keeps the equations of the state that the caller sees. */
+static int meet_jumps(struct refdyn_integrator *integrator) {
+    struct refdyn_workspace *work = integrator->work;
+    const long before = work->evaluations;
+    const int status = refdyn_sliding_start(integrator->motion);
+    return status || work->evaluations == before
+               ? status
+               : refdyn_equations(work, integrator->t_right, integrator->q, integrator->qd);
+}
+
 static int start(struct refdyn_integrator *integrator) {
     int status = check_state(integrator);
     if (!status)
@@ -306,6 +316,8 @@ static int start(struct refdyn_integrator *integrator) {
         status = begin_here(integrator);
     if (!status)
         status = refdyn_state_events_start(&integrator->motion->state_events, &integrator->motion->step);
+    if (!status)
+        status = meet_jumps(integrator);
     refdyn_automatic_start(integrator->motion);
     return status;
 }

@@ -567,6 +567,8 @@ int refdyn_event_actions_take(struct refdyn_motion *motion);
  * in refdyn_step_break_off. */
 void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new);
 
+/* ---- Kinks (kinks.c) ---- */
+
 /* A value of kink i up to this size counts as zero; beyond it, the kink is passed. */
 double refdyn_kinks_width(const struct refdyn_state_events *events, int i);
 /* Changes a value by `change`: moves positions or rates (n) along its derivatives `by` (n). Returns 0 if
@@ -585,6 +587,12 @@ int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state);
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step);
 void refdyn_kinks_see_before(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                              double *state);
+/* Moves a state at the beginning of the step to the side of the due kinks to which their crossings lead, or
+ * for side -1 to the other one. Returns whether it has moved. */
+int refdyn_kinks_leave(struct refdyn_state_events *events, const struct refdyn_step *step, int side,
+                       double *state);
+/* Call it after rows have turned at due kinks: returns whether the new rates lead back to one of them. */
+int refdyn_kinks_lead_back(struct refdyn_state_events *events, const struct refdyn_step *step);
 
 /* ---- Motions that make no progress (sliding.c) ---- */
 
@@ -594,6 +602,9 @@ struct refdyn_idle {
     int count; /* steps that have begun since without progress */
 };
 
+/* Call it where a motion starts, after refdyn_state_events_start: a start on a jump moves to the side to
+ * which the motion leads. Errors: those of refdyn_rates. */
+int refdyn_sliding_start(struct refdyn_motion *motion);
 /* Call it before kinks that are due are passed. */
 void refdyn_sliding_note_due(struct refdyn_state_events *events);
 /* Call it at the beginning of a step, with the values there. Returns SLIDES if the value of a kink and its

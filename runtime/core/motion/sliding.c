@@ -100,31 +100,73 @@ static double derivative_at(struct refdyn_motion *motion, const struct kink *kin
 
 /* What the sides of a kink say. */
 struct sides {
-    int is_jump;    /* the derivative jumps */
+    double above, below; /* derivatives */
+    int is_jump;         /* they differ */
     int leads_back; /* from both sides, and the value does not leave the jump by more than the tolerance */
-    double pull;    /* where it leads back: the smaller derivative; elsewhere negative */
-    double reached; /* kinks that the shortest steps could reach are not farther away, in values */
 };
 
-/* least: the shortest step. At twice the distance, a difference that is a jump stays, and one that is a
- * change of slope doubles. */
-static struct sides find_sides(struct refdyn_motion *motion, const struct kink *kink, double least) {
+/* At twice the distance, a difference that is a jump stays, and one that is a change of slope doubles. */
+static struct sides find_sides(struct refdyn_motion *motion, const struct kink *kink) {
     const double calm = calm_part * motion->state_events.contacts.tolerance * kink->scale;
-    const double above = derivative_at(motion, kink, kink->distance),
-                 below = derivative_at(motion, kink, -kink->distance);
-    const double jump = fabs(above - below), largest = fmax(fabs(above), fabs(below));
-    struct sides sides = {.pull = fmin(-above, below)};
-    if (!(jump > jump_least * largest))
+    struct sides sides = {.above = derivative_at(motion, kink, kink->distance),
+                          .below = derivative_at(motion, kink, -kink->distance)};
+    const double jump = fabs(sides.above - sides.below), pull = fmin(-sides.above, sides.below);
+    if (!(jump > jump_least * fmax(fabs(sides.above), fabs(sides.below))))
         return sides;
-    sides.is_jump = fabs(derivative_at(motion, kink, 2 * kink->distance) - above) +
-                        fabs(derivative_at(motion, kink, -2 * kink->distance) - below) <=
+    sides.is_jump = fabs(derivative_at(motion, kink, 2 * kink->distance) - sides.above) +
+                        fabs(derivative_at(motion, kink, -2 * kink->distance) - sides.below) <=
                     jump_least * jump;
-    sides.leads_back = sides.is_jump && sides.pull > 0 &&
-                       (kink->is_of_rates || kink->rate * kink->rate <= 2 * sides.pull * calm);
-    sides.reached = kink->is_of_rates  ? reach * least * largest
-                    : sides.leads_back ? calm
-                                       : reach * least * fabs(kink->rate);
+    sides.leads_back =
+        sides.is_jump && pull > 0 && (kink->is_of_rates || kink->rate * kink->rate <= 2 * pull * calm);
     return sides;
+}
+
+/* ---- Starts on a jump ---- */
+
+/* The side of a jump to which the motion leads. Where both lead away, it is that of the formula's value
+ * there.
+ */
+static int side_ahead(struct refdyn_motion *motion, const struct kink *kink, const struct sides *sides) {
+    const int side = motion->state_events.side[kink->i];
+    if (side != 0 && !kink->is_of_rates)
+        return side;
+    if (sides->above > 0 && sides->below < 0)
+        return derivative_at(motion, kink, kink->value) < 0 ? -1 : 1;
+    return sides->above > 0 ? 1 : -1;
+}
+
+/* Moves the start to the side of kink i to which the motion leads. *has_moved: it was on a jump. */
+static int start_beside(struct refdyn_motion *motion, int i, int *has_moved) {
+    struct refdyn_state_events *events = &motion->state_events;
+    struct refdyn_step *step = &motion->step;
+    const int n = step->n;
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
+    const struct refdyn_assessed found =
+        refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates);
+    if (!(fabs(events->values[i]) <= found.noise))
+        return REFDYN_OK;
+    const struct kink kink = find_kink(motion, i, events->values[i]);
+    const struct sides sides = find_sides(motion, &kink);
+    if (!sides.is_jump || sides.leads_back)
+        return REFDYN_OK;
+    const int to = side_ahead(motion, &kink, &sides);
+    find_terms(motion, step->t_begin, step->state);
+    const double *by_qd = refdyn_state_events_by_qd(events, n, i);
+    *has_moved |= refdyn_kinks_move_along(kink.is_of_rates ? by_qd : by_qd - events->count * n, n,
+                                          to * kink.distance - kink.value,
+                                          kink.is_of_rates ? step->state + n : step->state);
+    events->side[i] = to;
+    return refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
+}
+
+int refdyn_sliding_start(struct refdyn_motion *motion) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    int status = REFDYN_OK, has_moved = 0;
+    for (int i = events->named; i < events->count && !status; i++)
+        status = start_beside(motion, i, &has_moved);
+    if (has_moved)
+        refdyn_step_give_up(&motion->step); /* both ends of the step are its beginning */
+    return status;
 }
 
 /* ---- Steps that return to a kink ---- */
@@ -143,13 +185,13 @@ static int is_calm(const struct refdyn_motion *motion, const struct kink *kink) 
 static int visit(struct refdyn_motion *motion, const struct kink *kink, int is_short) {
     struct refdyn_state_events *events = &motion->state_events;
     const int i = kink->i, stays = is_calm(motion, kink);
-    const struct sides sides = stays || is_short ? find_sides(motion, kink, 0) : (struct sides){0, 0, 0, 0};
+    const struct sides sides = stays || is_short ? find_sides(motion, kink) : (struct sides){0, 0, 0, 0};
     const int counts = sides.leads_back ? RETURN_LEADS_BACK : stays && sides.is_jump;
     events->returns[i] = counts > 0 ? events->returns[i] + counts : 0;
     events->risen[i] = 0;
     events->visited[i] = motion->step.t_begin;
     const int rests = sides.leads_back && events->side[i] == 0 &&
-                      fabs(derivative_at(motion, kink, kink->value)) > jump_least * sides.pull;
+                      fabs(derivative_at(motion, kink, kink->value)) > jump_least * sides.below;
     return rests || events->returns[i] >= RETURNS_MOST ? REFDYN_SLIDES : REFDYN_OK;
 }
 
@@ -191,8 +233,11 @@ static int slides(struct refdyn_motion *motion, double least) {
         return 0;
     for (int i = events->named; i < events->count; i++) {
         const struct kink kink = find_kink(motion, i, events->values[i]);
-        const struct sides sides = find_sides(motion, &kink, least);
-        if (sides.is_jump && fabs(kink.value) <= fmax(sides.reached, refdyn_kinks_width(events, i)))
+        const struct sides sides = find_sides(motion, &kink);
+        const double calm = calm_part * events->contacts.tolerance * kink.scale;
+        const double rate = kink.is_of_rates ? fmax(fabs(sides.above), fabs(sides.below)) : fabs(kink.rate);
+        const double near = sides.leads_back && !kink.is_of_rates ? calm : reach * least * rate;
+        if (sides.is_jump && fabs(kink.value) <= fmax(near, refdyn_kinks_width(events, i)))
             return 1;
     }
     return 0;
