@@ -262,7 +262,11 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
             refdyn_attempt_judge(motion, attempt, refdyn_motion_take(motion, attempt->t_new, attempt->h));
         attempt->is_left = 0;
     }
+    if (status) {
+        attempt->is_over = 1;
+        status = refdyn_sliding_resolve(motion, status, t_out);
+    }
     if (!status)
         refdyn_step_over(motion, attempt);
-    return refdyn_sliding_reason(motion, status, t_out);
+    return status;
 }

@@ -610,9 +610,10 @@ void refdyn_sliding_note_due(struct refdyn_state_events *events);
 /* Call it at the beginning of a step, with the values there. Returns SLIDES if the value of a kink and its
  * rate are zero, or after many steps that have stayed at a kink, if the jump there leads back to itself. */
 int refdyn_sliding_check(struct refdyn_motion *motion);
-/* The status with which a step has failed: SLIDES in place of STEP_TOO_SMALL and NO_CONVERGENCE if the step
- * begins at a jump that leads back to itself. */
-int refdyn_sliding_reason(struct refdyn_motion *motion, int status, double t_out);
+/* After a step has failed with this status. Where it begins at a jump, STEP_TOO_SMALL and NO_CONVERGENCE
+ * become SLIDES if the jump leads back to itself, and OK if the motion crosses the jump, which is then due.
+ */
+int refdyn_sliding_resolve(struct refdyn_motion *motion, int status, double t_out);
 /* The first function begins a motion. Call the second one at the beginning of each step: after many steps
  * that hardly move the time, it returns SLIDES if formulas have kinks, else STEP_TOO_SMALL. */
 void refdyn_idle_start(struct refdyn_motion *motion);

@@ -27,11 +27,12 @@ static const double short_part = 1e-4, calm_part = 0.01;
 /* The sides of a kink are examined at this part of its largest value. That is much less than the layer of a
  * friction law, inside which motions continue. */
 static const double beyond = 1e-14;
-/* At twice the distance from the kink, a value that jumps there changes by less than this part. */
-static const double jump_least = 0.25;
+/* A jump exceeds this part of the derivative, and changes by less than the second part at twice the distance.
+ */
+static const double jump_least = 1e-6, jump_changes = 0.25;
 /* Positions change by this part of their units where the curvature of a value is computed by a difference. */
 static const double difference = 1e-6;
-/* A failed motion has met a kink that it could reach by this many of the shortest steps. */
+/* A motion that cannot go on has met a kink that it could reach by this many of the shortest steps. */
 static const double reach = 16;
 /* Bound on the steps that are on average shorter than this multiple of the shortest step, or than this part
  * of a fixed step. It rises with the square of the number of values, and exceeds the bound on events without
@@ -115,7 +116,7 @@ static struct sides find_sides(struct refdyn_motion *motion, const struct kink *
         return sides;
     sides.is_jump = fabs(derivative_at(motion, kink, 2 * kink->distance) - sides.above) +
                         fabs(derivative_at(motion, kink, -2 * kink->distance) - sides.below) <=
-                    jump_least * jump;
+                    jump_changes * jump;
     sides.leads_back =
         sides.is_jump && pull > 0 && (kink->is_of_rates || kink->rate * kink->rate <= 2 * pull * calm);
     return sides;
@@ -191,7 +192,7 @@ static int visit(struct refdyn_motion *motion, const struct kink *kink, int is_s
     events->risen[i] = 0;
     events->visited[i] = motion->step.t_begin;
     const int rests = sides.leads_back && events->side[i] == 0 &&
-                      fabs(derivative_at(motion, kink, kink->value)) > jump_least * sides.below;
+                      fabs(derivative_at(motion, kink, kink->value)) > jump_changes * sides.below;
     return rests || events->returns[i] >= RETURNS_MOST ? REFDYN_SLIDES : REFDYN_OK;
 }
 
@@ -223,33 +224,61 @@ int refdyn_sliding_check(struct refdyn_motion *motion) {
 
 /* ---- No progress ---- */
 
-/* Is the beginning of the step at a jump? Steps pass jumps that do not lead back. least: the shortest step.
- */
-static int slides(struct refdyn_motion *motion, double least) {
+/* Is kink i, with its sides, so near that steps of this length end at it? */
+static int is_reached(const struct refdyn_motion *motion, const struct kink *kink, const struct sides *sides,
+                      double least) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    const double calm = calm_part * events->contacts.tolerance * kink->scale;
+    const double rate = kink->is_of_rates ? fmax(fabs(sides->above), fabs(sides->below)) : fabs(kink->rate);
+    const double near = sides->leads_back && !kink->is_of_rates ? calm : reach * least * rate;
+    return sides->is_jump && fabs(kink->value) <= fmax(near, refdyn_kinks_width(events, kink->i));
+}
+
+/* The side to which the motion crosses the jump; 0: it does not, or has crossed it. */
+static int side_crossed_to(const struct kink *kink, const struct sides *sides) {
+    const double rate = kink->is_of_rates ? sides->above : kink->rate;
+    const int to = refdyn_sign_of(rate);
+    return (kink->is_of_rates && to != refdyn_sign_of(sides->below)) || to * kink->value > 0 ? 0 : to;
+}
+
+/* No step leads to kink i and across it: it is due where the step begins. */
+static void cross(struct refdyn_motion *motion, int i, int to) {
+    struct refdyn_state_events *events = &motion->state_events;
+    refdyn_state_events_clear_due(events);
+    events->side[i] = -to;
+    events->towards[i] = to;
+    refdyn_state_events_add_due(events, i);
+    refdyn_step_give_up(&motion->step);
+    refdyn_motion_failed(motion, REFDYN_OK, motion->step.t_begin);
+}
+
+int refdyn_sliding_resolve(struct refdyn_motion *motion, int status, double t_out) {
     struct refdyn_state_events *events = &motion->state_events;
     const struct refdyn_step *step = &motion->step;
-    if (events->named == events->count ||
+    const int may_be_jump = status == REFDYN_STEP_TOO_SMALL || status == REFDYN_NO_CONVERGENCE;
+    const double least = refdyn_control_least(step->t_begin, t_out);
+    int crossed = -1, to = 0;
+    if (!may_be_jump || refdyn_repeats(motion) || events->due_count > 0 || events->named == events->count ||
         refdyn_state_events_values(events, step, step->t_begin, step->state, events->values))
-        return 0;
+        return status;
     for (int i = events->named; i < events->count; i++) {
         const struct kink kink = find_kink(motion, i, events->values[i]);
         const struct sides sides = find_sides(motion, &kink);
-        const double calm = calm_part * events->contacts.tolerance * kink.scale;
-        const double rate = kink.is_of_rates ? fmax(fabs(sides.above), fabs(sides.below)) : fabs(kink.rate);
-        const double near = sides.leads_back && !kink.is_of_rates ? calm : reach * least * rate;
-        if (sides.is_jump && fabs(kink.value) <= fmax(near, refdyn_kinks_width(events, i)))
-            return 1;
+        if (!is_reached(motion, &kink, &sides, least))
+            continue;
+        if (sides.leads_back) {
+            refdyn_motion_failed(motion, REFDYN_SLIDES, step->t_begin);
+            return REFDYN_SLIDES;
+        }
+        if (side_crossed_to(&kink, &sides) != 0) {
+            crossed = i;
+            to = side_crossed_to(&kink, &sides);
+        }
     }
-    return 0;
-}
-
-int refdyn_sliding_reason(struct refdyn_motion *motion, int status, double t_out) {
-    const double t = motion->step.t_begin;
-    if ((status != REFDYN_STEP_TOO_SMALL && status != REFDYN_NO_CONVERGENCE) ||
-        !slides(motion, refdyn_control_least(t, t_out)))
+    if (crossed < 0)
         return status;
-    refdyn_motion_failed(motion, REFDYN_SLIDES, t);
-    return REFDYN_SLIDES;
+    cross(motion, crossed, to);
+    return REFDYN_OK;
 }
 
 void refdyn_idle_start(struct refdyn_motion *motion) {
