@@ -53,16 +53,21 @@ const char *refdyn_version(void);
 /** What a call returns. Above 0, a smaller step or another state may help; below 0, stop. */
 enum refdyn_status {
     REFDYN_OK = 0,         /**< done */
-    REFDYN_NOT_FINITE = 1, /**< the equations have an infinite or NaN value; fault.coordinate or fault.row */
+    REFDYN_NOT_FINITE = 1, /**< a value is infinite or NaN: of the given state, of fault.coordinate; or of the
+                                equations, of motion of fault.coordinate or of fault.row; neither: of another
+                                result, such as the tangent or the value of an event */
     REFDYN_MASS_NOT_POSITIVE = 2, /**< the mass matrix is not positive definite for the admissible motions;
                                        fault.coordinate */
     REFDYN_ROWS_INCONSISTENT = 3, /**< a row depends on others but contradicts them; fault.row */
     REFDYN_NO_CONVERGENCE = 4,    /**< projection or statics: largest residual at fault.row or
                                        fault.coordinate; or a collocation step */
     REFDYN_MATRIX_SINGULAR = 5,   /**< the matrix of an implicit step is singular */
-    REFDYN_ROWS_UNMET = 6, /**< rows begin to act, or jump, and positions do not satisfy them; fault.row */
-    REFDYN_STEP_TOO_SMALL = -1,   /**< an adaptive step fell below the resolution of t; reason in
-                                       integrator.cause */
+    REFDYN_ROWS_UNMET = 6, /**< rows begin to act, jump, or follow a changed parameter, and positions do not
+                                satisfy them; fault.row */
+    REFDYN_STEP_TOO_SMALL = -1, /**< an adaptive step fell below the resolution of t, or steps hardly move t.
+                                     integrator.cause is the status of the last attempt, 0: its error was
+                                     too large, as where the motion goes to infinity or rows become
+                                     dependent */
     REFDYN_TANGENT_SINGULAR = -2, /**< statics: nothing holds fault.coordinate */
     REFDYN_BAD_OPTION = -3,       /**< an option is out of range; refdyn_options_validate says which */
     REFDYN_BAD_MEMORY = -4,       /**< memory is NULL or misaligned, or an initialisation has failed */
@@ -78,8 +83,8 @@ enum refdyn_status {
     REFDYN_EVENT_NOT_MET =
         -14,             /**< an event sets a value that is not finite or that the rows do not allow,
                               fault.row; or the rows let no impulse change the value; integrator.event */
-    REFDYN_SLIDES = -15, /**< forces jump where a formula of rates changes its sign, and lead back there
-                              from both sides */
+    REFDYN_SLIDES = -15, /**< forces or rows jump where a formula changes its sign, and lead back there from
+                              both sides: the motion slides along the jump or rests at it */
     REFDYN_CONTACT_INSIDE = -16, /**< a gap is negative: the motion starts inside a contact, or the gap has
                                       jumped; fault.row is the contact */
     REFDYN_CONTACT_DRIVEN = -17, /**< the programme closes a contact that is closed already; fault.row */
@@ -88,8 +93,8 @@ enum refdyn_status {
     REFDYN_REFUSED = -19, /**< the model refuses a parameter value, such as a negative mass; work->refused */
     REFDYN_NOT_STARTED = -20, /**< refdyn_integrator_init or refdyn_integrator_start has failed, or was not
                                    called */
-    REFDYN_BAD_TIME =
-        -21, /**< a requested time is not finite, before integrator.t, or outside the last step */
+    REFDYN_BAD_TIME = -21, /**< a requested time is not finite, before integrator.t, or outside the last step;
+                                a start, end or limit is NaN */
     REFDYN_MEMORY_TOO_SMALL = -22, /**< memory is smaller than the size function of the call requires */
     REFDYN_NO_DERIVATIVE = -23     /**< no derivative by a value exists: events differ on its two sides */
 };
@@ -391,7 +396,8 @@ struct refdyn_options {
     int project_start;             /**< 1: make the start consistent first */
     int balance;                   /**< 1: integrate the work of non-conservative and programme forces
                                         (integrator.work_done) */
-    long step_limit;               /**< largest number of steps tried per motion; 0: no limit */
+    long step_limit;               /**< largest number of steps tried since the start, accepted and rejected
+                                        ones; 0: no limit */
 };
 
 /** Defaults of a method: step 1e-3 s and Baumgarte for rk4; adaptive steps, tol 1e-6 and projection for the
@@ -534,7 +540,7 @@ struct refdyn_integrator {
     const int *event; /**< (event_count) events of the model at t, where the last call stopped */
     int event_count;  /**< number of them */
 
-    int cause;       /**< status of the last failed evaluation or projection, 0: none */
+    int cause;       /**< status of the last failed evaluation or projection, 0: none, only errors of steps */
     double failed_t; /**< its time [s]; work->fault has the row or coordinate. q and qd stay the last accepted
                           state */
 
@@ -549,12 +555,14 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
                            const struct refdyn_options *options, void *memory, size_t size);
 /** Copies the state, evaluates it and clears the statistics. With options.project_start it first projects the
  * state. Calls refdyn_prepare. The gains are those that options.stabilise requests; work->p keeps the
- * caller's. Errors: REFUSED, those of refdyn_accelerate and refdyn_project; NOT_STARTED if
- * refdyn_integrator_init has failed. */
+ * caller's. Errors: BAD_TIME if t is not finite; NOT_FINITE, REFUSED, those of refdyn_accelerate and
+ * refdyn_project; NOT_STARTED if refdyn_integrator_init has failed. */
 int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
                             const double *qd);
 /** Advances towards t_out by at most `steps` accepted steps. Afterwards t is t_out, or the end of the last
- * step if they were too few. The call stops at each state event on the way and shows the state before it; the
+ * step if they were too few. Rejected steps do not count: options.step_limit bounds both, from the start of
+ * the motion on. Without it a call may try many steps, but it ends: steps that hardly move t become
+ * STEP_TOO_SMALL or SLIDES. The call stops at each state event on the way and shows the state before it; the
  * next call starts with the action of the event. With a fixed step, the interval from the last output to
  * t_out is divided into ceil(interval/step) equal steps; the i-th begins at from + i (to - from)/count.
  *
@@ -565,11 +573,12 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
  * parameters. The integrator then stays at the last accepted state, with cause and failed_t set;
  * refdyn_integrator_refresh evaluates that state again. */
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
-/** Sets the end of the motion: no step reaches beyond t, and the automatic choice tries no method that cannot
- * pay off before. INFINITY: not known, as at the start. Error: NOT_STARTED. */
+/** Sets the end of the motion: no step leads across t, and the automatic choice tries no method that cannot
+ * pay off before. A call with a later t_out goes on beyond t. INFINITY: not known, as at the start. Errors:
+ * NOT_STARTED; BAD_TIME if t is NaN. */
 int refdyn_integrator_until(struct refdyn_integrator *integrator, double t);
 /** Sets a time at which the caller will change inputs: no step reaches beyond t until the motion has passed
- * it. INFINITY: none, as at the start. Error: NOT_STARTED. */
+ * it. INFINITY: none, as at the start. Errors: NOT_STARTED; BAD_TIME if t is NaN. */
 int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t);
 /** Advances to t_out through all events. Errors as in refdyn_integrator_step. */
 int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out);
@@ -590,7 +599,7 @@ int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, doubl
 /** Continues from changed values: evaluates the shown state again. Call it after changing the integrator's q
  * and qd between steps. After changes of work->x or work->p (then refdyn_prepare), the next call that
  * advances the motion does the same; call it to have the accelerations before that. The gains are those that
- * options.stabilise requests. Errors: REFUSED, those of refdyn_accelerate; NOT_STARTED. */
+ * options.stabilise requests. Errors: NOT_FINITE, REFUSED, those of refdyn_accelerate; NOT_STARTED. */
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
 
 /** refdyn_exchange_model for a motion: its next step evaluates the functions of the other table. Call it

@@ -7,7 +7,7 @@ import subprocess
 import numpy
 import pytest
 
-from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, models_of_tests, refdyn, settings
+from program import CORE_SOURCES, LONG, MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, models_of_tests, refdyn, settings
 from single import ARM, CORES, STRICT, Single, emit_single, error, pointer, real
 
 FUNCTIONS = TESTS / "models" / "functions.lua"
@@ -168,6 +168,13 @@ def test_no_helpers_for_doubles(core, tmp_path):
             others = {symbol for symbol in symbols if symbol != "U" and not symbol.startswith(f"{name}_")}
             libm = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax".split()
             assert others <= {f"{function}f" for function in libm} | {"memcpy", "memset"}, (core, file.name, others)
+
+
+@needs_arm
+def test_no_warnings_in_the_core(tmp_path):
+    """The runtime core, for double precision: enumerations are as short as their values there."""
+    for path in CORE_SOURCES:
+        arm(tmp_path, "m7", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-I", SOURCE, "-I", SOURCE / "runtime", path)
 
 
 @needs_arm

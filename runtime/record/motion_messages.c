@@ -180,33 +180,8 @@ static void print_start_residuals(const struct record_motion *motion, int status
                                "where the projection ended", out);
 }
 
-static void print_shorter_steps(const struct refdyn_integrator *integrator, FILE *out) {
-    const double taken = integrator->statistics.step_largest;
-    if (integrator->options.tol > 0)
-        fputs("refdyn: a smaller --tol may help\n", out);
-    else
-        fprintf(out,
-                "refdyn: equal steps of %.3g s may be too long: use a smaller --step, or --tol for adaptive "
-                "steps of any method but rk4\n",
-                taken > 0 ? taken : integrator->options.step);
-}
-
-static void print_advice(const struct refdyn_integrator *integrator, int status, const char *unfit,
-                         FILE *out) {
-    if (status == REFDYN_SLIDES || (status == REFDYN_STEP_TOO_SMALL && integrator->work->model->saturates))
-        fputs("refdyn: a force jumps, or reaches a limit, as a rate passes a value; give friction a "
-              "width of 1e-10 or more, as in rd.friction(level, rate, width)\n",
-              out);
-    if (status == REFDYN_EVENTS_ACCUMULATE)
-        fputs("refdyn: impacts of rd.event never come to rest; use rd.contact\n", out);
-    if (status == REFDYN_SLIDES)
-        fputs("refdyn: a relay needs two levels: write two events that set an input\n", out);
-    if (status > REFDYN_OK && !unfit)
-        print_shorter_steps(integrator, out);
-}
-
-static void print_reason(const struct refdyn_integrator *integrator, int status, const char *unfit,
-                         FILE *out) {
+static void print_reason(const struct record_motion *motion, int status, const char *unfit, FILE *out) {
+    const struct refdyn_integrator *integrator = motion->integrator;
     char text[RECORD_NUMBER_LENGTH];
     if (integrator->cause > 0 && integrator->cause != status)
         fprintf(out, "refdyn: at t = %s s: %s\n", record_number(integrator->failed_t, text),
@@ -217,7 +192,7 @@ static void print_reason(const struct refdyn_integrator *integrator, int status,
         integrator->options.singular == REFDYN_STOP)
         fputs("refdyn: --singular pass crosses it if a branch can be followed\n", out);
     print_refused(&integrator->refused, out);
-    print_advice(integrator, status, unfit, out);
+    record_print_advice(motion, status, unfit, out);
 }
 
 void record_print_failure(const struct record_motion *motion, int status, bool is_started, const char *unfit,
@@ -236,7 +211,7 @@ void record_print_failure(const struct record_motion *motion, int status, bool i
     else if (status == REFDYN_REFUSED)
         record_events_print_refused(integrator, refused, out);
     else
-        print_reason(integrator, status, unfit, out);
+        print_reason(motion, status, unfit, out);
 }
 
 /* ---- Warnings after the motion ---- */

@@ -301,6 +301,12 @@ void record_print_rows_left_out(const struct refdyn_model *model, const int *row
 /* The same for all rows of a workspace after its accelerations were solved. */
 void record_print_redundant_rows(const struct refdyn_workspace *work, FILE *out);
 
+/* ---- Advice after a failed motion (failure_advice.c) ---- */
+
+/* Prints what is likely at the last accepted state, and what to do, after a motion has failed with this
+ * status. unfit: as in record_print_failure. */
+void record_print_advice(const struct record_motion *motion, int status, const char *unfit, FILE *out);
+
 /* ---- Messages about a motion, and its summary (motion_messages.c) ---- */
 
 enum { RECORD_STABILISE_COUNT = 3 };

@@ -568,6 +568,59 @@ static void test_not_started(void) {
     CHECK(rig_close(&rig));
 }
 
+/* ---- Values and times that are no numbers ---- */
+
+/* Each value of a start and of a refresh, with its coordinate. */
+static void test_given_states(void) {
+    const double bad[] = {NAN, INFINITY, -INFINITY};
+    const double good[2 * SPRING_N] = {0.1317, 0.8713, 0.3171, 0.2317, -0.713, 0.617};
+    const struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+    struct rig rig;
+    rig_open(&rig, spring_model(0));
+    CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
+    for (int i = 0; i < 2 * SPRING_N; i++)
+        for (int k = 0; k < 3; k++) {
+            double state[2 * SPRING_N];
+            memcpy(state, good, sizeof state);
+            state[i] = bad[k];
+            CHECK(refdyn_integrator_start(&rig.integrator, 0, state, state + SPRING_N) == REFDYN_NOT_FINITE);
+            CHECK(rig.work.fault.coordinate == i % SPRING_N && rig.work.fault.row == -1);
+            CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_NOT_STARTED);
+            CHECK(refdyn_integrator_start(&rig.integrator, 0, good, good + SPRING_N) == REFDYN_OK);
+            rig.integrator.q[i] = bad[k]; /* q and qd are contiguous */
+            CHECK(refdyn_integrator_refresh(&rig.integrator) == REFDYN_NOT_FINITE);
+            CHECK(rig.work.fault.coordinate == i % SPRING_N && rig.work.fault.row == -1);
+        }
+    CHECK(rig_close(&rig));
+}
+
+static void test_times(void) {
+    const double bad[] = {NAN, INFINITY, -INFINITY}, qd[] = {0.713};
+    const struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+    struct rig rig;
+    rig_open(&rig, film_model());
+    rig.work.x[0] = 2;
+    CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
+    for (int k = 0; k < 3; k++) {
+        CHECK(refdyn_integrator_start(&rig.integrator, bad[k], rig.q, qd) == REFDYN_BAD_TIME);
+        CHECK(refdyn_integrator_until(&rig.integrator, 1) == REFDYN_NOT_STARTED);
+    }
+    CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_OK);
+    CHECK(refdyn_integrator_until(&rig.integrator, NAN) == REFDYN_BAD_TIME);
+    CHECK(refdyn_integrator_limit(&rig.integrator, NAN) == REFDYN_BAD_TIME);
+    CHECK(refdyn_integrator_limit(&rig.integrator, INFINITY) == REFDYN_OK);
+    /* no step leads across the end; a later time goes on beyond it */
+    CHECK(refdyn_integrator_until(&rig.integrator, 0.0513) == REFDYN_OK);
+    int has_met = 0;
+    while (rig.integrator.t < 0.0613) {
+        CHECK(refdyn_integrator_step(&rig.integrator, 0.0613, 1) == REFDYN_OK);
+        CHECK(rig.integrator.t_begin >= 0.0513 || rig.integrator.t_end <= 0.0513);
+        has_met |= rig.integrator.t_end == 0.0513;
+    }
+    CHECK(has_met);
+    CHECK(rig_close(&rig));
+}
+
 /* ---- Changed values ---- */
 
 /* The state after a motion whose input, or first parameter, changes on the way. */
@@ -770,6 +823,8 @@ int main(void) {
     test_passing();
     test_exchange();
     test_exchange_refused();
+    test_given_states();
+    test_times();
     test_changed_values();
     test_not_started();
     test_undefined_mid_run();

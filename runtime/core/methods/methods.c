@@ -16,7 +16,7 @@ const struct refdyn_method_definition refdyn_method_automatic = {
     .name = "auto", .order = 5, .order_error = 4};
 
 const struct refdyn_method_definition *refdyn_method_definition(enum refdyn_method method) {
-    return (int)method >= 0 && (int)method < REFDYN_METHOD_COUNT ? methods[method] : NULL;
+    return (unsigned)method < REFDYN_METHOD_COUNT ? methods[method] : NULL;
 }
 
 void refdyn_method_use(enum refdyn_method method, struct refdyn_step *step) {

@@ -38,12 +38,14 @@ static void go_on_from_end(struct refdyn_motion *motion) {
 }
 
 /* What happens at the obstacle where the last step ended comes first. */
-static int begin(struct refdyn_motion *motion) {
+static int begin(struct refdyn_motion *motion, double t_out) {
     struct refdyn_step *step = &motion->step;
     refdyn_special_step_end(motion);
     if (step->t_begin != step->t_end)
         go_on_from_end(motion);
-    const int status = refdyn_obstacles_leave(motion);
+    int status = refdyn_obstacles_leave(motion);
+    if (!status)
+        status = refdyn_idle_check(motion, t_out);
     if (status) {
         refdyn_motion_failed(motion, status, step->t_begin);
         return status;
@@ -61,7 +63,8 @@ static int take_fixed(struct refdyn_motion *motion, double t_new, double h,
     int status = REFDYN_OK;
     while (!status && isfinite(t) && t > motion->step.t_begin) {
         const double length = t == t_new ? h : t - motion->step.t_begin;
-        status = refdyn_motion_try(motion, t, length);
+        status =
+            refdyn_step_limit_reached(motion) ? REFDYN_TOO_MANY_STEPS : refdyn_motion_try(motion, t, length);
         if (!status)
             status = refdyn_motion_complete(motion);
         if (!status)
@@ -213,7 +216,7 @@ static int attempt_begin(struct refdyn_motion *motion, double t_out, struct refd
     *attempt = (struct refdyn_attempt){.is_over = 0};
     int status = refdyn_repetition_begin_step(motion);
     if (!status)
-        status = begin(motion);
+        status = begin(motion, t_out);
     if (status)
         return status;
     attempt->is_over = motion->state_events.due_named > 0;
@@ -258,6 +261,10 @@ int refdyn_accept_step(struct refdyn_motion *motion, double t_out, int may_halt,
         if (!status)
             refdyn_attempt_judge(motion, attempt, refdyn_motion_take(motion, attempt->t_new, attempt->h));
         attempt->is_left = 0;
+    }
+    if (status) {
+        attempt->is_over = 1;
+        status = refdyn_sliding_resolve(motion, status, t_out);
     }
     if (!status)
         refdyn_step_over(motion, attempt);

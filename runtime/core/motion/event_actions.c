@@ -2,15 +2,12 @@
  * What happens where a step has ended on zeros of values: actions of events, and kinks.
  *
  * In: what is due, and the result of event_terms. Out: the state at the beginning of the step, inputs and
- * parameters, or REFDYN_SLIDES.
+ * parameters.
  *
  * An impact follows Newton's law: with g the value, dg/dt after it is -e dg/dt before, by an impulse along
  * dg/dq (impulse.c). The jump of the energy counts as work.
  *
- * A kink is a value without an action whose zeros are kinks or jumps of the model's formulas. A jump may lead
- * back to itself from both sides, as Coulomb's friction by a sign, or a relay on a rate. A motion slides
- * along such a jump, where the formulas say nothing (Filippov, Differential Equations with Discontinuous
- * Righthand Sides, 1988, ch. 1), and steps go to and fro without end.
+ * kinks.c moves the state across kinks; sliding.c examines jumps that lead back to themselves.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -27,201 +24,6 @@ enum { ROUNDS_MOST = 200 };
 static const double at_rest = 1e-12;
 /* Rates that an event sets may violate a row by this part of its terms: sqrt(DBL_EPSILON). */
 static const double against_rows = 0x1p-26;
-/* A kink counts as zero up to this part of its largest value so far. */
-static const double width = 1e-10;
-/* A kink at which rows turn is at rest below this part of its fastest passage. */
-static const double turn_at_rest = 1e-6;
-/* Bound on the steps at one kink that are shorter than this part of the longest step. */
-enum { STEPS_MOST = 50 };
-static const double short_part = 1e-4;
-/* A motion continues beyond a kink by this part of its largest value. That is much less than the layer of a
- * friction law, inside which motions continue. */
-static const double beyond = 1e-14;
-
-/* ---- Kinks: sides ---- */
-
-double refdyn_kinks_width(const struct refdyn_state_events *events, int i) {
-    return width * events->sizes[i];
-}
-
-/* At this distance from zero, rounding does not affect on which side of kink i a state is. */
-static double margin_of(const struct refdyn_state_events *events, int i, double noise) {
-    return fmax(4 * noise, DBL_EPSILON * events->sizes[i]);
-}
-
-/* Changes the value by `change`: moves the state along the value's derivatives `by` (n). */
-static int move_along(const double *by, int n, double change, double *state) {
-    const double square = dense_dot(by, by, n);
-    if (square > 0)
-        dense_add(state, change / square, by, n);
-    return square > 0;
-}
-
-static int kinks_leave(struct refdyn_state_events *events, const struct refdyn_step *step, int side,
-                       double *state) {
-    const int n = step->n;
-    int has_moved = 0;
-    for (int k = events->due_named; k < events->due_count; k++) {
-        const int i = events->due[k];
-        const int to = side * events->towards[i];
-        refdyn_state_events_evaluate(events, step, step->t_begin, state);
-        const struct refdyn_assessed now =
-            refdyn_state_events_assess(events, step, i, step->t_begin, state, step->rates);
-        const double change = to * margin_of(events, i, now.noise) - events->values[i];
-        const double *by_qd = refdyn_state_events_by_qd(events, n, i);
-        if (to * change > 0)
-            has_moved |= move_along(by_qd, n, change, state + n) ||
-                         move_along(by_qd - events->count * n, n, change, state);
-    }
-    return has_moved;
-}
-
-static int kinks_lead_back(struct refdyn_state_events *events, const struct refdyn_step *step) {
-    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
-    for (int k = events->due_named; k < events->due_count; k++) {
-        const int i = events->due[k];
-        const double rate =
-            refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates).rate;
-        events->turned[i] = fmax(events->turned[i], fabs(events->rates[i]));
-        if (events->towards[i] * rate <= turn_at_rest * events->turned[i])
-            return 1;
-    }
-    return 0;
-}
-
-int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step,
-                               int i) {
-    const double *by_qd = refdyn_state_events_by_qd(events, step->n, i);
-    return refdyn_state_events_is_kink(events, i) && step->evaluation.work->model->m > 0 &&
-           refdyn_largest(by_qd, step->n, NULL) == 0;
-}
-
-/* Moves a state in the step that has passed a kink of positions by rounding only back before it. Returns the
- * kink; -1: there is none. */
-static int move_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
-                             double *state) {
-    int held = -1;
-    if (events->named == events->count || step->evaluation.work->model->m == 0 ||
-        refdyn_state_events_values(events, step, t, state, events->values))
-        return -1;
-    for (int i = events->named; i < events->count; i++) {
-        const double value = events->values[i];
-        if (events->side[i] == 0 || events->side[i] * value > 0 ||
-            fabs(value) > refdyn_kinks_width(events, i))
-            continue;
-        refdyn_state_events_evaluate(events, step, t, state);
-        const double *by_q = events->terms + events->count + i * step->n;
-        const double before = fmax(
-            fabs(value),
-            margin_of(events, i, refdyn_state_events_assess(events, step, i, t, state, step->rates).noise));
-        if (refdyn_kinks_may_turn_rows(events, step, i) &&
-            move_along(by_q, step->n, events->side[i] * before - value, state))
-            held = i;
-    }
-    return held;
-}
-
-/* Is a state in the step beyond kink i, or perhaps by rounding? A kink at the beginning of the step is passed
- * there. The values are those of this state. */
-static int is_beyond(const struct refdyn_state_events *events, int i) {
-    const double width_now = refdyn_kinks_width(events, i);
-    return events->side[i] != 0 && fabs(events->samples[i]) > width_now &&
-           events->side[i] * events->values[i] <= width_now;
-}
-
-int refdyn_kinks_see_beyond(struct refdyn_motion *motion, double t, const double *state) {
-    struct refdyn_state_events *events = &motion->state_events;
-    const struct refdyn_workspace *work = motion->work;
-    int sees = 0;
-    work->model->event(work->p, work->x, t, state, state + work->n, events->values);
-    for (int i = events->named; i < events->count; i++)
-        sees |= is_beyond(events, i);
-    return sees;
-}
-
-int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state) {
-    struct refdyn_state_events *events = &motion->state_events;
-    const struct refdyn_workspace *work = motion->work;
-    const struct refdyn_step *step = &motion->step;
-    const int n = step->n;
-    int has_moved = 0;
-    for (int i = events->named; i < events->count; i++) {
-        work->model->event(work->p, work->x, t, state, state + n, events->values);
-        if (!is_beyond(events, i))
-            continue;
-        work->model->event_terms(work->p, work->x, t, state, state + n, events->terms);
-        const double noise = refdyn_state_events_assess(events, step, i, t, state, step->rates).noise;
-        const double change = events->side[i] * margin_of(events, i, noise) - events->values[i];
-        const double *by_qd = refdyn_state_events_by_qd(events, n, i);
-        has_moved |=
-            events->side[i] * change > 0 && (move_along(by_qd, n, change, state + n) ||
-                                             move_along(by_qd - events->count * n, n, change, state));
-    }
-    return has_moved;
-}
-
-void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step) {
-    events->held = move_before_kinks(events, step, refdyn_step_inside(step, step->t_end), step->state_new);
-}
-
-void refdyn_kinks_see_before(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
-                             double *state) {
-    move_before_kinks(events, step, refdyn_step_inside(step, t), state);
-}
-
-/* ---- Kinks: jumps that lead back to themselves ---- */
-
-/* state := the state at the beginning of the step, with rates that add `change` to the value of kink i.
- * Returns 0 if no rate changes it. */
-static int move(const struct refdyn_motion *motion, int i, double change, double *state) {
-    const struct refdyn_state_events *events = &motion->state_events;
-    const struct refdyn_step *step = &motion->step;
-    const int n = step->n;
-    const double *by_qd = refdyn_state_events_by_qd(events, n, i);
-    const double square = dense_dot(by_qd, by_qd, n);
-    memcpy(state, step->state, refdyn_state_bytes(step));
-    if (square > 0)
-        dense_add(state + n, change / square, by_qd, n);
-    return square > 0;
-}
-
-/* The values' terms at the state. */
-static void find_terms(const struct refdyn_motion *motion, const double *state) {
-    const struct refdyn_workspace *work = motion->work;
-    const struct refdyn_step *step = &motion->step;
-    work->model->event_terms(work->p, work->x, step->t_begin, state, state + step->n,
-                             motion->state_events.terms);
-}
-
-/* Does the value of kink i return to zero from this side? */
-static int leads_back(struct refdyn_motion *motion, int i, int side) {
-    struct refdyn_step *step = &motion->step;
-    const struct refdyn_state_events *events = &motion->state_events;
-    const int n = step->n;
-    double *state = step->stage, *rates = step->side;
-    find_terms(motion, step->state);
-    if (!move(motion, i, side * beyond * events->sizes[i] - events->samples[i], state) ||
-        refdyn_rates(&step->evaluation, step->t_begin, state, rates))
-        return 0;
-    find_terms(motion, state);
-    const double *by_qd = refdyn_state_events_by_qd(events, n, i);
-    return side * (events->terms[i] + dense_dot(by_qd, rates + n, n)) < 0;
-}
-
-static int kinks_check_sliding(struct refdyn_motion *motion) {
-    struct refdyn_state_events *events = &motion->state_events;
-    const int is_short = motion->control.last < short_part * motion->statistics.step_largest;
-    for (int i = events->named; i < events->count; i++) {
-        const int is_near = fabs(events->samples[i]) <= refdyn_kinks_width(events, i);
-        if (is_short && !is_near)
-            continue;
-        const int slides = is_short && leads_back(motion, i, 1) && leads_back(motion, i, -1);
-        events->returns[i] = slides ? events->returns[i] + 1 : 0;
-        if (events->returns[i] >= STEPS_MOST)
-            return REFDYN_SLIDES;
-    }
-    return REFDYN_OK;
-}
 
 /* What the actions at one time have changed. */
 struct done {
@@ -345,7 +147,7 @@ static int note_rows(struct refdyn_motion *motion) {
     if (motion->work->m == 0)
         return REFDYN_OK;
     memcpy(state, step->state, refdyn_state_bytes(step));
-    kinks_leave(&motion->state_events, step, -1, state);
+    refdyn_kinks_leave(&motion->state_events, step, -1, state);
     const int status = refdyn_row_terms(motion->work, step->t_begin, state, state + step->n);
     refdyn_rows_note(motion, state);
     return status;
@@ -417,11 +219,11 @@ static int pass_kinks(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     int have_jumped;
     refdyn_step_break_off(step, 1);
-    const int has_moved = kinks_leave(&motion->state_events, step, 1, step->state);
+    const int has_moved = refdyn_kinks_leave(&motion->state_events, step, 1, step->state);
     int status = refdyn_rows_have_jumped(motion, &have_jumped);
     if (!status && have_jumped) {
         status = go_on(motion);
-        return !status && kinks_lead_back(&motion->state_events, step) ? REFDYN_SLIDES : status;
+        return !status && refdyn_kinks_lead_back(&motion->state_events, step) ? REFDYN_SLIDES : status;
     }
     return status || !(has_moved || refdyn_repeats(motion))
                ? status
@@ -436,6 +238,7 @@ static int take_due(struct refdyn_motion *motion) {
     const double energy = refdyn_energy_at_begin(motion);
     int status = note_rows(motion);
     refdyn_state_events_note(events, step);
+    refdyn_sliding_note_due(events);
     if (!status)
         status = act_on_all(motion, &done);
     if (!status)
@@ -461,5 +264,5 @@ int refdyn_event_actions_take(struct refdyn_motion *motion) {
         status = take_due(motion);
     if (!status)
         status = refdyn_state_events_begin(events, &motion->step);
-    return status ? status : kinks_check_sliding(motion);
+    return status ? status : refdyn_sliding_check(motion);
 }

@@ -267,7 +267,7 @@ static double value_at_end(const struct refdyn_state_events *events, int i) {
 /* The step is accepted: records how far from zero the values were in it. */
 static void note_samples(struct refdyn_state_events *events) {
     for (int k = 1; k <= SAMPLES; k++)
-        for (int i = 0; i < events->named; i++)
+        for (int i = 0; i < events->count; i++)
             events->risen[i] = fmax(events->risen[i], fabs(sample(events, k, i)));
 }
 

@@ -158,6 +158,17 @@ static int leave(struct refdyn_integrator *integrator, int status, double t) {
 
 /* ---- Start ---- */
 
+/* Returns NOT_FINITE, with the coordinate, if a value that the caller has set is infinite or NaN. */
+static int check_state(const struct refdyn_integrator *integrator) {
+    struct refdyn_workspace *work = integrator->work;
+    for (int j = 0; j < work->n; j++)
+        if (!isfinite(integrator->q[j]) || !isfinite(integrator->qd[j])) {
+            work->fault = (struct refdyn_fault){.row = -1, .coordinate = j};
+            return REFDYN_NOT_FINITE;
+        }
+    return REFDYN_OK;
+}
+
 /* Evaluates the given state, records how far it is off, and moves it onto the programme if the options ask
  * for it. */
 static int meet_start(struct refdyn_integrator *integrator) {
@@ -279,8 +290,20 @@ static void note_moves(struct refdyn_integrator *integrator, int has_failed) {
     }
 }
 
+/* Starts on a jump move beside it; the workspace keeps the equations of the state that the caller sees. */
+static int meet_jumps(struct refdyn_integrator *integrator) {
+    struct refdyn_workspace *work = integrator->work;
+    const long before = work->evaluations;
+    const int status = refdyn_sliding_start(integrator->motion);
+    return status || work->evaluations == before
+               ? status
+               : refdyn_equations(work, integrator->t_right, integrator->q, integrator->qd);
+}
+
 static int start(struct refdyn_integrator *integrator) {
-    int status = refdyn_check_parameters(integrator->work);
+    int status = check_state(integrator);
+    if (!status)
+        status = refdyn_check_parameters(integrator->work);
     if (!status)
         status = meet_start(integrator);
     if (!status)
@@ -293,6 +316,8 @@ static int start(struct refdyn_integrator *integrator) {
         status = begin_here(integrator);
     if (!status)
         status = refdyn_state_events_start(&integrator->motion->state_events, &integrator->motion->step);
+    if (!status)
+        status = meet_jumps(integrator);
     refdyn_automatic_start(integrator->motion);
     return status;
 }
@@ -301,6 +326,9 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
                             const double *qd) {
     if (!integrator->motion)
         return REFDYN_NOT_STARTED;
+    integrator->motion->is_started = 0;
+    if (!isfinite(t))
+        return REFDYN_BAD_TIME;
     const size_t bytes = (size_t)integrator->work->n * sizeof *q;
     memcpy(integrator->q, q, bytes);
     memcpy(integrator->qd, qd, bytes);
@@ -328,7 +356,9 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = enter(integrator);
     refdyn_partition_bound_rank(integrator->work, integrator->work->m);
     take_parameters(integrator);
-    status = refdyn_check_parameters(integrator->work);
+    status = check_state(integrator);
+    if (!status)
+        status = refdyn_check_parameters(integrator->work);
     if (!status)
         status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
     if (!status)
@@ -355,14 +385,18 @@ int refdyn_integrator_exchange_model(struct refdyn_integrator *integrator, const
 }
 
 int refdyn_integrator_until(struct refdyn_integrator *integrator, double t) {
-    const int status = refdyn_integrator_status(integrator);
+    const int status = isnan(t) ? REFDYN_BAD_TIME : REFDYN_OK;
+    if (refdyn_integrator_status(integrator))
+        return REFDYN_NOT_STARTED;
     if (!status)
         integrator->motion->t_final = t;
     return status;
 }
 
 int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t) {
-    const int status = refdyn_integrator_status(integrator);
+    const int status = isnan(t) ? REFDYN_BAD_TIME : REFDYN_OK;
+    if (refdyn_integrator_status(integrator))
+        return REFDYN_NOT_STARTED;
     if (!status)
         integrator->motion->t_most = t;
     return status;

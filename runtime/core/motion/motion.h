@@ -465,16 +465,19 @@ struct refdyn_state_events {
     int due_count, due_named; /* of those due, events */
     int *passed;              /* (passed_count) kinks just after the beginning of the step, ascending */
     int passed_count;
-    int *returns;    /* (count) short steps that have stayed at a kink whose jump leads back */
+    int *is_met;     /* (count) the kink was due at the beginning of the step */
+    int *returns;    /* (count) steps that have stayed at a kink whose jump leads back */
     double *samples; /* ((REFDYN_EVENT_SAMPLES + 1) x count) values at the beginning and in the step */
     double *sizes;   /* (count) largest |value| since the start: below a part of it, that of a kink is zero */
     double *zeros;   /* (count) counts as zero in the step: a value at its beginning that is just beyond */
     double *turned;  /* (count) largest rate of a kink at which rows have turned */
     double *values;  /* (count) of the state that is examined */
     double *rates;   /* (count) of the values before the due events happen */
-    double *risen;   /* (count) largest |value| of an event since it last happened; INFINITY: it never has */
     double *terms;   /* result of event_terms */
     double *room;    /* (2 n + 1) a state in the step; (n) jump of rates */
+    /* (count) largest |value| of an event since it last happened, or of a kink since a step last began there,
+     * INFINITY: it never has; when that was, of a kink [s] */
+    double *risen, *visited;
     struct refdyn_contacts contacts; /* their values depend on their modes */
 
     /* the zero that is being located, and steps that did not end on it */
@@ -556,16 +559,21 @@ static inline int refdyn_sign_of(double x) {
 int refdyn_state_events_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
 double refdyn_state_events_cause(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, int status);
 /* Before a step: takes the actions of due events at its beginning, including impacts. Then other events may
- * be due, which are reported to the caller first. Errors: EVENTS_ACCUMULATE; EVENT_NOT_MET; SLIDES, after
- * many short steps at a jump of forces that leads back to itself; those of refdyn_accelerate and, where rows
- * are met by projection, of refdyn_project. */
+ * be due, which are reported to the caller first. Errors: EVENTS_ACCUMULATE; EVENT_NOT_MET; SLIDES, where
+ * rows turn, or from refdyn_sliding_check; those of refdyn_accelerate and, where rows are met by projection,
+ * of refdyn_project. */
 int refdyn_event_actions_take(struct refdyn_motion *motion);
 /* Lets the motion continue from the beginning of the step without what it keeps of earlier steps; is_new: as
  * in refdyn_step_break_off. */
 void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new);
 
+/* ---- Kinks (kinks.c) ---- */
+
 /* A value of kink i up to this size counts as zero; beyond it, the kink is passed. */
 double refdyn_kinks_width(const struct refdyn_state_events *events, int i);
+/* Changes a value by `change`: moves positions or rates (n) along its derivatives `by` (n). Returns 0 if
+ * these are 0. */
+int refdyn_kinks_move_along(const double *by, int n, double change, double *positions);
 /* Returns whether rows may turn at value i, as they may at kinks of positions. The terms are those of any
  * state. */
 int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step,
@@ -579,6 +587,37 @@ int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state);
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step);
 void refdyn_kinks_see_before(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                              double *state);
+/* Moves a state at the beginning of the step to the side of the due kinks to which their crossings lead, or
+ * for side -1 to the other one. Returns whether it has moved. */
+int refdyn_kinks_leave(struct refdyn_state_events *events, const struct refdyn_step *step, int side,
+                       double *state);
+/* Call it after rows have turned at due kinks: returns whether the new rates lead back to one of them. */
+int refdyn_kinks_lead_back(struct refdyn_state_events *events, const struct refdyn_step *step);
+
+/* ---- Motions that make no progress (sliding.c) ---- */
+
+/* `struct refdyn_idle` is written only by sliding.c. */
+struct refdyn_idle {
+    double t;  /* the motion has progressed until then [s] */
+    int count; /* steps that have begun since without progress */
+};
+
+/* Call it where a motion starts, after refdyn_state_events_start: a start on a jump moves to the side to
+ * which the motion leads. Errors: those of refdyn_rates. */
+int refdyn_sliding_start(struct refdyn_motion *motion);
+/* Call it before kinks that are due are passed. */
+void refdyn_sliding_note_due(struct refdyn_state_events *events);
+/* Call it at the beginning of a step, with the values there. Returns SLIDES if the value of a kink and its
+ * rate are zero, or after many steps that have stayed at a kink, if the jump there leads back to itself. */
+int refdyn_sliding_check(struct refdyn_motion *motion);
+/* After a step has failed with this status. Where it begins at a jump, STEP_TOO_SMALL and NO_CONVERGENCE
+ * become SLIDES if the jump leads back to itself, and OK if the motion crosses the jump, which is then due.
+ */
+int refdyn_sliding_resolve(struct refdyn_motion *motion, int status, double t_out);
+/* The first function begins a motion. Call the second one at the beginning of each step: after many steps
+ * that hardly move the time, it returns SLIDES if formulas have kinks, else STEP_TOO_SMALL. */
+void refdyn_idle_start(struct refdyn_motion *motion);
+int refdyn_idle_check(struct refdyn_motion *motion, double t_out);
 
 /* ---- Energy (energy.c) ---- */
 
@@ -681,6 +720,7 @@ struct refdyn_motion {
     struct refdyn_step_control control;
     struct refdyn_time_events time_events;
     struct refdyn_state_events state_events;
+    struct refdyn_idle idle;
     struct refdyn_programme programme;
     struct refdyn_automatic automatic;
     struct refdyn_singular_crossing crossing;

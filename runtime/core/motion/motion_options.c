@@ -32,7 +32,7 @@ static int is_not_negative(double x) {
 }
 
 static const char *wrong_option(const struct refdyn_options *options) {
-    if ((int)options->method < 0 || (int)options->method >= REFDYN_METHOD_COUNT)
+    if ((unsigned)options->method >= REFDYN_METHOD_COUNT)
         return "method is unknown";
     const int is_fixed = options->tol == 0;
     if (!is_fixed && !(options->tol >= DBL_EPSILON && options->tol < 1))
@@ -49,9 +49,9 @@ static const char *wrong_option(const struct refdyn_options *options) {
         return "step_max must be positive, or 0 for none";
     if (!is_not_negative(options->length))
         return "length must be positive, or 0 for that of the model";
-    if ((int)options->stabilise < REFDYN_NONE || (int)options->stabilise > REFDYN_PROJECT)
+    if ((unsigned)options->stabilise > REFDYN_PROJECT)
         return "stabilise must be none, baumgarte or project";
-    if ((int)options->singular < REFDYN_STOP || (int)options->singular > REFDYN_PASS)
+    if ((unsigned)options->singular > REFDYN_PASS)
         return "singular must be stop or pass";
     if (!is_not_negative(options->gain_share))
         return "gain_share must be positive, or 0 for the gains of the rows";

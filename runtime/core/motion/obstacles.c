@@ -88,7 +88,8 @@ static const struct kind kinds[] = {
      .step = refdyn_crossing_step,
      .seen = refdyn_crossing_seen},
     {.find = refdyn_time_events_find, .leave = refdyn_rows_take_new},
-    {.seen = refdyn_state_events_seen,
+    {.start = refdyn_idle_start,
+     .seen = refdyn_state_events_seen,
      .cause = refdyn_state_events_cause,
      .leave = refdyn_event_actions_take},
 };

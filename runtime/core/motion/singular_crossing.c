@@ -526,5 +526,5 @@ const char *refdyn_refusal_text(enum refdyn_refusal refusal) {
         [REFDYN_OTHER_BRANCH] = "the state found may lie on another branch",
         [REFDYN_LARGE_ERROR] = "its error is larger than a tenth of the tolerance",
     };
-    return (int)refusal >= 0 && refusal <= REFDYN_LARGE_ERROR ? texts[refusal] : "unknown refusal";
+    return (unsigned)refusal <= REFDYN_LARGE_ERROR ? texts[refusal] : "unknown refusal";
 }

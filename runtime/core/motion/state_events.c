@@ -42,6 +42,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->due = layout_ints(layout, count);
     events->passed = layout_ints(layout, count);
     events->returns = layout_ints(layout, count);
+    events->is_met = layout_ints(layout, count);
     events->samples = layout_doubles(layout, (REFDYN_EVENT_SAMPLES + 1) * count);
     events->sizes = layout_doubles(layout, count);
     events->zeros = layout_doubles(layout, count);
@@ -49,6 +50,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->values = layout_doubles(layout, count);
     events->rates = layout_doubles(layout, count);
     events->risen = layout_doubles(layout, count);
+    events->visited = layout_doubles(layout, count);
     events->terms = layout_doubles(layout, count > 0 ? count_terms(model) : 0);
     events->room = layout_doubles(layout, count > 0 ? 2 * model->n + 1 : 0);
     refdyn_contacts_lay_out(&events->contacts, model, layout);
@@ -218,6 +220,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
     events->repeats = 0;
     if (events->count == 0)
         return REFDYN_OK;
+    memset(events->is_met, 0, (size_t)events->count * sizeof *events->is_met);
     memset(events->returns, 0, (size_t)events->count * sizeof *events->returns);
     for (int i = 0; i < events->count; i++)
         events->risen[i] = INFINITY;

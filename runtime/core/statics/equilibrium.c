@@ -69,7 +69,7 @@ static const char *wrong_option(const struct refdyn_statics_options *options) {
         return "load_least must lie above 0 and at most at load_step";
     if (!isfinite(options->t))
         return "t must be finite";
-    if ((int)options->way < REFDYN_ALONG_LOAD || (int)options->way > REFDYN_DOWNHILL)
+    if ((unsigned)options->way > REFDYN_DOWNHILL)
         return "way must be one of those of refdyn_statics_way";
     if (options->row_count < 0 || (options->row_count > 0 && !options->rows))
         return "row_count must be that of rows";

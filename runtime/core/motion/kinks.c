@@ -1,0 +1,145 @@
+/*
+ * Kinks: values without an action whose zeros are kinks or jumps of the model's formulas.
+ *
+ * In: the values of kinks and their derivatives. Out: states on one side of them, so that steps begin beyond
+ * a kink, or end before one at which rows turn.
+ */
+#include "runtime/core/motion/motion.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "runtime/core/linear/linear.h"
+
+/* A kink counts as zero up to this part of its largest value so far. */
+static const double width = 1e-10;
+/* A kink at which rows turn is at rest below this part of its fastest passage. */
+static const double turn_at_rest = 1e-6;
+
+double refdyn_kinks_width(const struct refdyn_state_events *events, int i) {
+    return width * events->sizes[i];
+}
+
+/* At this distance from zero, rounding does not affect on which side of kink i a state is. */
+static double margin_of(const struct refdyn_state_events *events, int i, double noise) {
+    return fmax(4 * noise, DBL_EPSILON * events->sizes[i]);
+}
+
+int refdyn_kinks_move_along(const double *by, int n, double change, double *state) {
+    const double square = dense_dot(by, by, n);
+    if (square > 0)
+        dense_add(state, change / square, by, n);
+    return square > 0;
+}
+
+int refdyn_kinks_leave(struct refdyn_state_events *events, const struct refdyn_step *step, int side,
+                       double *state) {
+    const int n = step->n;
+    int has_moved = 0;
+    for (int k = events->due_named; k < events->due_count; k++) {
+        const int i = events->due[k];
+        const int to = side * events->towards[i];
+        refdyn_state_events_evaluate(events, step, step->t_begin, state);
+        const struct refdyn_assessed now =
+            refdyn_state_events_assess(events, step, i, step->t_begin, state, step->rates);
+        const double change = to * margin_of(events, i, now.noise) - events->values[i];
+        const double *by_qd = refdyn_state_events_by_qd(events, n, i);
+        if (to * change > 0)
+            has_moved |= refdyn_kinks_move_along(by_qd, n, change, state + n) ||
+                         refdyn_kinks_move_along(by_qd - events->count * n, n, change, state);
+    }
+    return has_moved;
+}
+
+int refdyn_kinks_lead_back(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
+    for (int k = events->due_named; k < events->due_count; k++) {
+        const int i = events->due[k];
+        const double rate =
+            refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates).rate;
+        events->turned[i] = fmax(events->turned[i], fabs(events->rates[i]));
+        if (events->towards[i] * rate <= turn_at_rest * events->turned[i])
+            return 1;
+    }
+    return 0;
+}
+
+int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step,
+                               int i) {
+    const double *by_qd = refdyn_state_events_by_qd(events, step->n, i);
+    return refdyn_state_events_is_kink(events, i) && step->evaluation.work->model->m > 0 &&
+           refdyn_largest(by_qd, step->n, NULL) == 0;
+}
+
+/* Moves a state in the step that has passed a kink of positions by rounding only back before it. Returns the
+ * kink; -1: there is none. */
+static int move_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                             double *state) {
+    int held = -1;
+    if (events->named == events->count || step->evaluation.work->model->m == 0 ||
+        refdyn_state_events_values(events, step, t, state, events->values))
+        return -1;
+    for (int i = events->named; i < events->count; i++) {
+        const double value = events->values[i];
+        if (events->side[i] == 0 || events->side[i] * value > 0 ||
+            fabs(value) > refdyn_kinks_width(events, i))
+            continue;
+        refdyn_state_events_evaluate(events, step, t, state);
+        const double *by_q = events->terms + events->count + i * step->n;
+        const double before = fmax(
+            fabs(value),
+            margin_of(events, i, refdyn_state_events_assess(events, step, i, t, state, step->rates).noise));
+        if (refdyn_kinks_may_turn_rows(events, step, i) &&
+            refdyn_kinks_move_along(by_q, step->n, events->side[i] * before - value, state))
+            held = i;
+    }
+    return held;
+}
+
+/* Is a state in the step beyond kink i, or perhaps by rounding? A kink at the beginning of the step is passed
+ * there. The values are those of this state. */
+static int is_beyond(const struct refdyn_state_events *events, int i) {
+    const double width_now = refdyn_kinks_width(events, i);
+    return events->side[i] != 0 && fabs(events->samples[i]) > width_now &&
+           events->side[i] * events->values[i] <= width_now;
+}
+
+int refdyn_kinks_see_beyond(struct refdyn_motion *motion, double t, const double *state) {
+    struct refdyn_state_events *events = &motion->state_events;
+    const struct refdyn_workspace *work = motion->work;
+    int sees = 0;
+    work->model->event(work->p, work->x, t, state, state + work->n, events->values);
+    for (int i = events->named; i < events->count; i++)
+        sees |= is_beyond(events, i);
+    return sees;
+}
+
+int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state) {
+    struct refdyn_state_events *events = &motion->state_events;
+    const struct refdyn_workspace *work = motion->work;
+    const struct refdyn_step *step = &motion->step;
+    const int n = step->n;
+    int has_moved = 0;
+    for (int i = events->named; i < events->count; i++) {
+        work->model->event(work->p, work->x, t, state, state + n, events->values);
+        if (!is_beyond(events, i))
+            continue;
+        work->model->event_terms(work->p, work->x, t, state, state + n, events->terms);
+        const double noise = refdyn_state_events_assess(events, step, i, t, state, step->rates).noise;
+        const double change = events->side[i] * margin_of(events, i, noise) - events->values[i];
+        const double *by_qd = refdyn_state_events_by_qd(events, n, i);
+        has_moved |= events->side[i] * change > 0 &&
+                     (refdyn_kinks_move_along(by_qd, n, change, state + n) ||
+                      refdyn_kinks_move_along(by_qd - events->count * n, n, change, state));
+    }
+    return has_moved;
+}
+
+void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step) {
+    events->held = move_before_kinks(events, step, refdyn_step_inside(step, step->t_end), step->state_new);
+}
+
+void refdyn_kinks_see_before(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                             double *state) {
+    move_before_kinks(events, step, refdyn_step_inside(step, t), state);
+}
