@@ -138,7 +138,7 @@ REFUSED = {
     "version": (["--fmu", "1.0"], 2, "refdyn export: --fmu: '1.0' is not one of 2.0, 3.0"),
     "no version": ([], 2, "refdyn export: --fmu is missing"),
     "platform": (["--fmu", "2.0", "--platform", "linux64,win32"], 2, "refdyn export: --platform: 'win32' is not one of linux64, win64"),
-    "folder": (["--fmu", "2.0", "-o", NOWHERE], 1, f"{NOWHERE}.part: output: cannot be written: No such file or directory"),
+    "folder": (["--fmu", "2.0", "-o", NOWHERE], 1, f"{NOWHERE}: output: cannot be written: No such file or directory"),
     "method": (["--fmu", "3.0", "--method", "msbdf"], 2, "refdyn export: --method: 'msbdf' is a method of GSL, which FMUs do not contain"),
 }
 
