@@ -20,6 +20,7 @@ DERIVATIVES = "d_qdd,d_qdd_free,d_force,d_rows,tangent,tangent_vectors"
 TOLERANCES = {"qdd": 2e-4, "qdd_free": 2e-4, "k": 1e-4, "phi": 1e-4, "psi": 1e-4, "v": 1e-4}
 # A pivot of its six rows, of which five are independent, is 5e-5 of its diagonal term.
 NEARLY_DEPENDENT = {"bricard": {"qdd": 2e-3}}
+needs_qemu = pytest.mark.skipif(not shutil.which("qemu-system-arm"), reason="qemu-system-arm is not installed")
 needs_arm = pytest.mark.skipif(not shutil.which(ARM[0]), reason=f"{ARM[0]} is not installed")
 
 
@@ -196,18 +197,33 @@ def test_no_helpers_for_doubles(core, tmp_path):
             assert others <= {f"{function}f" for function in libm} | {"memcpy", "memset"}, (core, file.name, others)
 
 
+def states_of(printed):
+    """The states that the controller prints as the bits of floats."""
+    return numpy.array([[int(word, 16) for word in line.split()] for line in printed.splitlines()[:5]], dtype=numpy.uint32).view(numpy.float32)
+
+
 @needs_arm
-def test_the_command_of_the_page(tmp_path):
-    """The block marked `arm` of the page for callers from C, which test_readme.py leaves out."""
-    command = re.search(r"^```arm\n(.*?)^```", (SOURCE / "runtime" / "README.md").read_text(), re.M | re.S)[1]
+@needs_qemu
+def test_the_commands_of_the_page(tmp_path):
+    """The block marked `arm` of the page for callers from C, which test_readme.py leaves out, and the processors in the table after it."""
+    page = (SOURCE / "runtime" / "README.md").read_text()
+    commands = re.search(r"^```arm\n(.*?)^```", page, re.M | re.S)[1]
     emit_single(REFERENCE, tmp_path / "emitted_float", *settings({"n_rfe": 1, "drive": "input"}), "--emit", "qdd,step")
-    subprocess.run(["bash", "-e", "-c", command], cwd=tmp_path, check=True)
-    assert {path.name for path in tmp_path.glob("*.o")} == {"manipulator.o", "manipulator_step.o"}
+    (tmp_path / "tests").symlink_to(SOURCE / "tests")
+    of_m4, printed = "-mcpu=cortex-m4 -mfpu=fpv4-sp-d16", []
+    flags = re.findall(r"^\| Cortex-M.*? \| `(-mcpu=\S+ -mfpu=\S+)`", page, re.M)
+    assert len(flags) == 3 and of_m4 in commands and of_m4 in flags
+    for processor in flags:
+        of_processor = commands.replace(of_m4, processor).replace("mps2-an386", "mps2-an386" if processor == of_m4 else "mps2-an500")
+        done = subprocess.run(["bash", "-e", "-c", of_processor], cwd=tmp_path, check=True, capture_output=True, text=True, timeout=100)
+        printed.append(states_of(done.stdout))
+    assert printed[0].shape == (5, 8)
+    check([close(f"states by {processor}", states, printed[0], 1e-5) for processor, states in zip(flags, printed)])
 
 
 @needs_arm
+@needs_qemu
 @pytest.mark.skipif(not LONG, reason="in tests/long")
-@pytest.mark.skipif(not shutil.which("qemu-system-arm"), reason="qemu-system-arm is not installed")
 def test_a_controller_on_a_cortex_m4(tmp_path):
     """The floats of the host, to a few units in the last place of the largest: only sinf and cosf differ. The stack is within its bound."""
     emit_single(REFERENCE, tmp_path, *settings({"n_rfe": 1, "drive": "input"}), "--emit", "step")
@@ -219,8 +235,7 @@ def test_a_controller_on_a_cortex_m4(tmp_path):
     host = subprocess.run([tmp_path / "host"], capture_output=True, text=True, check=True).stdout
     target = subprocess.run(["qemu-system-arm", "-M", "mps2-an386", "-cpu", "cortex-m4", "-semihosting", "-nographic", "-kernel", "m4.elf"], cwd=tmp_path,
                             capture_output=True, text=True, check=True, timeout=120).stdout
-    rows = [numpy.array([[int(word, 16) for word in line.split()] for line in text.splitlines()[:5]], dtype=numpy.uint32).view(numpy.float32)
-            for text in (host, target)]
+    rows = [states_of(host), states_of(target)]
     assert rows[0].shape == (5, 8) and abs(rows[0]).max() > 0.1
     check([close("states", rows[1], rows[0], 16 * numpy.finfo(numpy.float32).eps)])
     used, header = int(target.split()[-1]), (tmp_path / "manipulator_step.h").read_text()
