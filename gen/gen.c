@@ -127,7 +127,7 @@ static bool derive_quantities(struct generation *gen) {
     if (lacks || (quantities_list_functions(gen->plan, quantities) && has_function(gen->plan)))
         return !lacks;
     if (gen->plan->left_out)
-        message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit; the model has %s",
+        message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit for this model; %s",
                       gen->emit, gen->plan->left_out);
     else
         message_error(&gen->messages, gen->model.place,
@@ -304,6 +304,10 @@ bool gen_function(const struct generation *gen, int number, struct emitted_funct
 struct result_part gen_result_part(const struct generation *gen, int function, int part) {
     const struct array *array = &gen->plan->functions[function].arrays[part];
     return (struct result_part){array->name, array->about, array->count, array->columns};
+}
+
+const char *gen_left_out(const struct generation *gen) {
+    return gen->plan->left_out;
 }
 
 const char *gen_lack(const struct generation *gen, int number) {

@@ -35,6 +35,10 @@ enum gen_status gen_read(struct generation *generation, const struct read_reques
 /* The message about a wrong list of quantities, with the allowed ones; NULL: the list is right. Call it
  * before gen_plan. */
 const char *gen_wrong_emit(struct generation *generation, const char *emit);
+/* Returns whether a list of quantities names this one, as a whole or by a block; "all" and NULL name each. */
+bool gen_is_named(const char *emit, const char *quantity);
+/* Returns whether a list of quantities asks for fixed steps. */
+bool gen_has_steps(const char *emit);
 /* Derives and plans the functions named in `emit`: comma-separated quantities, "all", or NULL for all that
  * the scene has except derivatives. Reports an error if the scene lacks them all. */
 enum gen_status gen_plan(struct generation *generation, const char *emit);
@@ -50,6 +54,8 @@ enum gen_status gen_check_folder(struct generation *generation, const char *dire
 /* Removes the parts NAME_2.c ... of a longer earlier emission from the folder, because they would be
  * compiled with this one. Other files with such names stay. */
 enum gen_status gen_remove_stale_parts(struct generation *generation, const char *directory);
+/* The requested quantities that the model does not have, with reasons; NULL: it has all. */
+const char *gen_left_out(const struct generation *generation);
 /* Prints what was emitted: coordinates, operation counts, omitted quantities. */
 void gen_print_summary(const struct generation *generation, FILE *out);
 /* Prints the tree of links, coordinates, constraints and parameters, as `refdyn check` shows it. */

@@ -81,8 +81,17 @@ function(_refdyn_take_files fresh folder)
     file(REMOVE_RECURSE ${fresh})
 endfunction()
 
-# By properties, since target_link_libraries would bind who calls it for the same target to PUBLIC and PRIVATE.
+# By properties, since target_link_libraries would bind who calls it for the same target to PUBLIC and PRIVATE. Where
+# refdyn_generate was installed for another machine, the runtime is a header.
 function(_refdyn_link target library)
+    if(NOT TARGET ${library} AND "${library}" STREQUAL "refdyn::runtime")
+        get_property(headers GLOBAL PROPERTY REFDYN_HEADER_FOLDER)
+        target_include_directories(${target} PUBLIC ${headers})
+        return()
+    elseif(NOT TARGET ${library})
+        message(FATAL_ERROR "refdyn_generate(${target}): LANES: needs ${library}, which does not exist for "
+                            "${CMAKE_SYSTEM_NAME} ${CMAKE_SYSTEM_PROCESSOR}; leave out LANES")
+    endif()
     foreach(property IN ITEMS LINK_LIBRARIES INTERFACE_LINK_LIBRARIES)
         set_property(TARGET ${target} APPEND PROPERTY ${property} ${library})
     endforeach()
@@ -211,7 +220,8 @@ function(refdyn_generate target model)
     cmake_path(ABSOLUTE_PATH model BASE_DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR} NORMALIZE)
     if(NOT TARGET ${target})
         add_library(${target})
-        set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+        get_property(has_shared GLOBAL PROPERTY TARGET_SUPPORTS_SHARED_LIBS)
+        set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ${has_shared})
     endif()
     _refdyn_choose_folder(folder ${target} ${model})
     file(MAKE_DIRECTORY ${folder})

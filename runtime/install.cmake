@@ -21,14 +21,16 @@ if(TARGET refdyn_runtime)
     install(EXPORT refdyn NAMESPACE refdyn:: FILE refdynTargets.cmake DESTINATION ${package_folder})
 endif()
 set(program_folder ${CMAKE_INSTALL_BINDIR})
+cmake_path(APPEND CMAKE_INSTALL_INCLUDEDIR refdyn OUTPUT_VARIABLE header_folder)
 configure_package_config_file(runtime/refdynConfig.cmake.in ${PROJECT_BINARY_DIR}/refdynConfig.cmake
-                              INSTALL_DESTINATION ${package_folder} PATH_VARS program_folder)
+                              INSTALL_DESTINATION ${package_folder} PATH_VARS program_folder header_folder)
 install(FILES ${PROJECT_BINARY_DIR}/refdynConfig.cmake DESTINATION ${package_folder})
 install(FILES runtime/generate.cmake DESTINATION ${package_folder} RENAME refdynGenerate.cmake)
 install(FILES ${runtime_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/refdyn)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/refdynConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+# refdynConfig.cmake compares the machines, because emitted C is for any.
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/refdynConfigVersion.cmake COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES ${PROJECT_BINARY_DIR}/refdynConfigVersion.cmake DESTINATION ${package_folder})
 
 # The prefix follows from where refdyn.pc lies, so that an installed tree can be moved, unless a folder was

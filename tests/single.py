@@ -11,6 +11,7 @@ from program import SOURCE, refdyn
 STRICT = [*WARNINGS, "-Wdouble-promotion"]
 # What microcontrollers with a floating-point unit for single precision alone are compiled for.
 CORES = {"m4": ["-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"], "m7": ["-mcpu=cortex-m7", "-mfpu=fpv5-sp-d16"]}
+DOUBLE_CORE = ["-mcpu=cortex-m7", "-mfpu=fpv5-d16"]  # a unit for double precision
 ARM = ["arm-none-eabi-gcc", "-std=c11", "-mthumb", "-mfloat-abi=hard"]
 
 
@@ -55,12 +56,28 @@ class Single:
                                                          *map(pointer, map(real, rates)), pointer(out))
         return out
 
+    def blocks(self, quantity, state):
+        """The blocks of a function of derivatives: pairs in single and in double precision by name."""
+        body = re.search(rf"struct {self.name}_{quantity}_result \{{(.*?)\}};", self.header, re.S)[1]
+        sizes = [(name, int(size)) for name, size in re.findall(r"float (\w+)\[(\d+)\]", body)]
+        rates, total, found = numpy.split(numpy.asarray(state["qd"]), len(state["qd"]) // self.double.n), sum(size for _, size in sizes), []
+        for library, kind, number, p, x in self.both():
+            out, arrays = numpy.full(total, numpy.nan, dtype=kind), [numpy.ascontiguousarray(values, dtype=kind) for values in (p, x, state["q"], *rates)]
+            p, x, *state_of = [array.ctypes.data_as(ctypes.POINTER(number)) for array in arrays]
+            getattr(library, f"{self.name}_{quantity}")(p, x, number(state["t"]), *state_of, out.ctypes.data_as(ctypes.POINTER(number)))
+            found.append(numpy.split(out, numpy.cumsum([size for _, size in sizes])[:-1]))
+        return {name: pair for (name, _), pair in zip(sizes, zip(*found))}
+
+    def both(self):
+        """Library, type of numbers in numpy and in ctypes, parameters and inputs, in single and in double precision."""
+        return ((self.library, numpy.float32, ctypes.c_float, self.p, self.x),
+                (self.double.library, float, ctypes.c_double, self.double.p, self.double.x))
+
     def steps(self, state, h, count, method="rk4"):
         """The state after steps without derivatives, in single and in double precision; None: they failed."""
         ends, n = [], self.double.n
         size = int(re.search(rf"_step_{method}_work = (\d+)", self.header)[1])
-        for library, kind, number, p, x in ((self.library, numpy.float32, ctypes.c_float, self.p, self.x),
-                                            (self.double.library, float, ctypes.c_double, self.double.p, self.double.x)):
+        for library, kind, number, p, x in self.both():
             arrays = [numpy.ascontiguousarray(values, dtype=kind) for values in (p, x, state[:n], state[n:], numpy.zeros(2 * n), numpy.zeros(size))]
             p, x, q, qd, end, work = [array.ctypes.data_as(ctypes.POINTER(number)) for array in arrays]
             failed = getattr(library, f"{self.name}_step_{method}")(p, x, number(0), number(h), count, q, qd, end, None, work)

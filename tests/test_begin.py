@@ -1,4 +1,4 @@
-"""First steps of a new user: `refdyn new`, completion, the manual page, a project of five lines, the shared library."""
+"""First steps of a new user: `refdyn new`, completion, the manual page, a project of five lines, also for another machine, the shared library."""
 import json
 import os
 import re
@@ -394,6 +394,106 @@ int main(void) {
     assert "links linked-NOTFOUND" in configure(project, prefix)
     build(project)
     assert run(project / "build" / "user") == "1.25 4\n"
+
+
+# ---- a project for another machine ----
+
+ARM_FILES = SOURCE / "tests" / "arm"
+needs_arm = pytest.mark.skipif(not (shutil.which("arm-none-eabi-gcc") and shutil.which("qemu-system-arm")), reason="Arm's compiler and QEMU are not installed")
+PRINTS_ENERGY = """#include "arm.h"
+#include <stdio.h>
+int main(void) {
+    REAL state[2 * arm_n], energy[2];
+    struct arm_parameters p;
+    struct arm_inputs x = {0};
+    arm_defaults(&p);
+    arm_start(&p, &x, 0, NULL, NULL, state);
+    arm_energy(&p, &x, 0, state, state + arm_n, energy);
+    printf("%d %.9g %d\\n", arm_n, (double)energy[1], (int)sizeof p.m_load);
+    return 0;
+}
+"""
+
+
+def cross_project(project, lines, program):
+    project.mkdir(exist_ok=True)
+    (project / "CMakeLists.txt").write_text("cmake_minimum_required(VERSION 3.25)\nproject(mine LANGUAGES C)\n" + lines)
+    (project / "main.c").write_text(program)
+
+
+def cross_configure(project, *words, **options):
+    return run("cmake", "-S", project, "-B", project / "build", "-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_TOOLCHAIN_FILE={ARM_FILES / 'cortex_m4.cmake'}", *words,
+               **options)
+
+
+def emulate(program):
+    return run("qemu-system-arm", "-M", "mps2-an386", "-nographic", "-semihosting", "-kernel", program)
+
+
+@needs_arm
+@pytest.mark.parametrize("real", ["float", "double"])
+@pytest.mark.parametrize("where", ["installed", "sources"])
+def test_project_for_a_microcontroller(where, real, project, prefix):
+    """The installed libraries are for this machine; the emitted C is for the other one. The sources compile no program."""
+    if (where, real) == ("sources", "double") and not LONG:
+        pytest.skip("compiles the core")
+    find = "find_package(refdyn REQUIRED)" if where == "installed" else f"add_subdirectory({SOURCE} refdyn)"
+    cross_project(project, f"{find}\nadd_executable(mine main.c)\nrefdyn_generate(mine arm.lua REAL {real} EMIT energy start)\ntarget_link_libraries(mine m)\n",
+                  PRINTS_ENERGY.replace("REAL", real))
+    said = cross_configure(project, f"-DCMAKE_PREFIX_PATH={prefix}" if where == "installed" else f"-DREFDYN_PROGRAM={REFDYN}")
+    assert ("refdyn: the libraries are for " in said) == (where == "installed"), said
+    build(project)
+    coordinates, energy, size = emulate(project / "build" / "mine").split()
+    expected = json.loads(refdyn("eval", "arm.lua", cwd=project).stdout)
+    assert (int(coordinates), int(size)) == (len(expected["coordinates"]), {"float": 4, "double": 8}[real])
+    assert abs(float(energy) / expected["energy"]["potential"] - 1) < {"float": 1e-5, "double": 1e-8}[real]
+
+
+@needs_arm
+def test_libraries_for_another_machine_are_refused(project, prefix):
+    for lines, message in (("target_link_libraries(mine refdyn::runtime)", "but the target was not found"),
+                           ("refdyn_generate(mine arm.lua LANES)", "LANES: needs refdyn::batch, which does not exist for Generic cortex-m4; leave out LANES")):
+        cross_project(project, f"find_package(refdyn REQUIRED)\nadd_executable(mine main.c)\n{lines}\n", PRINTS_ENERGY)
+        assert message in re.sub(r"\s+", " ", cross_configure(project, f"-DCMAKE_PREFIX_PATH={prefix}", status=1))
+
+
+PRINTS_MOTION = """#include "arm.h"
+#include <refdyn.h>
+#include <stdio.h>
+#include <stdlib.h>
+int main(void) {
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+    const size_t work_size = refdyn_workspace_size(&arm_model), integrator_size = refdyn_integrator_size(&arm_model, &options);
+    struct refdyn_workspace work;
+    struct refdyn_integrator integrator;
+    double q[arm_n], qd[arm_n];
+    if (refdyn_workspace_init(&work, &arm_model, malloc(work_size), work_size) ||
+        refdyn_integrator_init(&integrator, &work, &options, malloc(integrator_size), integrator_size))
+        return 1;
+    refdyn_initial_state(&work, q, qd);
+    refdyn_anchor(&work, 0, q, qd, NULL);
+    if (refdyn_integrator_start(&integrator, 0, q, qd) || refdyn_integrator_to(&integrator, 0.05))
+        return 1;
+    for (int i = 0; i < arm_n; i++)
+        printf("%.16g\\n", integrator.q[i]);
+    return 0;
+}
+"""
+
+
+@needs_arm
+@pytest.mark.skipif(not LONG, reason="compiles the core")
+def test_a_motion_on_a_microcontroller(project):
+    """Of the core, compiled for a Cortex-M4 from the sources and for this machine: states agree to rounding."""
+    cross_project(project, f"add_subdirectory({SOURCE} refdyn)\nadd_executable(mine main.c)\nrefdyn_generate(mine arm.lua)\ntarget_link_libraries(mine m)\n",
+                  PRINTS_MOTION)
+    cross_configure(project, f"-DREFDYN_PROGRAM={REFDYN}")
+    build(project)
+    run("cmake", "-S", project, "-B", project / "host", "-DCMAKE_BUILD_TYPE=Release", f"-DREFDYN_PROGRAM={REFDYN}")
+    run("cmake", "--build", project / "host", "--parallel", JOBS)
+    states = [[float(line) for line in said.split()] for said in (emulate(project / "build" / "mine"), run(project / "host" / "mine"))]
+    assert len(states[0]) == 5 and max(map(abs, states[0])) > 0.1
+    assert all(abs(a - b) < 1e-12 for a, b in zip(*states)), states
 
 
 WRONG_CALLS = {

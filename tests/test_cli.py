@@ -500,6 +500,20 @@ def test_bench_has_every_quantity(model, tmp_path):
     assert found == {name: [int(count) for count in counts] for name, *counts in listed}
 
 
+@pytest.mark.quick
+def test_bench_prints_what_is_named():
+    """Functions that others call or that the program itself needs have no line. Steps are refused, as are quantities that the model lacks."""
+    quantities = lambda *emit: [json.loads(line)["quantity"] for line in refdyn("bench", PENDULUM, "--emit", ",".join(emit)).stdout.splitlines()]
+    assert quantities("M_h", "d_qdd.q") == ["M_h", "d_qdd", "build"]
+    assert quantities("implicit", "qdd") == ["qdd", "tangent", "build"]
+    done = refdyn("bench", PENDULUM, "--emit", "M,u")
+    assert len(done.stdout.splitlines()) == 2 and done.stderr == "refdyn: double_pendulum: left out: u: no constraints\n"
+    done = refdyn("bench", PENDULUM, "--emit", "u", status=1)
+    assert done.stdout == "" and done.stderr == f"{PENDULUM}:4: --emit u: nothing to emit for this model; u: no constraints\n"
+    for steps in ("step", "qdd,step.p"):
+        assert refdyn("bench", PENDULUM, "--emit", steps, status=2).stderr.startswith("refdyn bench: --emit: steps are not measured, because ")
+
+
 @pytest.mark.parametrize("command", [["bench"], ["report", "--until", 0.1, "--methods", "rk8", "--tols", 1e-3, "-o", "out"]],
                          ids=["bench", "report"])
 def test_warnings_are_told_once(command, tmp_path):

@@ -50,6 +50,8 @@ def test_computed_torque(how, request):
     shown, shown_without = map(float, re.search(r"stay within (\S+) rad .* off\s+by (\S+) rad", PAGE, re.S).groups())
     check([close("error with the model", [with_model], [shown], 0.05), close("error without", [without], [shown_without], 0.05)])
     assert with_model < 0.01 * without
+    median, longest = map(float, re.search(r"controller: median (\S+) us, longest of 1500 (\S+) us", printed).groups())
+    assert 0 < median < longest and "TIME_UTC" not in (EXAMPLES / "computed_torque.c").read_text(), "the clock is too coarse"
 
 
 def test_vibration(run):

@@ -5,7 +5,7 @@ import shutil
 import pytest
 
 from program import LONG, MODELS, TESTS, all_models, models_of_tests
-from single import ARM, CORES
+from single import ARM, CORES, DOUBLE_CORE
 from stack import compare, emit
 
 # Loops; frames that come closest to the bound; functions that call others; sweeps over a tree.
@@ -14,13 +14,13 @@ SCENES = [(TESTS / "models" / "hanging_chain.lua", []), (TESTS / "models" / "pro
 BRANCHED = (MODELS / "branched.lua", [])  # its d_force has the most values alive at once
 COMPILERS = [("double", [compiler, level]) for compiler in ("gcc", "clang") for level in ("-O2", "-Os")]
 COMPILERS += [("float", [*ARM, *CORES[core], level]) for core in CORES for level in ("-O2", "-Os")]
-COMPILERS += [("double", [*ARM, *CORES["m4"], level]) for level in ("-O2", "-Os")]
+COMPILERS += [("double", [*ARM, *core, level]) for core in (CORES["m4"], DOUBLE_CORE) for level in ("-O2", "-Os")]
 MICRO = [*ARM, *CORES["m4"], "-O2"]
 LARGE, FURTHEST = 500, 3.5  # bytes of a function from which the bound may be at most so many times as large
 
 
 def name_of(value):
-    return f"{value[0]}-{value[1][0]}-{'-'.join(word.strip('-') for word in value[1][1:] if 'cpu' in word or '-O' in word)}"
+    return f"{value[0]}-{value[1][0]}-{'-'.join(word.strip('-') for word in value[1][1:] if word[:4] in ('-mcp', '-mfp', '-O2', '-Os'))}"
 
 
 def scenes_of(number):

@@ -10,7 +10,7 @@ from compiled import Compiled, array, pointer
 from program import LONG, MODELS, REFERENCE, SOURCE, TESTS, check, close, motion, refdyn, settings
 
 METHODS = ("rk4", "gauss")
-WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
+WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wdouble-promotion -Werror".split()
 # Rows with gains, inputs, time, splines, friction, one coordinate and many: the variants of a step.
 ZERO = 1e-5  # change of a parameter whose value is zero, such as a time constant of damping
 SCENES = [(REFERENCE, ["--set", "n_rfe=2", "--set", "drive=input"]), (MODELS / "pendulum.lua", []), (MODELS / "crane.lua", []),
@@ -181,6 +181,43 @@ def test_implicit_steps_at_rest_under_a_preload(tmp_path):
             failed, out = sliders.step("gauss", 0, h, 1, state)
             assert not failed, (h, state)
             assert abs(out[:2]).max() < 100 * abs(state).max() + 1e-12, (h, state)
+
+
+COUNTER = """#include "slider_step.h"
+#include <stdio.h>
+static unsigned values, derivatives, number = 12345;
+void slider_qdd(const struct slider_parameters *p, const struct slider_inputs *x, double t, const double q[1], const double qd[1], double qdd[1]) {
+    (void)p; (void)x; (void)t; (void)q; (void)qd;
+    values++;
+    number = number * 1664525u + 1013904223u;
+    qdd[0] = (double)number / 4294967296.0 - 0.5;
+}
+void slider_d_qdd(const struct slider_parameters *p, const struct slider_inputs *x, double t, const double q[1], const double qd[1],
+                  struct slider_d_qdd_result *out) {
+    (void)p; (void)x; (void)t; (void)q; (void)qd;
+    derivatives++;
+    *out = (struct slider_d_qdd_result){.t = {0}};
+}
+int main(void) {
+    const double q[1] = {0.3}, qd[1] = {0.7};
+    double state[2], work[slider_step_gauss_work];
+    const int failed = slider_step_gauss(NULL, NULL, 0, 0.9, 5, q, qd, state, NULL, work);
+    printf("%d %u %u\\n", failed, values, derivatives);
+    return 0;
+}
+"""
+
+
+def test_the_most_calls_of_an_implicit_step(tmp_path):
+    """Accelerations are random, so that no iteration converges: the calls are those of the header."""
+    (tmp_path / "slider.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "slider", links = {\n'
+                                         '{ "mass", joint = "x", mass = 1.3, spring = { x = 117 }, damper = { x = 0.2 } } } }\n')
+    refdyn("gen", tmp_path / "slider.lua", "--emit", "step", "-o", tmp_path)
+    (tmp_path / "counter.c").write_text(COUNTER)
+    subprocess.run(["gcc", "-std=c11", "-O0", *WARNINGS, "-I", SOURCE / "runtime", "counter.c", "slider_step.c", "-lm", "-o", "counter"], cwd=tmp_path, check=True)
+    stated = re.search(r"at most (\d+) iterations, in which it calls qdd (\d+) and d_qdd (\d+) times", (tmp_path / "slider_step.h").read_text()).groups()
+    assert subprocess.run([tmp_path / "counter"], capture_output=True, text=True).stdout.split() == ["1", stated[1], stated[2]]
+    assert 2 * int(stated[0]) == int(stated[1])
 
 
 @pytest.mark.parametrize("compiler", (["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]),

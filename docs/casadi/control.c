@@ -7,6 +7,7 @@
  *     refdyn gen docs/casadi/arm.lua --set n_rfe=4 --fold --emit step -o arm
  *     cc -O2 -Iruntime -Iarm docs/casadi/control.c arm/arm.c arm/arm_step.c -lm -o control && ./control
  */
+#define _POSIX_C_SOURCE 199309L /* clock_gettime */
 #include "arm_step.h"
 
 #include <math.h>
@@ -32,7 +33,7 @@ static int step_count;
 
 static double now(void) {
     struct timespec t;
-    timespec_get(&t, TIME_UTC);
+    clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 

@@ -286,14 +286,25 @@ const char *message_names(struct memory *memory, const char *const *names, int c
     return text;
 }
 
+enum { MOST_SHOWN = 40 };
+
+/* Up to MOST_SHOWN + 1 different ones of the names. */
+static int different_names(const char *const *known, int count, const char *names[static MOST_SHOWN + 1]) {
+    int found = 0;
+    for (int i = 0; i < count && found <= MOST_SHOWN; i++)
+        if (text_index(known[i], names, found) < 0)
+            names[found++] = known[i];
+    return found;
+}
+
 const char *message_advice_on_name(struct memory *memory, const char *name, const char *const *known,
                                    int count) {
-    enum { MOST_SHOWN = 40 };
-    const char *nearest = message_nearest_name(name, known, count);
+    const char *names[MOST_SHOWN + 1], *nearest = message_nearest_name(name, known, count);
     if (nearest)
         return memory_format(memory, "; did you mean \"%s\"?", nearest);
-    const char *shown = message_names(memory, known, count < MOST_SHOWN ? count : MOST_SHOWN);
-    if (count > 1)
-        return memory_format(memory, "; use one of %s%s", shown, count > MOST_SHOWN ? " ..." : "");
-    return count ? memory_format(memory, "; use %s", shown) : "; there are none";
+    const int found = different_names(known, count, names);
+    const char *shown = message_names(memory, names, found < MOST_SHOWN ? found : MOST_SHOWN);
+    if (found > 1)
+        return memory_format(memory, "; use one of %s%s", shown, found > MOST_SHOWN ? " ..." : "");
+    return found ? memory_format(memory, "; use %s", shown) : "; there are none";
 }

@@ -131,6 +131,19 @@ static long step_stack(const struct emission *x, int method, bool has_derivative
            (of_state > of_derivatives ? of_state : of_derivatives);
 }
 
+/*
+ * An iteration of step_iterate in text/step_body.c.in calls qdd for both stages. The first one calls d_qdd
+ * once; from the third one on, each may call d_qdd for both stages.
+ */
+enum { MOST_CORRECTIONS = 30, MOST_QDD = 2 * MOST_CORRECTIONS, MOST_D_QDD = 1 + 2 * (MOST_CORRECTIONS - 2) };
+
+static void put_most_calls(struct text *text) {
+    text_add(text,
+             "\n * A step takes at most %d iterations, in which it calls qdd %d and d_qdd %d times; "
+             "derivatives call d_qdd\n * twice more.",
+             MOST_CORRECTIONS, MOST_QDD, MOST_D_QDD);
+}
+
 /* As step_open in text/step_body.c.in lays it out. */
 long emit_step_work(const struct plan *plan, int method, bool has_derivatives) {
     struct step_part parts[STEP_PARTS];
@@ -172,7 +185,10 @@ static void put_header(const struct emission *x, struct text *text) {
         "time. */\n",
         2 * x->plan->tree->count);
     for (int i = 0; i < METHODS; i++) {
-        text_add(text, "\n/* %s Stack: at most %ld bytes. */\n", methods[i].about, step_stack(x, i, true));
+        text_add(text, "\n/* %s", methods[i].about);
+        if (methods[i].is_implicit)
+            put_most_calls(text);
+        text_add(text, " Stack: at most %ld bytes. */\n", step_stack(x, i, true));
         put_step_signature(x, text, i, false);
         text_add(text, ";\n");
         if (methods[i].is_implicit)
@@ -212,6 +228,7 @@ static void put_names(const struct emission *x, struct text *text) {
              tolerances[plan->is_single].rounding);
     text_add(text, "#define STEP_N %d\n#define STEP_INPUTS %d\n#define STEP_PARAMETERS %d\n",
              plan->tree->count, plan->model->input_count, columns_of_parameters(plan));
+    text_add(text, "#define STEP_CORRECTIONS %d /* of one step, at most */\n", MOST_CORRECTIONS);
     text_add(text, "#define STEP_QDD %s_qdd\n#define STEP_D_QDD %s_d_qdd\n\n", x->name, x->name);
     text_add(text,
              "typedef struct %s_parameters step_parameters;\ntypedef struct %s_inputs step_inputs;\n"

@@ -196,25 +196,55 @@ static bool is_in_list(const char *list, const char *name) {
 /* The word for the form of the tangent that needs fewer operations. */
 static const char implicit[] = "implicit";
 
+/* A word before its block of derivatives: "d_qdd" of "d_qdd.q". */
+static bool is_quantity_of_word(const char *word, const char *end, const char *quantity) {
+    const size_t length = strlen(quantity);
+    return (size_t)(end - word) >= length && !memcmp(word, quantity, length) &&
+           (word + length == end || word[length] == '.');
+}
+
+bool gen_is_named(const char *emit, const char *quantity) {
+    const bool is_tangent = !strcmp(quantity, "tangent") || !strcmp(quantity, "tangent_vectors");
+    if (!emit || is_in_list(emit, "all") || (is_tangent && is_in_list(emit, implicit)))
+        return true;
+    for (const char *word = emit, *end; word; word = *end ? end + 1 : NULL) {
+        end = word + strcspn(word, ",");
+        if (is_quantity_of_word(word, end, quantity))
+            return true;
+    }
+    return false;
+}
+
+bool gen_has_steps(const char *emit) {
+    return is_in_list(emit, step) || is_in_list(emit, step_with_parameters);
+}
+
 /* "d_qdd.q" */
 static const char *block_word(struct memory *memory, const char *quantity, int block) {
     return memory_format(memory, "%s.%s", quantity, derivatives_block_name(block));
 }
 
+/* Inverse dynamics alone reads accelerations, by which it can be differentiated. */
+static bool has_block(const struct quantity *quantity, int block) {
+    return derivatives_block_name(block) && (block != BY_QDD || quantity->build == quantity_d_inverse);
+}
+
 /* The message about a wrong block of derivatives; NULL: the block exists. */
 static const char *wrong_block(struct memory *memory, const char *word) {
     const char *names = "", *parts = "";
-    for (int k = 0; derivatives_block_name(k); k++)
+    for (int k = 0; k < BLOCK_COUNT; k++)
         parts = memory_format(memory, "%s .%s", parts, derivatives_block_name(k));
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         if (quantities[i].use != IN_BLOCKS)
             continue;
         names = memory_format(memory, "%s%s%s", names, *names ? " " : "", quantities[i].name);
-        for (int k = 0; derivatives_block_name(k); k++)
+        for (int k = 0; has_block(&quantities[i], k); k++)
             if (!strcmp(block_word(memory, quantities[i].name, k), word))
                 return NULL;
     }
-    return memory_format(memory, "'%s' is not a part of a quantity; %s have%s", word, names, parts);
+    return memory_format(memory,
+                         "'%s' is not a part of a quantity; %s have%s, d_inverse also .%s, and step .p", word,
+                         names, parts, derivatives_block_name(BY_QDD));
 }
 
 /* The message about a word that names no quantity, with the allowed words; NULL: the word is right. */
@@ -329,6 +359,8 @@ static int compose_local(struct derivation *d, struct function *f, const char *q
 /* It exists with and without rows, so that callers need not distinguish these models. */
 void quantity_qdd(struct derivation *d, struct function *f) {
     compose(d, f, d->m ? "constrained" : "qdd_free", "qdd");
+    if (!d->m)
+        f->arrays[f->array_count - 1].about = "(n) accelerations, M qdd = h + Q";
 }
 
 /* r = u^T lambda */
@@ -410,24 +442,25 @@ static bool is_asked_for(const struct derivation *d, const struct quantity *quan
            asks_for_all(d);
 }
 
-/* "no constraints: u v k qdd force; no points: r rd C d" */
-static void say_left_out(struct plan *plan, const char *quantity, const char *reason,
-                         const char **last_reason) {
-    const char *before = plan->left_out ? plan->left_out : "";
-    if (*last_reason && !strcmp(*last_reason, reason))
-        plan->left_out = memory_format(plan->memory, "%s %s", before, quantity);
-    else
-        plan->left_out =
-            memory_format(plan->memory, "%s%sno %s: %s", before, *before ? "; " : "", reason, quantity);
-    *last_reason = reason;
+/* What is left out, with what is missing: "u v k: no constraints; r rd: no points". */
+struct left_out {
+    const char *before, *names, *lacks; /* finished groups of quantities; the last group, and what it needs */
+};
+
+static void say_left_out(struct plan *plan, const char *quantity, const char *lacks, struct left_out *list) {
+    if (!list->lacks || strcmp(list->lacks, lacks))
+        *list = (struct left_out){plan->left_out ? memory_format(plan->memory, "%s; ", plan->left_out) : "",
+                                  "", lacks};
+    list->names = memory_format(plan->memory, "%s%s%s", list->names, *list->names ? " " : "", quantity);
+    plan->left_out = memory_format(plan->memory, "%s%s: no %s", list->before, list->names, lacks);
 }
 
 /* Removes the last function if it has no arrays, as derivatives by variables that the scene does not have. */
-static void drop_empty(struct plan *plan, const char **last_reason) {
+static void drop_empty(struct plan *plan, struct left_out *list) {
     const struct function *last = &plan->functions[plan->function_count - 1];
     if (last->array_count)
         return;
-    say_left_out(plan, last->quantity, "variables of that kind", last_reason);
+    say_left_out(plan, last->quantity, "variables of that kind", list);
     plan->function_count--;
 }
 
@@ -524,13 +557,13 @@ static void make_gains(const struct derivation *d) {
 /* What a scene without this quantity does not have; NULL: the scene has it. */
 static const char *lack_of(const struct derivation *d, const struct quantity *quantity) {
     if (d->plan->is_single && quantity->readers == RUNTIME)
-        return "double precision";
+        return "double precision, which the runtime needs";
     return quantity->exists(d) ? NULL : quantity->lacks;
 }
 
 bool quantities_list_functions(struct plan *plan, const char *emit) {
     struct derivation *d = choice_of_tree(plan);
-    const char *last_reason = NULL;
+    struct left_out left_out = {NULL};
     d->emit = emit;
     d->has_vectors = emit && is_in_list(emit, implicit) && is_corrected(d) && tangent_prefers_vectors(d);
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
@@ -546,10 +579,10 @@ bool quantities_list_functions(struct plan *plan, const char *emit) {
         const char *lacks = plan->lacks[i] = lack_of(d, quantity);
         if (lacks) {
             if (is_asked_for(d, quantity))
-                say_left_out(plan, quantity->name, lacks, &last_reason);
+                say_left_out(plan, quantity->name, lacks, &left_out);
         } else if (is_wanted(d, quantity) && !plan_find_function(plan, quantity->name)) {
             build_quantity(d, quantity);
-            drop_empty(plan, &last_reason);
+            drop_empty(plan, &left_out);
         }
     }
     derivatives_keep_emitted_parameters(plan);

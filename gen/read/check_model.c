@@ -468,10 +468,8 @@ static void check_events(const struct check *check) {
 
 void check_scene(const struct model *model, struct messages *messages) {
     const struct check check = {.model = model, .messages = messages};
-    if (*model->name) /* else the reader has reported it */
-        names_check_model(messages,
-                          (struct named){model->name, model->is_renamed ? (struct place){.file = model->file}
-                                                                        : model->place});
+    if (*model->name && !model->is_renamed) /* else the reader has reported it, or the caller checked it */
+        names_check_model(messages, (struct named){model->name, model->place});
     check_options(&check);
     check_parameters(&check);
     check_inputs(&check);

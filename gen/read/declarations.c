@@ -23,25 +23,26 @@ const char *setting_source(const struct setting *setting) {
     return setting->source ? setting->source : "--set";
 }
 
-static void refuse_setting(const struct declarations *declarations, const struct setting *setting,
-                           const char *needed) {
+/* `place`: where the model declares the name. */
+static void refuse_setting(const struct declarations *declarations, struct place place,
+                           const struct setting *setting, const char *needed) {
     const char *advice =
         strcmp(needed, "a number") == 0 ? message_number_advice(declarations->memory, setting->value) : "";
-    message_error(declarations->messages, command_line(declarations), "%s %s: value \"%s\"; must be %s%s",
-                  setting_source(setting), setting->name, setting->value, needed, advice);
+    message_error(declarations->messages, place, "%s %s: value \"%s\"; must be %s%s", setting_source(setting),
+                  setting->name, setting->value, needed, advice);
 }
 
 /* The last setting of that name; NULL if there is none. A name of two kinds is an error, since the setting
  * would change both. */
-static const struct setting *setting_of(struct declarations *declarations, const char *kind,
-                                        const char *name) {
+static const struct setting *setting_of(struct declarations *declarations, struct place place,
+                                        const char *kind, const char *name) {
     const struct setting *settings = declarations->request->settings, *last = NULL;
     for (int i = 0; i < declarations->request->setting_count; i++) {
         if (strcmp(settings[i].name, name) != 0)
             continue;
         const char *other = declarations->setting_kind[i];
         if (other && strcmp(other, kind) != 0)
-            message_error(declarations->messages, command_line(declarations),
+            message_error(declarations->messages, place,
                           "--set %s: the model has this name as %s and as %s; rename one of them", name,
                           other, kind);
         declarations->setting_kind[i] = kind;
@@ -56,20 +57,20 @@ static bool is_whole(double value) {
     return value == floor(value) && fabs(value) <= largest;
 }
 
-static struct value option_from_setting(struct declarations *declarations, const struct setting *setting,
-                                        const struct value *standard) {
+static struct value option_from_setting(struct declarations *declarations, struct place place,
+                                        const struct setting *setting, const struct value *standard) {
     const char *text = setting->value;
     struct value value = *standard;
     if (standard->kind == VALUE_NUMBER) {
         bool is_number = text_to_number(text, &value.number);
         if (!is_number || (standard->is_whole && !is_whole(value.number))) {
-            refuse_setting(declarations, setting, standard->is_whole ? "a whole number" : "a number");
+            refuse_setting(declarations, place, setting, standard->is_whole ? "a whole number" : "a number");
             return *standard;
         }
     } else if (standard->kind == VALUE_BOOLEAN) {
         value.truth = strcmp(text, "true") == 0;
         if (!value.truth && strcmp(text, "false") != 0)
-            refuse_setting(declarations, setting, "true or false");
+            refuse_setting(declarations, place, setting, "true or false");
     } else {
         value.text = memory_text(declarations->memory, text);
     }
@@ -165,16 +166,16 @@ static const char *allowed_text(struct memory *memory, const struct value *allow
 struct value declarations_add_option(struct declarations *declarations, struct place place, const char *name,
                                      const struct value *standard, const struct value *allowed) {
     struct memory *memory = declarations->memory;
-    const struct setting *setting = setting_of(declarations, "option", name);
-    struct value value = setting ? option_from_setting(declarations, setting, standard) : *standard;
+    const struct setting *setting = setting_of(declarations, place, "option", name);
+    struct value value = setting ? option_from_setting(declarations, place, setting, standard) : *standard;
     if (standard->kind == VALUE_NUMBER && !isfinite(standard->number)) {
         message_error(declarations->messages, place, "option %s: value %s; must be finite", name,
                       text_not_finite(standard->number));
         value.number = setting ? value.number : 1; /* so that no further error follows */
     } else if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
                !is_allowed(memory, &value, allowed)) {
-        message_error(declarations->messages, setting ? command_line(declarations) : place,
-                      "option %s: value \"%s\"; must be %s", name, value_text(memory, &value),
+        message_error(declarations->messages, place, "%s %s: value \"%s\"; must be %s",
+                      setting ? setting_source(setting) : "option", name, value_text(memory, &value),
                       allowed_text(memory, allowed));
         value = *standard;
     }
@@ -295,11 +296,11 @@ expression declarations_add_parameter(struct declarations *declarations, struct 
                                       const struct value *standard, const char *unit) {
     struct parameter parameter = {.name = name, .unit = unit, .place = place};
     set_standard(declarations, &parameter, standard);
-    const struct setting *setting = setting_of(declarations, "parameter", name);
+    const struct setting *setting = setting_of(declarations, place, "parameter", name);
     if (setting && text_to_number(setting->value, &parameter.value))
         parameter.is_given = true;
     else if (setting)
-        refuse_setting(declarations, setting, "a number");
+        refuse_setting(declarations, place, setting, "a number");
     parameter.is_late = parameter.is_late && !parameter.is_given;
     if (!isfinite(parameter.value)) {
         message_error(declarations->messages, place, "parameter %s: value %s; must be finite", name,
@@ -355,9 +356,9 @@ void declarations_add_parameters(struct declarations *declarations, const struct
 expression declarations_add_input(struct declarations *declarations, struct place place, const char *name,
                                   double standard, const char *unit) {
     struct input input = {.name = name, .unit = unit, .place = place, .value = standard};
-    const struct setting *setting = setting_of(declarations, "input", name);
+    const struct setting *setting = setting_of(declarations, place, "input", name);
     if (setting && !text_to_number(setting->value, &input.value))
-        refuse_setting(declarations, setting, "a number");
+        refuse_setting(declarations, place, setting, "a number");
     input.is_given = setting != NULL;
     declarations->inputs = memory_room(declarations->memory, declarations->inputs, declarations->input_count,
                                        &declarations->input_capacity, sizeof *declarations->inputs);

@@ -326,6 +326,8 @@ static const char *hint_for(const char *text) {
         return "; its value is not known while the model is read; use an option (rd.option)";
     if (strncmp(text, "C stack overflow", 16) == 0)
         return ": calls, parentheses, tables or blocks are nested too deeply";
+    if (strncmp(text, "stack overflow", 14) == 0)
+        return ": a function calls itself without an end; return without a call in the last case";
     return lint_advice(text);
 }
 

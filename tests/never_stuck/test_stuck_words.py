@@ -315,9 +315,9 @@ def test_sweeps(tmp_path):
 
 
 LINES = {
-    ("--set", "k=−3", "--until", "1"): 'm.lua: --set k: value "−3"; must be a number; it contains U+2212 (a typographic dash or minus sign): write -',
-    ("--set", "k=0,5", "--until", "1"): 'm.lua: --set k: value "0,5"; must be a number; write 0.5',
-    ("--set", "k=45deg", "--until", "1"): 'm.lua: --set k: value "45deg"; must be a number; write the number alone, in SI units and radians',
+    ("--set", "k=−3", "--until", "1"): 'm.lua:2: --set k: value "−3"; must be a number; it contains U+2212 (a typographic dash or minus sign): write -',
+    ("--set", "k=0,5", "--until", "1"): 'm.lua:2: --set k: value "0,5"; must be a number; write 0.5',
+    ("--set", "k=45deg", "--until", "1"): 'm.lua:2: --set k: value "45deg"; must be a number; write the number alone, in SI units and radians',
     ("--set", "k = 2", "--until", "1"): 'm.lua: --set k : unknown option, parameter or input; did you mean "k", without blanks?',
     ("--set", "arm_psi=2", "--until", "1"): "m.lua: --set arm_psi: a coordinate; set its start in the model or in a STATE.json",
     ("--set", "p.k=2", "--until", "1"): 'm.lua: --set p.k: unknown option, parameter or input; did you mean "k"?',

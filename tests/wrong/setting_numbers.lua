@@ -1,13 +1,13 @@
--- expect: 0: --set a: value "4.5"; must be a whole number
--- expect: 0: --set b: value "1e300"; must be a whole number
--- expect: 0: --set c: value " 4"; must be a whole number
--- expect: 0: --set d: value "0x10"; must be a number
--- expect: 0: --set e: value "inf"; must be a number
--- expect: 0: --set f: value ""; must be a number
--- expect: 0: --set g: value "1e400"; must be a number
--- expect: 0: --set h: value "2,5"; must be a number; write 2.5
--- expect: 0: --set i: value "nan"; must be a number
--- expect: 0: --set k: value "yes"; must be true or false
+-- expect: 22: --set a: value "4.5"; must be a whole number
+-- expect: 22: --set b: value "1e300"; must be a whole number
+-- expect: 22: --set c: value " 4"; must be a whole number
+-- expect: 23: --set d: value "0x10"; must be a number
+-- expect: 23: --set e: value "inf"; must be a number
+-- expect: 23: --set f: value ""; must be a number
+-- expect: 23: --set g: value "1e400"; must be a number
+-- expect: 24: --set h: value "2,5"; must be a number; write 2.5
+-- expect: 24: --set i: value "nan"; must be a number
+-- expect: 24: --set k: value "yes"; must be true or false
 -- set: a=4.5
 -- set: b=1e300
 -- set: c= 4

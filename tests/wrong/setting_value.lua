@@ -1,5 +1,5 @@
--- expect: 0: --set n: value "two"; must be a whole number
--- expect: 0: --set m: value "heavy"; must be a number
+-- expect: 6: --set n: value "two"; must be a whole number
+-- expect: 7: --set m: value "heavy"; must be a number
 -- set: n=two
 -- set: m=heavy
 local rd = require "refdyn"

@@ -151,15 +151,16 @@ static bool is_finite(const struct subject *subject, const char *name) {
     return true;
 }
 
-static enum status print_quantities(struct scene *scene, FILE *out) {
+/* `emit`: the quantities to measure; NULL: all. */
+static enum status print_quantities(struct scene *scene, const char *emit, FILE *out) {
     struct subject subject = {.scene = scene, .rest = find_rest(scene)};
     subject.out = format_allocate(result_size(scene->model), sizeof *subject.out);
     enum status status = STATUS_DONE;
     for (int i = 0; i < QUANTITY_COUNT && status == STATUS_DONE; i++) {
-        subject.function = function_of(scene->model, &quantities[i]);
-        if (!subject.function)
-            continue;
         const char *name = quantities[i].name;
+        subject.function = function_of(scene->model, &quantities[i]);
+        if (!subject.function || !gen_is_named(emit, name))
+            continue;
         if (!is_finite(&subject, name) ||
             !print_quantity(out, name, &subject, gen_count(&scene->generation, name)))
             status = scene_numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
@@ -174,8 +175,11 @@ static enum status print_build(const struct options *options, FILE *out) {
     double start = system_wall_seconds();
     long source_bytes = 0;
     enum status status = scene_read(&scene, options, false);
-    if (status == STATUS_DONE && gen_plan(&scene.generation, options_text(options, "emit")) != GEN_OK)
-        status = STATUS_FAULT;
+    if (status == STATUS_DONE)
+        status = scene_outcome(&scene, options, gen_plan(&scene.generation, options_text(options, "emit")));
+    if (status == STATUS_DONE && options_has(options, "emit") && gen_left_out(&scene.generation))
+        fprintf(stderr, "refdyn: %s: left out: %s\n", scene.generation.model.name,
+                gen_left_out(&scene.generation));
     const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;
     int count = files ? gen_file_count(&scene.generation) : 0;
     double gen_seconds = system_wall_seconds() - start;
@@ -203,7 +207,7 @@ static enum status print_build(const struct options *options, FILE *out) {
 
 static enum status bench(struct scene *scene, const struct options *options) {
     disturb(scene);
-    enum status status = print_quantities(scene, scene->result->file);
+    enum status status = print_quantities(scene, options_text(options, "emit"), scene->result->file);
     if (status == STATUS_DONE)
         status = print_build(options, scene->result->file);
     if (status == STATUS_DONE && !system_target_finish(scene->result))
@@ -212,6 +216,11 @@ static enum status bench(struct scene *scene, const struct options *options) {
 }
 
 static enum status run_bench(const struct options *options) {
+    const char *emit = options_text(options, "emit");
+    if (emit && gen_has_steps(emit))
+        return options_usage_error(
+            options->command, "--emit: steps are not measured, because their time depends on their length; "
+                              "name the functions that they call, qdd and d_qdd");
     return scene_run(options, NEEDS_RESULT | NEEDS_ALL | NEEDS_OPTIMISED, NULL, bench);
 }
 

@@ -130,7 +130,14 @@ static enum status generate(struct scene *scene, const struct options *options) 
     return options_text(options, "explain") ? explain_pass(scene, options) : emit_scene(scene, options);
 }
 
+/* A name of --name follows the rules for the name of a model. */
 static enum status run_gen(const struct options *options) {
+    struct messages messages = {.memory = &format_memory};
+    const char *name = options_text(options, "name");
+    if (name)
+        names_check_model(&messages, (struct named){name, {.file = ""}});
+    if (messages.count)
+        return options_error(options, "name", ": %s", messages.list->text);
     return scene_run(options, 0, NULL, generate);
 }
 

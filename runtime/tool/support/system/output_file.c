@@ -111,6 +111,15 @@ static bool check_apart(const struct targets *targets, const struct target *targ
 
 /* ---- NAME.part ---- */
 
+/* Reports the system's error about NAME.part: under the user's name unless the file itself is in the way. */
+static bool refuse_part(const struct target *target) {
+    const int error = errno;
+    struct stat status;
+    const bool is_there = lstat(target->part, &status) == 0;
+    errno = error;
+    return refuse_for(is_there ? target->part : target->name, "cannot be written");
+}
+
 static void remove_part(void *what) {
     const struct target *target = what;
     unlink(target->part);
@@ -122,14 +131,6 @@ static bool is_still(const char *path, int file) {
     return fstat(file, &status) == 0 && is_file(path, &status);
 }
 
-static bool has_part(const struct target *target) {
-    const int error = errno;
-    struct stat status;
-    const bool exists = lstat(target->part, &status) == 0;
-    errno = error;
-    return exists;
-}
-
 /* A descriptor of NAME.part, locked; -1 if it cannot be opened, which is reported. */
 static int open_part(const struct target *target) {
     for (int i = 0; i < TRIES; i++) {
@@ -137,7 +138,7 @@ static int open_part(const struct target *target) {
         const int file =
             open(target->part, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY, 0666);
         if (file < 0 || fstat(file, &status) != 0) {
-            refuse_for(has_part(target) ? target->part : target->name, "cannot be written");
+            refuse_part(target);
             return -1;
         }
         const bool is_plain = S_ISREG(status.st_mode) &&
@@ -160,7 +161,7 @@ static int open_part(const struct target *target) {
 static bool empty_part(const struct target *target, int file) {
     if (pwrite(file, "\n", 1, 0) == 1 && ftruncate(file, 0) == 0)
         return true;
-    return refuse_for(target->part, "cannot be written");
+    return refuse_part(target);
 }
 
 static bool take_part(const struct targets *targets, struct target *target) {
