@@ -30,13 +30,16 @@ def calls(folder):
 
 
 def frames(folder, words):
-    """Bytes of each function's own frame. Compilers add suffixes to the names of parts and copies."""
-    own = collections.defaultdict(int)
+    """Bytes of each function's own frame. Compilers add suffixes to the names of parts and copies, whose frames add up. A static
+    function that several files have counts once, with its largest frame."""
+    own = collections.Counter()
     for path in folder.glob("*.c"):
         subprocess.run([*words, "-w", "-I", SOURCE / "runtime", "-fstack-usage", "-c", path.name, "-o", "x.o"], cwd=folder, check=True)
+        of_file = collections.Counter()
         for line in (folder / "x.su").read_text().splitlines():
             place, size, _ = line.split("\t")
-            own[place.split(":")[-1].split(".")[0]] += int(size)
+            of_file[place.split(":")[-1].split(".")[0]] += int(size)
+        own |= of_file
     return own
 
 
