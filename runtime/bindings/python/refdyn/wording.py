@@ -19,7 +19,7 @@ NEAREST = re.compile(r"; (?:the nearest known one is \"([^\"\n]*)\"|the nearest 
 OF_OPTION = re.compile(r"^[^\n]*?: (?=--[\w-]+: )")
 OF_FILE = re.compile(r"^<(?:state|cases|inputs|sweep|fit|plan|(?:data|held_out)_\d+)>(?::\d+)?: ", re.M)
 OF_DATA = re.compile(r"^<(data|held_out)_(\d+)>(?::\d+)?: (?:warning: )?(?:data: )?", re.M)
-OF_SETTING = re.compile(r"^[^\n]*?(?:\.lua|<text>): (?:option )?(?=\w+: (?:value |unknown option, parameter or input|the model has no option))", re.M)
+OF_SETTING = re.compile(r"^[^\n]*?(?:\.lua|<text>)(?::\d+)?: (?:option )?(?=\w+: (?:value |unknown option, parameter or input|the model has no option))", re.M)
 LONG_NUMBER = re.compile(r"-?\b\d+\.\d{12,}(?:e[+-]?\d+)?\b|(?<![\w.])-0(?![\w.])")
 
 
