@@ -21,8 +21,8 @@
 
 /* Bound on the steps that begin at one kink and stay there; one counts that often if the jump leads back. */
 enum { RETURNS_MOST = 1000, RETURN_LEADS_BACK = 20 };
-/* A step stays if it is shorter than this part of the longest one, or does not move away from the kink by
- * more than this part of the tolerance, below which a contact also counts as at rest. */
+/* A step stays if it is shorter than this part of the longest one, or moves away from the kink by at most the
+ * second part of the tolerance. Below that part a contact also counts as at rest. */
 static const double short_part = 1e-4, calm_part = 0.01;
 /* The sides of a kink are examined at this part of its largest value. That is much less than the layer of a
  * friction law, inside which motions continue. */
