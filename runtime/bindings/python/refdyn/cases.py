@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray
 
 KEPT = ("final", "at", "extremes", "norms", "history", "derivatives", "limits")
-FLAGS = ("final", "limits")  # fields of `keep` that are true or false; the others but `at` list names
+FLAGS = ("final", "limits")  # fields of `keep` that are true or false; the others list names, except `at`
 NUMBER = re.compile(r"(?<![\w.\[])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")  # numbers are left out when reasons are compared
 SHOWN_REASONS = 5
 OF_PANDAS = ("NAType", "NaTType")  # types of missing values
@@ -92,7 +92,7 @@ def grid(axes: Mapping[str, npt.ArrayLike] | None = None, /, **more: npt.ArrayLi
     return Grid(joined("grid", axes or {}, more))
 
 
-OF_SAMPLES = "samples along t are files, whose names are a column: cases={'inputs': ['a.csv', 'b.csv']}"
+OF_SAMPLES = "write samples along t to files, whose names form a column: cases={'inputs': ['a.csv', 'b.csv']}"
 NOT_COLUMNS = ("inputs", "parameters", "q", "qd")  # arguments of other calls; in a batch their values are columns
 
 
@@ -113,7 +113,7 @@ def refuse_values(options: Mapping[str, Any], coordinates: Sequence[str]) -> Non
 
 
 def check_sources(cases: Any, sweep: Any, keep: Any, t_end: Any) -> None:
-    """Checks that the cases come from one place, and that the call has what this place lacks."""
+    """Checks that either `cases` or `sweep` is given, and that the call has the arguments that this one needs."""
     if cases is None and sweep is None:
         raise ValueError("cases: missing; must be columns by name, {'NAME': values}, a data frame or refdyn.grid(NAME=values)")
     if cases is not None and sweep is not None:
