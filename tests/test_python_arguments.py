@@ -172,7 +172,7 @@ def test_refused_values_are_one_error(package, swing, call):
 
 
 def test_refused_values_of_a_batch(package, swing):
-    """The message names the first state that has them."""
+    """The message names the first state with such values."""
     loads = np.array([[1.0, 2.0, 3.0], [4.0, -5.0, 6.0]])
     for call in (lambda given: swing.qdd(Q, QD, parameters=given), lambda given: swing.step(Q, QD, 0, 0.01, parameters=given), lambda given: swing.step(Q, QD, 0, 0.01, parameters=given, method="radau"),
                  lambda given: swing.d_qdd(Q, QD, parameters=given)):

@@ -224,7 +224,7 @@ static const char *block_word(struct memory *memory, const char *quantity, int b
     return memory_format(memory, "%s.%s", quantity, derivatives_block_name(block));
 }
 
-/* Inverse dynamics alone reads accelerations, by which it can be differentiated. */
+/* Only inverse dynamics reads accelerations, so that only it has derivatives by them. */
 static bool has_block(const struct quantity *quantity, int block) {
     return derivatives_block_name(block) && (block != BY_QDD || quantity->build == quantity_d_inverse);
 }

@@ -102,7 +102,7 @@ def test_what_leaves_a_jump(tmp_path, side, method):
 
 
 def random_scene(seed):
-    """Jumps of forces and rows at random places of the state, with starts on them and beside them."""
+    """Jumps of forces and rows at random places of the state, with starts on them and next to them."""
     rng = random.Random(seed)
 
     def sign(x):

@@ -97,7 +97,7 @@ NOT_COLUMNS = ("inputs", "parameters", "q", "qd")  # arguments of other calls; i
 
 
 def refuse_values(options: Mapping[str, Any], coordinates: Sequence[str]) -> None:
-    """Raises an error that says how a batch gets inputs, parameters and start values, and names of what is kept."""
+    """Raises an error about arguments that a batch takes as columns of cases or in `keep`; the error says how."""
     for name in KEPT:
         if name in options:
             raise TypeError(f"{name}: not an argument of batch; use keep={{{name!r}: {options[name]!r}}}")
@@ -127,7 +127,7 @@ def check_sources(cases: Any, sweep: Any, keep: Any, t_end: Any) -> None:
 
 
 def files(values: Any) -> np.ndarray:
-    """Absolute names of files of inputs."""
+    """Returns the absolute names of files of inputs."""
     given = list(values) if is_list(values) and not isinstance(values, (str, Mapping)) else [values]
     for value in given:
         if not isinstance(value, (str, os.PathLike)):
@@ -178,7 +178,7 @@ def check_name(column: Any, others: Collection[str]) -> None:
 
 
 def spread(given: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Rows of equal length; one value is that of all cases."""
+    """Returns rows of equal length; a row of one value is repeated for all cases."""
     longest = max(given, key=lambda name: given[name].size)
     count = given[longest].size
     for name, row in given.items():
