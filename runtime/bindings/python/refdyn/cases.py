@@ -138,8 +138,8 @@ def files(values: Any) -> np.ndarray:
 class Columns:
     """The cases of a call as rows of equal length by name, from a mapping, a data frame or a grid.
 
-    Results call the start value of `arm_psi` `arm_psi_start`; the cases may do so, too, unless the model has another value of
-    this name (`others`). `labels` is the index of a data frame or of its columns, None if it only counts the rows.
+    In results, the start value of `arm_psi` has the name `arm_psi_start`. Cases may use it, too, unless the model has another value
+    of this name (`others`). `labels` is the index of a data frame or of its columns, None if it only counts the rows.
     """
 
     def __init__(self, cases: Any, coordinates: Collection[str], options: Collection[str], others: Collection[str]) -> None:
