@@ -35,7 +35,7 @@ enum gen_status gen_read(struct generation *generation, const struct read_reques
 /* The message about a wrong list of quantities, with the allowed ones; NULL: the list is right. Call it
  * before gen_plan. */
 const char *gen_wrong_emit(struct generation *generation, const char *emit);
-/* Returns whether a list of quantities names this one, as a whole or by a block; "all" and NULL name each. */
+/* Returns whether a list of quantities names this one, as a whole or by a block; "all" and NULL name all. */
 bool gen_is_named(const char *emit, const char *quantity);
 /* Returns whether a list of quantities asks for fixed steps. */
 bool gen_has_steps(const char *emit);

@@ -81,8 +81,8 @@ function(_refdyn_take_files fresh folder)
     file(REMOVE_RECURSE ${fresh})
 endfunction()
 
-# By properties, since target_link_libraries would bind who calls it for the same target to PUBLIC and PRIVATE. Where
-# refdyn_generate was installed for another machine, the runtime is a header.
+# Sets properties: after target_link_libraries with PUBLIC or PRIVATE, the caller could no longer use the form without
+# these words for the same target. If the libraries are for another machine, the runtime is only its headers.
 function(_refdyn_link target library)
     if(NOT TARGET ${library} AND "${library}" STREQUAL "refdyn::runtime")
         get_property(headers GLOBAL PROPERTY REFDYN_HEADER_FOLDER)

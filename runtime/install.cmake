@@ -29,7 +29,7 @@ install(FILES runtime/generate.cmake DESTINATION ${package_folder} RENAME refdyn
 install(FILES ${runtime_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/refdyn)
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 
-# refdynConfig.cmake compares the machines, because emitted C is for any.
+# ARCH_INDEPENDENT: emitted C is for every machine; refdynConfig.cmake checks for which machine the libraries are.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/refdynConfigVersion.cmake COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(FILES ${PROJECT_BINARY_DIR}/refdynConfigVersion.cmake DESTINATION ${package_folder})
 

@@ -53,9 +53,9 @@ const char *refdyn_version(void);
 /** What a call returns. Above 0, a smaller step or another state may help; below 0, stop. */
 enum refdyn_status {
     REFDYN_OK = 0,         /**< done */
-    REFDYN_NOT_FINITE = 1, /**< a value is infinite or NaN: of the given state, of fault.coordinate; or of the
-                                equations, of motion of fault.coordinate or of fault.row; neither: of another
-                                result, such as the tangent or the value of an event */
+    REFDYN_NOT_FINITE = 1, /**< a value is infinite or NaN: of the given state (fault.coordinate), or of the
+                                equations (fault.coordinate or fault.row); with neither, of another result,
+                                such as the tangent or the value of an event */
     REFDYN_MASS_NOT_POSITIVE = 2, /**< the mass matrix is not positive definite for the admissible motions;
                                        fault.coordinate */
     REFDYN_ROWS_INCONSISTENT = 3, /**< a row depends on others but contradicts them; fault.row */
@@ -64,10 +64,11 @@ enum refdyn_status {
     REFDYN_MATRIX_SINGULAR = 5,   /**< the matrix of an implicit step is singular */
     REFDYN_ROWS_UNMET = 6, /**< rows begin to act, jump, or follow a changed parameter, and positions do not
                                 satisfy them; fault.row */
-    REFDYN_STEP_TOO_SMALL = -1, /**< an adaptive step fell below the resolution of t, or steps hardly move t.
-                                     integrator.cause is the status of the last attempt, 0: its error was
-                                     too large, as where the motion goes to infinity or rows become
-                                     dependent */
+    REFDYN_STEP_TOO_SMALL =
+        -1, /**< an adaptive step fell below the resolution of t, or steps hardly advance t.
+                 integrator.cause is the status of the last attempt; 0: its error was
+                 too large, for instance where the motion goes to infinity or rows
+                 become dependent */
     REFDYN_TANGENT_SINGULAR = -2, /**< statics: nothing holds fault.coordinate */
     REFDYN_BAD_OPTION = -3,       /**< an option is out of range; refdyn_options_validate says which */
     REFDYN_BAD_MEMORY = -4,       /**< memory is NULL or misaligned, or an initialisation has failed */
@@ -540,7 +541,7 @@ struct refdyn_integrator {
     const int *event; /**< (event_count) events of the model at t, where the last call stopped */
     int event_count;  /**< number of them */
 
-    int cause;       /**< status of the last failed evaluation or projection, 0: none, only errors of steps */
+    int cause; /**< status of the last failed evaluation or projection, 0: none, or only errors of steps */
     double failed_t; /**< its time [s]; work->fault has the row or coordinate. q and qd stay the last accepted
                           state */
 
@@ -560,11 +561,12 @@ int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_w
 int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
                             const double *qd);
 /** Advances towards t_out by at most `steps` accepted steps. Afterwards t is t_out, or the end of the last
- * step if they were too few. Rejected steps do not count: options.step_limit bounds both, from the start of
- * the motion on. Without it a call may try many steps, but it ends: steps that hardly move t become
- * STEP_TOO_SMALL or SLIDES. The call stops at each state event on the way and shows the state before it; the
- * next call starts with the action of the event. With a fixed step, the interval from the last output to
- * t_out is divided into ceil(interval/step) equal steps; the i-th begins at from + i (to - from)/count.
+ * step if they were too few. Rejected steps do not count here; options.step_limit bounds accepted and
+ * rejected steps together, from the start of the motion. Without it a call may try many steps, but it ends:
+ * with STEP_TOO_SMALL or SLIDES if steps hardly advance t. The call stops at each state event on the way and
+ * shows the state before it; the next call starts with the action of the event. With a fixed step, the
+ * interval from the last output to t_out is divided into ceil(interval/step) equal steps; the i-th begins at
+ * from + i (to - from)/count.
  *
  * Errors: > 0 from a fixed step whose evaluation failed, or a tangent at the beginning of a step;
  * STEP_TOO_SMALL, TOO_MANY_STEPS; EVENT_ENDS, at the time of the event; EVENTS_ACCUMULATE, EVENT_NOT_MET,
@@ -574,7 +576,7 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
  * refdyn_integrator_refresh evaluates that state again. */
 int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
 /** Sets the end of the motion: no step leads across t, and the automatic choice tries no method that cannot
- * pay off before. A call with a later t_out goes on beyond t. INFINITY: not known, as at the start. Errors:
+ * pay off before. A call with a later t_out continues beyond t. INFINITY: not known, as at the start. Errors:
  * NOT_STARTED; BAD_TIME if t is NaN. */
 int refdyn_integrator_until(struct refdyn_integrator *integrator, double t);
 /** Sets a time at which the caller will change inputs: no step reaches beyond t until the motion has passed

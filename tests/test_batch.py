@@ -157,7 +157,7 @@ def test_a_failed_case_leaves_the_others(tmp_path):
 
 
 def test_a_case_without_a_number(tmp_path):
-    """nan and inf in a table: the case fails alone, `sim --case` gives the same reason, and lanes and other cases do not matter. NaN of an
+    """nan and inf in a table: the case fails alone, `sim --case` prints the same reason, and lanes and other cases do not matter. NaN of an
     anchored parameter leaves it to the start, as if it did not vary."""
     rows = [f"{1.1 + 0.02 * i!r},{0.31 + 0.001 * i!r},{0.7 + 0.002 * i!r}" for i in range(12)]
     rows[2], rows[5], rows[7], rows[9] = "nan,0.3,0.7", "1.3,nan,0.71", "1.4,0.3,-Inf", "1.2,NaN,0.73"

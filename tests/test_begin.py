@@ -484,7 +484,7 @@ int main(void) {
 @needs_arm
 @pytest.mark.skipif(not LONG, reason="compiles the core")
 def test_a_motion_on_a_microcontroller(project):
-    """Of the core, compiled for a Cortex-M4 from the sources and for this machine: states agree to rounding."""
+    """Motions of the core, compiled from the sources for a Cortex-M4 and for this machine, agree to rounding."""
     cross_project(project, f"add_subdirectory({SOURCE} refdyn)\nadd_executable(mine main.c)\nrefdyn_generate(mine arm.lua)\ntarget_link_libraries(mine m)\n",
                   PRINTS_MOTION)
     cross_configure(project, f"-DREFDYN_PROGRAM={REFDYN}")

@@ -337,7 +337,7 @@ def test_page_of_python(package, casadi, capsys, monkeypatch):
 
 
 def test_functions_by_default(package, tmp_path, monkeypatch):
-    """Without CasADi itself: those that the page lists, for models with and without points, rows and events."""
+    """The functions by default are those that the page lists, for models with and without points, rows and events. Needs no CasADi."""
     loaded = types.SimpleNamespace(external=lambda name, library, options={}: lambda: {})
     monkeypatch.setitem(sys.modules, "casadi", loaded)
     monkeypatch.setenv("CC", "cc -O0")

@@ -123,7 +123,7 @@ def test_wrong_usage(arguments, tmp_path):
     ("sim m.lua --until -1 -o x.csv", "--until: '-1' is not a positive number"), ("gen m.lua --emit=-o o1", "unexpected operand 'o1'; give only MODEL.lua"),
 ])
 def test_an_option_is_no_value_of_another(arguments, said, tmp_path):
-    """Negative numbers and what follows an equals sign are values. A page has the ending of one."""
+    """Negative numbers and what follows an equals sign are values. Pages end in .html or .htm."""
     done = refdyn(*arguments.split(), status=2, cwd=tmp_path)
     assert done.stderr.splitlines()[0] == f"refdyn {arguments.split()[0]}: {said}" and not list(tmp_path.iterdir())
 

@@ -134,7 +134,7 @@ WRONG_NAMES = {
     "q: no rod_psi; must have the model's coordinates, rod_psi, tip_psi, or be an array in their order": (ValueError, lambda m: m.motion(xarray.Dataset())),
     "q tip_psi: values of <U1; must be real numbers": (TypeError, lambda m: m.statics(q={"rod_psi": 1, "tip_psi": "2"})),
     "q: has shape (2, 2); must be one state, (2,)": (ValueError, lambda m: m.motion({"rod_psi": [1, 2], "tip_psi": 2})),
-    "inputs: contains dict; must be real numbers; values of many by name are one dictionary of arrays": (TypeError, lambda m: m.step(Q, QD, 0, 0.1, inputs=[{"push": 1}] * 4)),
+    "inputs: contains dict; must be real numbers; give values of many states by name as one dictionary of arrays": (TypeError, lambda m: m.step(Q, QD, 0, 0.1, inputs=[{"push": 1}] * 4)),
     "q: contains str; must be real numbers": (TypeError, lambda m: m.qdd(np.array(["1", 2], dtype=object))),
     "parameters: contains None; must be real numbers": (TypeError, lambda m: m.qdd(Q, parameters=[1, 2, None])),
 }
@@ -172,7 +172,7 @@ def test_refused_values_are_one_error(package, swing, call):
 
 
 def test_refused_values_of_a_batch(package, swing):
-    """The message names the first state that has them."""
+    """The message names the first state with such values."""
     loads = np.array([[1.0, 2.0, 3.0], [4.0, -5.0, 6.0]])
     for call in (lambda given: swing.qdd(Q, QD, parameters=given), lambda given: swing.step(Q, QD, 0, 0.01, parameters=given), lambda given: swing.step(Q, QD, 0, 0.01, parameters=given, method="radau"),
                  lambda given: swing.d_qdd(Q, QD, parameters=given)):

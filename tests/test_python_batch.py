@@ -125,7 +125,7 @@ def test_cases_without_a_number(package, ball):
 
 
 def test_the_start_decides_about_anchored_parameters(package):
-    """NaN of such a parameter, as in an array of parameters elsewhere."""
+    """NaN of an anchored parameter leaves it to the start, as in the arrays of parameters of other calls."""
     arm = package.Model(REFERENCE, n_rfe=1)
     runs = arm.batch({"xc": [0.31, np.nan], "m_E": [1.2, 1.4]}, 0.05, lanes=1)
     assert runs.status.values.tolist() == [0, 0] and np.isnan(runs.xc[1])
@@ -133,7 +133,7 @@ def test_the_start_decides_about_anchored_parameters(package):
 
 
 def test_whole_numbers_as_floats(package):
-    """Columns of data frames with gaps elsewhere are floats."""
+    """pandas stores whole numbers as floats in a data frame that has gaps in other rows."""
     arm = package.Model(REFERENCE)
     runs = arm.batch({"n_rfe": [1.0, 2.0]}, 0.01)
     assert runs.n_rfe.values.tolist() == [1, 2] and runs.n_rfe.dtype.kind == "i"
@@ -286,9 +286,9 @@ WRONG = {
     "sweep: an empty text; must be the name of a sweep file": (ValueError, lambda ball: ball.batch(sweep="")),
     "sweep: dict; must be the name of a sweep file": (TypeError, lambda ball: ball.batch(sweep={"m": [1]})),
     "t_end: 2 values; must be one number": (ValueError, lambda ball: ball.batch({"m": [1]}, [1, 2])),
-    "inputs: not an argument of batch; samples along t are files, whose names are a column: cases={'inputs': ['a.csv', 'b.csv']}":
+    "inputs: not an argument of batch; write samples along t to files, whose names form a column: cases={'inputs': ['a.csv', 'b.csv']}":
         (TypeError, lambda ball: ball.batch({"m": [1]}, 1, inputs={"t": [0, 1], "f": [1, 2]})),
-    "cases: column 't'; samples along t are files, whose names are a column: cases={'inputs': ['a.csv', 'b.csv']}": (ValueError, lambda ball: ball.batch({"t": [0, 1], "f": [1, 2]}, 1)),
+    "cases: column 't'; write samples along t to files, whose names form a column: cases={'inputs': ['a.csv', 'b.csv']}": (ValueError, lambda ball: ball.batch({"t": [0, 1], "f": [1, 2]}, 1)),
     "cases: m and f have different indexes; use pandas.DataFrame(cases), which aligns them": (ValueError, lambda ball: ball.batch(
         {"m": sys.modules["pandas"].Series([1, 2], index=["a", "b"]), "f": sys.modules["pandas"].Series([3, 4], index=["b", "a"])}, 1)),
     "grid: f is given twice; give it once": (TypeError, lambda ball: sys.modules["refdyn"].grid({"f": [1, 2]}, f=[3])),

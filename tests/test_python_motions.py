@@ -286,7 +286,7 @@ def test_set_after_the_end(package):
     assert motion.advance(t + 0.2) and begun.advance(t + 0.2) and same(motion.state, begun.state)
     assert not motion.advance(t + 9) and not begun.advance(t + 9) and motion.t == begun.t and motion.events == events + begun.events
     assert ended.has_ended and ended.t == t
-    ended.set(qd=-ended.qd)                                        # leaves the stop upwards, through no event
+    ended.set(qd=-ended.qd)                                        # leaves the stop upwards, without an event
     assert ended.advance(t + 0.05) and ended.q[0] > -1.3
     with pytest.raises(package.NumericalError):
         motion.set(qd=[1e200, 0])
@@ -472,7 +472,7 @@ FAILING = {
 
 @pytest.mark.parametrize("kind", FAILING)
 def test_states_that_cannot_be_stepped(package, kind):
-    """In a batch they are NaN after the step, with one warning; a single one raises. The other states are those of single steps."""
+    """In a batch they are NaN after the step, with one warning; a single one raises an error. The other states are those of single steps."""
     source, options, how, reason, remedy = FAILING[kind]
     model = package.Model.from_text(source) if isinstance(source, str) else package.Model(source, **options)
     q, qd = np.tile(model.q0, (2, 3, 1)), np.tile(model.qd0, (2, 3, 1))
@@ -525,7 +525,7 @@ def test_steps_off_the_programme(package):
     phi, psi = np.abs(reach.phi(q, t=0.3)).max(), np.abs(reach.psi(q, qd, 0.3)).max()
     assert str(raised.value).splitlines()[1:] == ["  q: rod_psi = 0.31, tip_psi = 0.73", "  qd: rod_psi_d = 0.2, tip_psi_d = -0.1",
         f'the given state is off the programme (largest |phi| {phi:.4g}, |psi| {psi:.4g}); arm.motion(q, qd, t, start="project") finds the nearest state on it']
-    with pytest.raises(package.NumericalError, match="a shorter h or more steps may help"):  # before it is known whether this state is on it
+    with pytest.raises(package.NumericalError, match="a shorter h or more steps may help"):  # fails before the check whether the state is on the programme
         reach.step(q, [1e200, 0], 0.3, 0.002, method="ros34pw2")
 
 

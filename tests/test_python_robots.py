@@ -66,7 +66,7 @@ def test_joints_with_other_names(package, tmp_path):
 
 
 def test_coordinates_of_inputs(package, tmp_path):
-    """`held` has the coordinate that each input drives, whatever the names of the joints."""
+    """`held` has the coordinate that each input drives, for all names of joints."""
     (tmp_path / "names.urdf").write_text(NAMES)
     for file, names in ((tmp_path / "names.urdf", ["tau_b_theta", "tau_c_theta", "f_reach"]), (ROBOTS / "gripper.urdf", None), (ROBOTS / "free.urdf", None), (ROBOTS / "seven.urdf", None)):
         robot = package.Model.from_urdf(file, drives=True)

@@ -108,7 +108,7 @@ def test_position_that_is_not_met(method, tmp_path):
     tol = [] if method == "rk4" else ["--tol", 1e-6]
     done = refdyn("sim", MODEL, "--until", END, "--set", "weight=step", "--method", method, "--stabilise", "project", *tol, "-o",
                   tmp_path / "run.csv", status=3)
-    assert re.search(r"t = 0\.37\d* s: rows that begin to act or jump at this time, or a parameter that was changed, ask for other positions than the motion has, "
+    assert re.search(r"t = 0\.37\d* s: rows that begin to act or jump at this time, or a changed parameter, require positions other than those of the motion, "
                      r"constraint both\n", done.stderr), done.stderr
 
 

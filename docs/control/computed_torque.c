@@ -85,7 +85,7 @@ static int move(struct plant *plant, const double *tau, double t) {
 
 /* ---- The loop ---- */
 
-/* Difference in whole nanoseconds: a double with the time since 1970 would resolve 0.2 us. */
+/* Subtracts whole numbers, so that the result keeps its nanoseconds however large the times are. */
 static double microseconds(const struct timespec *begin, const struct timespec *end) {
     return 1e6 * (double)(end->tv_sec - begin->tv_sec) + 1e-3 * (double)(end->tv_nsec - begin->tv_nsec);
 }

@@ -288,7 +288,7 @@ const char *message_names(struct memory *memory, const char *const *names, int c
 
 enum { MOST_SHOWN = 40 };
 
-/* Up to MOST_SHOWN + 1 different ones of the names. */
+/* Collects up to MOST_SHOWN + 1 different names; returns their number. */
 static int different_names(const char *const *known, int count, const char *names[static MOST_SHOWN + 1]) {
     int found = 0;
     for (int i = 0; i < count && found <= MOST_SHOWN; i++)

@@ -132,8 +132,8 @@ static long step_stack(const struct emission *x, int method, bool has_derivative
 }
 
 /*
- * An iteration of step_iterate in text/step_body.c.in calls qdd for both stages. The first one calls d_qdd
- * once; from the third one on, each may call d_qdd for both stages.
+ * Each iteration of step_iterate in text/step_body.c.in calls qdd for both stages. The first one also calls
+ * d_qdd once; from the third one on, each may call d_qdd for both stages.
  */
 enum { MOST_CORRECTIONS = 30, MOST_QDD = 2 * MOST_CORRECTIONS, MOST_D_QDD = 1 + 2 * (MOST_CORRECTIONS - 2) };
 

@@ -196,7 +196,7 @@ static bool is_in_list(const char *list, const char *name) {
 /* The word for the form of the tangent that needs fewer operations. */
 static const char implicit[] = "implicit";
 
-/* A word before its block of derivatives: "d_qdd" of "d_qdd.q". */
+/* Returns whether a word names the quantity, as "d_qdd" and its block "d_qdd.q" do. */
 static bool is_quantity_of_word(const char *word, const char *end, const char *quantity) {
     const size_t length = strlen(quantity);
     return (size_t)(end - word) >= length && !memcmp(word, quantity, length) &&
@@ -224,7 +224,7 @@ static const char *block_word(struct memory *memory, const char *quantity, int b
     return memory_format(memory, "%s.%s", quantity, derivatives_block_name(block));
 }
 
-/* Inverse dynamics alone reads accelerations, by which it can be differentiated. */
+/* Only inverse dynamics reads accelerations, so that only it has derivatives by them. */
 static bool has_block(const struct quantity *quantity, int block) {
     return derivatives_block_name(block) && (block != BY_QDD || quantity->build == quantity_d_inverse);
 }
@@ -442,7 +442,7 @@ static bool is_asked_for(const struct derivation *d, const struct quantity *quan
            asks_for_all(d);
 }
 
-/* What is left out, with what is missing: "u v k: no constraints; r rd: no points". */
+/* Quantities that are left out, with what the model lacks: "u v k: no constraints; r rd: no points". */
 struct left_out {
     const char *before, *names, *lacks; /* finished groups of quantities; the last group, and what it needs */
 };

@@ -327,7 +327,7 @@ static const char *hint_for(const char *text) {
     if (strncmp(text, "C stack overflow", 16) == 0)
         return ": calls, parentheses, tables or blocks are nested too deeply";
     if (strncmp(text, "stack overflow", 14) == 0)
-        return ": a function calls itself without an end; return without a call in the last case";
+        return ": a function calls itself endlessly; add a case in which it returns without the call";
     return lint_advice(text);
 }
 

@@ -1,9 +1,9 @@
 /*
- * Advice after a failed motion: what is likely there, and what to do.
+ * Advice after a failed motion: probable causes, and what to do.
  *
- * In: an integrator at its last accepted state, and the start. Out: lines on a stream. Whether accelerations
- * jump there is examined by small changes of each coordinate and rate, because friction that is smooth within
- * a very small width acts like a jump.
+ * In: an integrator at its last accepted state, and the start. Out: lines on a stream. Small changes of each
+ * coordinate and rate show whether accelerations jump there, because friction that is smooth within a very
+ * small width acts like a jump.
  */
 #include "runtime/record/record.h"
 
@@ -11,13 +11,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Coordinates and rates are changed by this part of the larger of their unit and value. */
+/* Each coordinate and rate changes by this part of the larger of its unit and value. */
 static const double difference = 1e-9;
-/* A jump exceeds this part of the acceleration, and changes by less than the second part at twice the
- * distance.
- */
+/* A jump exceeds jump_least of the acceleration; at twice the distance it differs by at most jump_changes of
+ * itself. */
 static const double jump_least = 1e-6, jump_changes = 0.25;
-/* A row whose slope has fallen to this part hardly determines the motion. */
+/* A row whose slope has fallen to this part of its initial value hardly determines the motion. */
 static const double slope_least = 1e-3;
 
 /* ---- Jumps of accelerations ---- */
@@ -73,8 +72,7 @@ static void print_jumps(const struct refdyn_integrator *integrator, int status, 
               out);
     if (status == REFDYN_SLIDES && !is_of_rates)
         fputs("refdyn: a force or a row jumps as a position passes a value, within the tolerance; let it "
-              "change "
-              "over a distance, as k * x or rd.tanh(x / width) does\n",
+              "change over a distance, as k * x or rd.tanh(x / width) does\n",
               out);
     if (status == REFDYN_SLIDES)
         fputs("refdyn: a relay needs two levels: write two events that set an input\n", out);
@@ -109,8 +107,8 @@ static void print_slopes(const struct record_motion *motion, FILE *out) {
             if (now[a] < slope_least * start[a])
                 fprintf(
                     out,
-                    "refdyn: the slope of constraint %s has fallen to %.3g of that at the start: near here "
-                    "the row depends on others or on no coordinate; end the motion before, or change the "
+                    "refdyn: the slope of constraint %s has fallen to %.3g of its initial value: near here "
+                    "the row depends on others or on no coordinate; end the motion earlier, or change the "
                     "programme\n",
                     work->model->rows[a].name, now[a] / start[a]);
     free(start);
@@ -129,7 +127,7 @@ static void print_shorter_steps(const struct refdyn_integrator *integrator, FILE
                 taken > 0 ? taken : integrator->options.step);
 }
 
-/* ---- */
+/* ---- All advice ---- */
 
 void record_print_advice(const struct record_motion *motion, int status, const char *unfit, FILE *out) {
     const struct refdyn_integrator *integrator = motion->integrator;

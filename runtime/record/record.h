@@ -303,8 +303,8 @@ void record_print_redundant_rows(const struct refdyn_workspace *work, FILE *out)
 
 /* ---- Advice after a failed motion (failure_advice.c) ---- */
 
-/* Prints what is likely at the last accepted state, and what to do, after a motion has failed with this
- * status. unfit: as in record_print_failure. */
+/* After a motion has failed with this status, prints probable causes at the last accepted state, and what to
+ * do. unfit: as in record_print_failure. */
 void record_print_advice(const struct record_motion *motion, int status, const char *unfit, FILE *out);
 
 /* ---- Messages about a motion, and its summary (motion_messages.c) ---- */

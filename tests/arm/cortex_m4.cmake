@@ -1,4 +1,4 @@
-# A toolchain for CMake: Arm's board MPS2 with a Cortex-M4 (AN386), as QEMU has it. Each program is linked with the start
+# A toolchain for CMake: Arm's board MPS2 with a Cortex-M4 (AN386), as QEMU emulates it. Each program is linked with the start
 # in cortex_start.c; input and output are by semihosting.
 set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR cortex-m4)

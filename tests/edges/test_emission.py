@@ -192,7 +192,7 @@ def test_a_part_is_that_of_the_whole(whole, quantity, block, tmp_path):
         at += size
     emission = [*WHOLE, "--emit", f"{quantity}.{block}"]
     if not expected:
-        refdyn("gen", *emission, "-o", tmp_path, status=2 if block == "qdd" else 1)  # inverse dynamics alone reads qdd
+        refdyn("gen", *emission, "-o", tmp_path, status=2 if block == "qdd" else 1)  # only inverse dynamics reads qdd
         return
     _, own_header = emit(tmp_path, *emission)
     if block == "p":  # the parameters that this emission reads have a column each

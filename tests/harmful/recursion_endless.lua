@@ -1,4 +1,4 @@
--- expect: 4: stack overflow: a function calls itself without an end; return without a call in the last case
+-- expect: 4: stack overflow: a function calls itself endlessly; add a case in which it returns without the call
 -- Tries a function that calls itself.
 local rd = require "refdyn"
 local function f(n) return 1 + f(n + 1) end

@@ -129,7 +129,7 @@ def test_rates_of_a_programme_jump(kind, method, tmp_path):
 def test_position_of_a_programme_jumps(method, tmp_path):
     """No impulse moves positions: the message names the row and the time."""
     _, said, _ = simulate(tmp_path, SLIDES, "--set", "kind=step", "--until", 2, *method, status=3)
-    assert re.search(r"t = 1(\.0+\d)? s: rows that begin to act or jump at this time, or a parameter that was changed, ask for other positions than the motion has, constraint course\n", said), said
+    assert re.search(r"t = 1(\.0+\d)? s: rows that begin to act or jump at this time, or a changed parameter, require positions other than those of the motion, constraint course\n", said), said
 
 
 def test_gains_leave_a_position_to_be_pulled_in(tmp_path):

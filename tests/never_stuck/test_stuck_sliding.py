@@ -18,7 +18,7 @@ BY_RATE = ("refdyn: a force jumps, or reaches a limit, as a rate passes a value;
            "rd.friction(level, rate, width)\n")
 BY_POSITION = ("refdyn: a force or a row jumps as a position passes a value, within the tolerance; let it change over a distance, as k * x or "
                "rd.tanh(x / width) does\n")
-# Far more than such a motion takes; a motion without end takes it whatever the machine.
+# Far more than such a motion takes on any machine. A motion without end takes all of it.
 ENDLESS = 60
 
 
@@ -102,7 +102,7 @@ def test_what_leaves_a_jump(tmp_path, side, method):
 
 
 def random_scene(seed):
-    """Jumps of forces and rows at random places of the state, with starts on them and beside them."""
+    """Jumps of forces and rows at random places of the state, with starts on them and next to them."""
     rng = random.Random(seed)
 
     def sign(x):
@@ -172,8 +172,8 @@ def test_the_end_of_a_programme(tmp_path):
     """z = sqrt(1 - t): the row has no slope at z = 0."""
     done = sim(tmp_path, scene("0", z=1, zd=-0.5, rows="constraints = function(s) return { rd.position { s.q.a_z^2 - 1 + s.t, name = 'fold' } } end,"),
                until=2, status=3)
-    assert re.search(r"refdyn: the slope of constraint fold has fallen to \S+e-\d+ of that at the start: near here the row depends on others or on no "
-                     r"coordinate; end the motion before, or change the programme\n", done.stderr), done.stderr
+    assert re.search(r"refdyn: the slope of constraint fold has fallen to \S+e-\d+ of its initial value: near here the row depends on others or on no "
+                     r"coordinate; end the motion earlier, or change the programme\n", done.stderr), done.stderr
 
 
 # ---- From C ----

@@ -568,7 +568,7 @@ static void test_not_started(void) {
     CHECK(rig_close(&rig));
 }
 
-/* ---- Values and times that are no numbers ---- */
+/* ---- Values and times that are not finite ---- */
 
 /* Each value of a start and of a refresh, with its coordinate. */
 static void test_given_states(void) {
@@ -609,7 +609,7 @@ static void test_times(void) {
     CHECK(refdyn_integrator_until(&rig.integrator, NAN) == REFDYN_BAD_TIME);
     CHECK(refdyn_integrator_limit(&rig.integrator, NAN) == REFDYN_BAD_TIME);
     CHECK(refdyn_integrator_limit(&rig.integrator, INFINITY) == REFDYN_OK);
-    /* no step leads across the end; a later time goes on beyond it */
+    /* no step leads across the end; a call with a later time continues beyond it */
     CHECK(refdyn_integrator_until(&rig.integrator, 0.0513) == REFDYN_OK);
     int has_met = 0;
     while (rig.integrator.t < 0.0613) {

@@ -1,4 +1,4 @@
--- expect: 3: stack overflow: a function calls itself without an end; return without a call in the last case
+-- expect: 3: stack overflow: a function calls itself endlessly; add a case in which it returns without the call
 local function f(n)
   return 1 + f(n + 1)
 end

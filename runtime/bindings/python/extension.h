@@ -232,8 +232,8 @@ int refdyn_step_is_unfit(const struct step_row *row);
 int refdyn_step_is_finite(const struct step_row *row);
 /* Notes an outcome; returns whether it is the first of its kind. */
 int refdyn_step_note(struct step_report *report, const struct step_row *row, enum step_outcome outcome);
-/* Returns None if all states were stepped, otherwise ((count, first) of each outcome, reason, event, after).
- */
+/* Returns None if all states were stepped, otherwise ((count, first) of each outcome, reason, event,
+ * after). */
 PyObject *refdyn_step_report(const struct step_report *report);
 
 /* ---- Explicit steps (step_call.c) ---- */

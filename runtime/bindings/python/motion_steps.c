@@ -55,8 +55,8 @@ static PyObject *report_refresh(const struct motion *motion) {
     return refdyn_text_close(&text);
 }
 
-/* Continues from the values that the caller has set. A motion that an event has ended begins again with the
- * state, and continues if that is a new one. */
+/* Continues from the values that the caller has set. A motion that an event has ended begins again at the
+ * state; only a new state lets it continue. */
 static int continue_from_here(struct motion *motion, int has_state, int is_new) {
     struct motion_block *block = motion->block;
     struct refdyn_integrator *integrator = &block->integrator;
@@ -72,7 +72,7 @@ static int continue_from_here(struct motion *motion, int has_state, int is_new) 
 }
 
 /* refresh(p, x, state, is_new): continues with these values instead of the present ones; None: as they are.
- * is_new is false for the values before a failed call. Returns None, or the message of a failure. */
+ * is_new is false where the values before a failed call return. Returns None, or the message of a failure. */
 PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments) {
     struct motion *motion = (struct motion *)self;
     const struct refdyn_model *model = motion->library->model;
@@ -170,7 +170,7 @@ static const char *ending_event(const struct refdyn_integrator *integrator) {
     return events[integrator->event[k]].name;
 }
 
-/* Notes the outcome of a step with this status. Returns 0 with a Python error without memory. */
+/* Notes the outcome of a step with this status. Returns 0 with a Python error if memory is missing. */
 static int note(struct motion *motion, const struct step_row *row, int status, struct unlocked *unlocked,
                 struct step_report *report) {
     const struct refdyn_integrator *integrator = &motion->block->integrator;
@@ -188,7 +188,7 @@ static int note(struct motion *motion, const struct step_row *row, int status, s
     return report->reason != NULL;
 }
 
-/* Returns 0 with a Python error after a signal, and without memory. */
+/* Steps all states. Returns 0 with a Python error after a signal, or if memory is missing. */
 static int step_all(struct motion *motion, struct step_states *states, struct unlocked *unlocked,
                     struct step_report *report) {
     for (states->next = 0; states->next < states->count; states->next++) {

@@ -174,7 +174,7 @@ static void scatter(const struct states *states, int which, Py_ssize_t first, in
             states->data[which][(first + l) * size + i] = lanes[i * width + l];
 }
 
-/* Notes states of these lanes that were not finite, or are no longer. */
+/* Notes the states of these lanes that were not finite before the steps, or are not after them. */
 static void judge(const struct lanes *lanes, const struct states *states, Py_ssize_t first,
                   struct step_report *report) {
     for (Py_ssize_t i = first; i < first + lanes->width && i < states->count; i++) {

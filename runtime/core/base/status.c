@@ -17,9 +17,8 @@ static const char *const texts[] = {
     [REFDYN_ROWS_INCONSISTENT - LOWEST] = "a constraint row depends on others but contradicts them",
     [REFDYN_NO_CONVERGENCE - LOWEST] = "Newton's iteration did not converge",
     [REFDYN_MATRIX_SINGULAR - LOWEST] = "the matrix of an implicit step is singular",
-    [REFDYN_ROWS_UNMET - LOWEST] = "rows that begin to act or jump at this time, or a parameter that was "
-                                   "changed, ask for other positions "
-                                   "than the motion has",
+    [REFDYN_ROWS_UNMET - LOWEST] = "rows that begin to act or jump at this time, or a changed parameter, "
+                                   "require positions other than those of the motion",
     [REFDYN_STEP_TOO_SMALL - LOWEST] = "the step fell below the resolution of the time",
     [REFDYN_TANGENT_SINGULAR - LOWEST] = "the tangent stiffness is singular: nothing holds the coordinate",
     [REFDYN_BAD_OPTION - LOWEST] = "an option is out of its range",

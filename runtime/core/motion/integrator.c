@@ -290,7 +290,8 @@ static void note_moves(struct refdyn_integrator *integrator, int has_failed) {
     }
 }
 
-/* Starts on a jump move beside it; the workspace keeps the equations of the state that the caller sees. */
+/* Moves a start on a jump to one side of it. The workspace keeps the equations of the state that the caller
+ * sees. */
 static int meet_jumps(struct refdyn_integrator *integrator) {
     struct refdyn_workspace *work = integrator->work;
     const long before = work->evaluations;

@@ -13,7 +13,7 @@
 
 /* A kink counts as zero up to this part of its largest value so far. */
 static const double width = 1e-10;
-/* A kink at which rows turn is at rest below this part of its fastest passage. */
+/* A kink at which rows turn counts as at rest if its rate is below this part of its largest one. */
 static const double turn_at_rest = 1e-6;
 
 double refdyn_kinks_width(const struct refdyn_state_events *events, int i) {
@@ -71,7 +71,7 @@ int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const s
            refdyn_largest(by_qd, step->n, NULL) == 0;
 }
 
-/* Moves a state in the step that has passed a kink of positions by rounding only back before it. Returns the
+/* Moves a state in the step back before a kink of positions that it has passed only by rounding. Returns the
  * kink; -1: there is none. */
 static int move_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                              double *state) {
@@ -96,8 +96,8 @@ static int move_before_kinks(struct refdyn_state_events *events, const struct re
     return held;
 }
 
-/* Is a state in the step beyond kink i, or perhaps by rounding? A kink at the beginning of the step is passed
- * there. The values are those of this state. */
+/* Is a state in the step beyond kink i, or within rounding of it? A kink at the beginning of the step counts
+ * as passed there. The values are those of this state. */
 static int is_beyond(const struct refdyn_state_events *events, int i) {
     const double width_now = refdyn_kinks_width(events, i);
     return events->side[i] != 0 && fabs(events->samples[i]) > width_now &&

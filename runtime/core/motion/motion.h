@@ -475,8 +475,8 @@ struct refdyn_state_events {
     double *rates;   /* (count) of the values before the due events happen */
     double *terms;   /* result of event_terms */
     double *room;    /* (2 n + 1) a state in the step; (n) jump of rates */
-    /* (count) largest |value| of an event since it last happened, or of a kink since a step last began there,
-     * INFINITY: it never has; when that was, of a kink [s] */
+    /* (count) largest |value| of an event since it last happened, or of a kink since a step last began there;
+     * INFINITY: never. (count) time at which a step last began at the kink [s] */
     double *risen, *visited;
     struct refdyn_contacts contacts; /* their values depend on their modes */
 
@@ -605,17 +605,17 @@ struct refdyn_idle {
 /* Call it where a motion starts, after refdyn_state_events_start: a start on a jump moves to the side to
  * which the motion leads. Errors: those of refdyn_rates. */
 int refdyn_sliding_start(struct refdyn_motion *motion);
-/* Call it before kinks that are due are passed. */
+/* Call it before the motion passes kinks that are due. */
 void refdyn_sliding_note_due(struct refdyn_state_events *events);
 /* Call it at the beginning of a step, with the values there. Returns SLIDES if the value of a kink and its
  * rate are zero, or after many steps that have stayed at a kink, if the jump there leads back to itself. */
 int refdyn_sliding_check(struct refdyn_motion *motion);
-/* After a step has failed with this status. Where it begins at a jump, STEP_TOO_SMALL and NO_CONVERGENCE
- * become SLIDES if the jump leads back to itself, and OK if the motion crosses the jump, which is then due.
- */
+/* Call it after a step has failed with this status. Where it begins at a jump, STEP_TOO_SMALL and
+ * NO_CONVERGENCE become SLIDES if the jump leads back to itself, and OK if the motion crosses the jump, which
+ * is then due. */
 int refdyn_sliding_resolve(struct refdyn_motion *motion, int status, double t_out);
 /* The first function begins a motion. Call the second one at the beginning of each step: after many steps
- * that hardly move the time, it returns SLIDES if formulas have kinks, else STEP_TOO_SMALL. */
+ * that hardly advance the time, it returns SLIDES if formulas have kinks, else STEP_TOO_SMALL. */
 void refdyn_idle_start(struct refdyn_motion *motion);
 int refdyn_idle_check(struct refdyn_motion *motion, double t_out);
 

@@ -4,11 +4,11 @@
  * In: the beginning of a step, and how far the values of kinks have been from zero since a step last began
  * there. Out: REFDYN_SLIDES, or another status for a motion that would never end.
  *
- * A jump of a force may lead back to itself from both sides: by its rate, as Coulomb's friction by a sign, or
- * by its acceleration, as a force that pushes a body towards a place. The motion then slides along the jump
- * or rests at it, where the formulas say nothing (Filippov, Differential Equations with Discontinuous
+ * A jump of a force may lead back to itself from both sides: by its rate, as Coulomb's friction with a sign
+ * does, or by its acceleration, as a force that pushes a body towards a place. The motion then slides along
+ * the jump or rests at it. The formulas do not say how (Filippov, Differential Equations with Discontinuous
  * Righthand Sides, 1988, ch. 1), and steps go to and fro without end. A motion that moves away from the jump
- * by more than a part of the tolerance, such as the oscillation under a relay, goes on.
+ * by more than a part of the tolerance, such as the oscillation under a relay, continues.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -19,24 +19,25 @@
 #include "runtime/core/constraints/constraints.h"
 #include "runtime/core/linear/linear.h"
 
-/* Bound on the steps that begin at one kink and stay there; one counts that often if the jump leads back. */
+/* Bound on the steps that begin at one kink and stay there. A step counts RETURN_LEADS_BACK times if the jump
+ * leads back. */
 enum { RETURNS_MOST = 1000, RETURN_LEADS_BACK = 20 };
-/* A step stays if it is shorter than this part of the longest one, or moves away from the kink by at most the
- * second part of the tolerance. Below that part a contact also counts as at rest. */
+/* A step stays at a kink if it is shorter than short_part of the longest step, or moves away by at most
+ * calm_part of the tolerance. A contact counts as at rest below the same part. */
 static const double short_part = 1e-4, calm_part = 0.01;
 /* The sides of a kink are examined at this part of its largest value. That is much less than the layer of a
  * friction law, inside which motions continue. */
 static const double beyond = 1e-14;
-/* A jump exceeds this part of the derivative, and changes by less than the second part at twice the distance.
- */
+/* A jump exceeds jump_least of the derivative; at twice the distance it differs by at most jump_changes of
+ * itself. */
 static const double jump_least = 1e-6, jump_changes = 0.25;
 /* Positions change by this part of their units where the curvature of a value is computed by a difference. */
 static const double difference = 1e-6;
-/* A motion that cannot go on has met a kink that it could reach by this many of the shortest steps. */
+/* A motion that cannot continue has met a kink that this many of the shortest steps would reach. */
 static const double reach = 16;
-/* Bound on the steps that are on average shorter than this multiple of the shortest step, or than this part
- * of a fixed step. It rises with the square of the number of values, and exceeds the bound on events without
- * time between. */
+/* Bound on the steps without progress: IDLE_FREE, and IDLE_PAIR times the square of the number of values. It
+ * exceeds the bound on events without time between them. Steps make no progress if they are on average
+ * shorter than idle_part times the shortest step, or than idle_fixed_part of a fixed step. */
 enum { IDLE_FREE = 200, IDLE_PAIR = 8 };
 static const double idle_part = 16, idle_fixed_part = 1e-6;
 
@@ -55,7 +56,7 @@ static void find_terms(const struct refdyn_motion *motion, double t, const doubl
     work->model->event_terms(work->p, work->x, t, state, state + work->n, motion->state_events.terms);
 }
 
-/* Kink i; value: at the beginning of the step. */
+/* Describes kink i; `value` is that at the beginning of the step. */
 static struct kink find_kink(struct refdyn_motion *motion, int i, double value) {
     const struct refdyn_state_events *events = &motion->state_events;
     const struct refdyn_step *step = &motion->step;
@@ -99,7 +100,7 @@ static double derivative_at(struct refdyn_motion *motion, const struct kink *kin
     return by_forces + (events->terms[kink->i] - rate) / h;
 }
 
-/* What the sides of a kink say. */
+/* The two sides of a kink. */
 struct sides {
     double above, below; /* derivatives */
     int is_jump;         /* they differ */
@@ -124,9 +125,8 @@ static struct sides find_sides(struct refdyn_motion *motion, const struct kink *
 
 /* ---- Starts on a jump ---- */
 
-/* The side of a jump to which the motion leads. Where both lead away, it is that of the formula's value
- * there.
- */
+/* Returns the side of a jump to which the motion leads. Where both lead away, the formula's value on the jump
+ * decides. */
 static int side_ahead(struct refdyn_motion *motion, const struct kink *kink, const struct sides *sides) {
     const int side = motion->state_events.side[kink->i];
     if (side != 0 && !kink->is_of_rates)
@@ -172,8 +172,8 @@ int refdyn_sliding_start(struct refdyn_motion *motion) {
 
 /* ---- Steps that return to a kink ---- */
 
-/* Has the motion stayed at the kink since a step last began there? The farthest value of rates has lasted for
- * at most that time. */
+/* Has the motion stayed at the kink since a step last began there? The distance of a kink of rates is its
+ * largest value times the time since then. */
 static int is_calm(const struct refdyn_motion *motion, const struct kink *kink) {
     const struct refdyn_state_events *events = &motion->state_events;
     const double time = kink->is_of_rates ? motion->step.t_begin - events->visited[kink->i] : 1;
@@ -224,7 +224,7 @@ int refdyn_sliding_check(struct refdyn_motion *motion) {
 
 /* ---- No progress ---- */
 
-/* Is kink i, with its sides, so near that steps of this length end at it? */
+/* Is the kink so near that steps of the length `least` end at it? */
 static int is_reached(const struct refdyn_motion *motion, const struct kink *kink, const struct sides *sides,
                       double least) {
     const struct refdyn_state_events *events = &motion->state_events;
@@ -234,14 +234,14 @@ static int is_reached(const struct refdyn_motion *motion, const struct kink *kin
     return sides->is_jump && fabs(kink->value) <= fmax(near, refdyn_kinks_width(events, kink->i));
 }
 
-/* The side to which the motion crosses the jump; 0: it does not, or has crossed it. */
+/* Returns the side to which the motion crosses the jump; 0: it does not, or has crossed it. */
 static int side_crossed_to(const struct kink *kink, const struct sides *sides) {
     const double rate = kink->is_of_rates ? sides->above : kink->rate;
     const int to = refdyn_sign_of(rate);
     return (kink->is_of_rates && to != refdyn_sign_of(sides->below)) || to * kink->value > 0 ? 0 : to;
 }
 
-/* No step leads to kink i and across it: it is due where the step begins. */
+/* No step reaches kink i and crosses it: makes it due where the step begins. */
 static void cross(struct refdyn_motion *motion, int i, int to) {
     struct refdyn_state_events *events = &motion->state_events;
     refdyn_state_events_clear_due(events);

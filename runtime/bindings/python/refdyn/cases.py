@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray
 
 KEPT = ("final", "at", "extremes", "norms", "history", "derivatives", "limits")
-FLAGS = ("final", "limits")  # fields of `keep` that are true or false; the others but `at` list names
+FLAGS = ("final", "limits")  # fields of `keep` that are true or false; the others list names, except `at`
 NUMBER = re.compile(r"(?<![\w.\[])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?")  # numbers are left out when reasons are compared
 SHOWN_REASONS = 5
 OF_PANDAS = ("NAType", "NaTType")  # types of missing values
@@ -92,12 +92,12 @@ def grid(axes: Mapping[str, npt.ArrayLike] | None = None, /, **more: npt.ArrayLi
     return Grid(joined("grid", axes or {}, more))
 
 
-OF_SAMPLES = "samples along t are files, whose names are a column: cases={'inputs': ['a.csv', 'b.csv']}"
+OF_SAMPLES = "write samples along t to files, whose names form a column: cases={'inputs': ['a.csv', 'b.csv']}"
 NOT_COLUMNS = ("inputs", "parameters", "q", "qd")  # arguments of other calls; in a batch their values are columns
 
 
 def refuse_values(options: Mapping[str, Any], coordinates: Sequence[str]) -> None:
-    """Raises an error that says how a batch gets inputs, parameters and start values, and names of what is kept."""
+    """Raises an error about arguments that a batch takes as columns of cases or in `keep`; the error says how."""
     for name in KEPT:
         if name in options:
             raise TypeError(f"{name}: not an argument of batch; use keep={{{name!r}: {options[name]!r}}}")
@@ -113,7 +113,7 @@ def refuse_values(options: Mapping[str, Any], coordinates: Sequence[str]) -> Non
 
 
 def check_sources(cases: Any, sweep: Any, keep: Any, t_end: Any) -> None:
-    """Checks that the cases come from one place, and that the call has what this place lacks."""
+    """Checks that either `cases` or `sweep` is given, and that the call has the arguments that this one needs."""
     if cases is None and sweep is None:
         raise ValueError("cases: missing; must be columns by name, {'NAME': values}, a data frame or refdyn.grid(NAME=values)")
     if cases is not None and sweep is not None:
@@ -127,7 +127,7 @@ def check_sources(cases: Any, sweep: Any, keep: Any, t_end: Any) -> None:
 
 
 def files(values: Any) -> np.ndarray:
-    """Absolute names of files of inputs."""
+    """Returns the absolute names of files of inputs."""
     given = list(values) if is_list(values) and not isinstance(values, (str, Mapping)) else [values]
     for value in given:
         if not isinstance(value, (str, os.PathLike)):
@@ -138,8 +138,8 @@ def files(values: Any) -> np.ndarray:
 class Columns:
     """The cases of a call as rows of equal length by name, from a mapping, a data frame or a grid.
 
-    Results call the start value of `arm_psi` `arm_psi_start`; the cases may do so, too, unless the model has another value of
-    this name (`others`). `labels` is the index of a data frame or of its columns, None if it only counts the rows.
+    In results, the start value of `arm_psi` has the name `arm_psi_start`. Cases may use it, too, unless the model has another value
+    of this name (`others`). `labels` is the index of a data frame or of its columns, None if it only counts the rows.
     """
 
     def __init__(self, cases: Any, coordinates: Collection[str], options: Collection[str], others: Collection[str]) -> None:
@@ -178,7 +178,7 @@ def check_name(column: Any, others: Collection[str]) -> None:
 
 
 def spread(given: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Rows of equal length; one value is that of all cases."""
+    """Returns rows of equal length; a row of one value is repeated for all cases."""
     longest = max(given, key=lambda name: given[name].size)
     count = given[longest].size
     for name, row in given.items():

@@ -1,8 +1,8 @@
 """Types of the extension module, which the C files of runtime/bindings/python implement."""
 from typing import Any, final
 
-# Of states that are not finite before a step, that fail, and that an event ends: (count, index of the first); the reason of the
-# first failure, the event of the first end, and the time to it [s].
+# (count, index of the first) of the states that are not finite before a step, of those that fail, and of those that an event ends;
+# then the reason of the first failure, the event of the first end, and the time to it [s].
 Report = tuple[tuple[int, int], tuple[int, int], tuple[int, int], str | None, str | None, float]
 METHODS: tuple[str, ...]
 VERSION: str

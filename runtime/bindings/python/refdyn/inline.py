@@ -45,7 +45,7 @@ class Page:
 
 
 def page_file(file: str | os.PathLike[str]) -> str:
-    """Returns the absolute path of a page. An ending must be that of a page."""
+    """Returns the absolute path of a page. An ending, if there is one, must be that of a page."""
     name = file_name("file", file, "a page, 'arm.html'")
     if os.path.splitext(name)[1].lower() not in ("", ".html", ".htm"):
         raise ValueError(f"file: {name!r} must end in .html or .htm")
@@ -58,7 +58,7 @@ def check_height(height: int) -> None:
 
 
 def runs_by_name(model: str, runs: Any) -> dict[str, tuple[str, xarray.Dataset]]:
-    """Returns the runs by name, which must be usable as a file name, each after the words for it in messages."""
+    """Returns, by the name of each run, the words for it in messages, and the run. Names must be usable as file names."""
     if hasattr(runs, "data_vars"):
         return {model: ("the run", runs)}
     if isinstance(runs, Columns):

@@ -351,8 +351,8 @@ class Model:
 
         tol        tolerance: bound on the local error (1e-6), for motions without a fixed `step`
         from_      "initial", "statics", with realise also "held", or the name of a STATE.json; q, qd and t define another start instead
-        inputs     constant values, by name or as an array; by name with times `t`, or as a data frame with a column `t`, also
-                   samples, each valid until the next
+        inputs     constant values, by name or as an array; or samples, each valid until the next: by name with times `t`, or a data
+                   frame with a column `t`
         stop       a condition that ends the motion, "E_z<2", or several
         derivatives  parameters, inputs and start values (NAME or NAME_d of a coordinate): for each column a variable d_COLUMN with its
                    derivatives by them, (t, parameter)

@@ -250,7 +250,7 @@ def refuse_objects(name: str, array: np.ndarray) -> None:
     """Raises an error about the first object that is not a number."""
     for item in array.flat:
         if not hasattr(item, "__float__") or isinstance(item, str):
-            what, hint = "None" if item is None else type(item).__name__, "; values of many by name are one dictionary of arrays" if isinstance(item, Mapping) else ""
+            what, hint = "None" if item is None else type(item).__name__, "; give values of many states by name as one dictionary of arrays" if isinstance(item, Mapping) else ""
             raise TypeError(f"{name}: contains {what}; must be real numbers{hint}")
 
 

@@ -32,7 +32,7 @@ FAILURE = re.compile(r"refdyn: .*?: t = (?P<t>\S+) s: (?P<reason>.*)")
 
 
 class ModelError(ValueError):
-    """A model, a state, a file or a value that the model refuses is wrong. `file` and `line` (0: no line) name the place; the text says what
+    """A model, a state or a file is wrong, or the model refuses a value. `file` and `line` (0: no line) name the place; the text says what
     to do."""
 
     def __init__(self, text: str, file: str | None = None, line: int = 0) -> None:

@@ -159,7 +159,7 @@ def primes(count: int) -> list[int]:
 
 
 def halton_points(count: int, width: int) -> np.ndarray:
-    """Points 1 ... count. A coordinate has the digits of the number in a prime base after the point, in reverse order."""
+    """Points 1 ... count. Each coordinate writes the number in a prime base, and its digits in reverse order after the point."""
     points = np.zeros((count, width))
     for column, base in enumerate(primes(width)):
         numbers, part = np.arange(1, count + 1), 1.0

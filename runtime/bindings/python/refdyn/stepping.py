@@ -96,7 +96,7 @@ class Stepper:
         return new_q, new_qd
 
     def _tell(self, report: Report, lead: tuple[int, ...], q: np.ndarray, qd: np.ndarray, t: np.ndarray, step: float) -> None:
-        """Raises what is wrong with a single state. Warns about a batch, and about motions that an event has ended."""
+        """Raises the error about a single state. Warns about a batch, and about motions that an event has ended."""
         (unfit, _), (failed, failed_first), (ended, ended_first), reason, event, after = report
         if not lead and unfit:
             for name, values in (("q", q), ("qd", qd), ("t", t)):

@@ -111,7 +111,8 @@ static bool check_apart(const struct targets *targets, const struct target *targ
 
 /* ---- NAME.part ---- */
 
-/* Reports the system's error about NAME.part: under the user's name unless the file itself is in the way. */
+/* Reports the system's error about NAME.part. The message names NAME, unless NAME.part itself is in the way.
+ */
 static bool refuse_part(const struct target *target) {
     const int error = errno;
     struct stat status;
