@@ -414,7 +414,7 @@ def test_tables(folder):
     "mass,E\n1\n": "2: cases: 1 fields under 2 names",
     "mass\n": "1: cases: no row below the names; write at least one case",
     "mass,shape\n1,\n": "2: cases: shape: the field is empty; write a value",
-    "mass,shape\n1,oval\n": '1: with shape = oval the model has an error: --set shape: value "oval"; must be one of round, flat',
+    "mass,shape\n1,oval\n": '1: with shape = oval the model has an error: option shape: value "oval"; must be one of round, flat',
     "inputs\nno.csv\n": "1: inputs: no.csv: No such file or directory; name a readable file",
 }.items())
 def test_wrong_tables(folder, text, message):

@@ -174,9 +174,8 @@ struct value declarations_add_option(struct declarations *declarations, struct p
         value.number = setting ? value.number : 1; /* so that no further error follows */
     } else if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
                !is_allowed(memory, &value, allowed)) {
-        message_error(declarations->messages, place, "%s %s: value \"%s\"; must be %s",
-                      setting ? setting_source(setting) : "option", name, value_text(memory, &value),
-                      allowed_text(memory, allowed));
+        message_error(declarations->messages, place, "option %s: value \"%s\"; must be %s", name,
+                      value_text(memory, &value), allowed_text(memory, allowed));
         value = *standard;
     }
     declarations->options = memory_room(memory, declarations->options, declarations->option_count,

@@ -34,8 +34,7 @@ SETTINGS = {
     "m=1,5": "a number", "push=nan": "a number", "push=1 N": "a number", "wide=yes": "true or false", "wide=True": "true or false",
     "wide=": "true or false",
 }
-
-
+LINES = {"n_rfe": 2, "wide": 2, "m": 3, "push": 4}  # where the model declares the names
 UNIT = "; write the number alone, in SI units and radians"
 
 
@@ -44,7 +43,7 @@ def test_setting_that_is_no_value(setting, model):
     name, value = setting.split("=", 1)
     done = refdyn("check", model, "--set", setting, status=1)
     advice = {"m=1kg": UNIT, "push=1 N": UNIT, "m=1,5": "; write 1.5"}.get(setting, "")
-    assert done.stderr == f'{model}: --set {name}: value "{value}"; must be {SETTINGS[setting]}{advice}\n' and done.stdout == ""
+    assert done.stderr == f'{model}:{LINES[name]}: --set {name}: value "{value}"; must be {SETTINGS[setting]}{advice}\n' and done.stdout == ""
 
 
 def test_settings_out_of_range(model):

@@ -164,8 +164,8 @@ def test_parameters_of_a_motion_are_finite(made, tmp_path):
     ("history/t", write(1, np.nan), "/history/t: entry 1 is nan; entries must be finite and ascend", "plot merge sim"),
     ("status", write(1, 7), "/status: row 1 has 7; must be 0, 1 or 3", "plot merge"),
     ("steps", write(1, -7), "/steps: row 1 has -7; must be a number of steps", "plot merge"),
-    ("cases/m", write(1, np.nan), "/cases/m: case 1 has nan; must be finite", "sim"),
-    ("cases/b_z", write(1, -np.inf), "/cases/b_z: case 1 has -inf; must be finite", "sim"),
+    ("cases/m", write(1, np.nan), "m: value nan; must be finite", "sim"),
+    ("cases/b_z", write(1, -np.inf), "b_z: value -inf; must be finite", "sim"),
     ("cases/m", lambda file, name: file[name].attrs.__delitem__("kind"), "/cases/m: does not have the form of a file of runs", "plot merge sim"),
     ("/", lambda file, name: file.attrs.__setitem__("model", file.attrs["model"].replace("9.81", "1.62")),
      "damaged: attribute model does not match model_hash", "sim")])

@@ -4,6 +4,7 @@ with a status that names the jump.
 """
 import json
 import math
+import os
 import random
 import re
 import subprocess
@@ -216,9 +217,9 @@ def test_calls_from_c(tmp_path):
     (tmp_path / "jump.lua").write_text(scene(PUSHES["where"]))
     refdyn("gen", tmp_path / "jump.lua", "--emit", "all,implicit", "-o", tmp_path)
     (tmp_path / "main.c").write_text(PROGRAM)
-    subprocess.run(["gcc", "-O0", "-I", SOURCE, "-I", SOURCE / "runtime", tmp_path / "main.c", tmp_path / "jump.c", CORE_LIBRARY, "-lm", "-o",
-                    tmp_path / "main"], check=True)
-    done = subprocess.run([tmp_path / "main"], capture_output=True, text=True, timeout=ENDLESS, check=True)
+    subprocess.run(["gcc", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-I", SOURCE, "-I", SOURCE / "runtime", tmp_path / "main.c",
+                    tmp_path / "jump.c", CORE_LIBRARY, "-lm", "-o", tmp_path / "main"], check=True)
+    done = subprocess.run([tmp_path / "main"], capture_output=True, text=True, timeout=ENDLESS, check=True, env={**os.environ, "ASAN_OPTIONS": "detect_leaks=0"})
     *motions, limited = map(json.loads, done.stdout.splitlines())
     assert len(motions) == len(ALL_METHODS)
     assert all(motion == {"statuses": [0, -15, -15], "t": 0, "cause": -15} for motion in motions), motions

@@ -1,4 +1,4 @@
--- expect: 4: --set kind: value "c"; must be one of a, b
+-- expect: 4: option kind: value "c"; must be one of a, b
 -- set: kind=c
 local rd = require "refdyn"
 local kind = rd.option("kind", "a", { "a", "b" })

@@ -1,4 +1,4 @@
--- expect: 4: --set n: value "0"; must be a number from 1 to 9
+-- expect: 4: option n: value "0"; must be a number from 1 to 9
 -- set: n=0
 local rd = require "refdyn"
 local n = rd.option("n", 2, { from = 1, to = 9 })
