@@ -711,8 +711,8 @@ def test_usage(pages, tmp_path):
     assert said.startswith("refdyn view: --options: more than 12 combinations, each of which adds a module to the page; state fewer values\n")
     said = live(crane, "--options", "n_rfe=1,2", "--set", "n_rfe=3", "-o", out, status=2).stderr
     assert said.startswith("refdyn view: --options: --set states 'n_rfe', too; omit one of them\n")
-    assert live(crane, "--options", "n_rfe=2,0", "-o", out, status=1).stderr.endswith('crane.lua: option n_rfe: value "0"; must be a number from 1\n')
-    assert live(crane, "--options", "n_rfe=2:8", "-o", out, status=1).stderr.endswith('crane.lua: --options n_rfe: value "2:8"; must be a whole number\n')
+    assert live(crane, "--options", "n_rfe=2,0", "-o", out, status=1).stderr.endswith('crane.lua:5: option n_rfe: value "0"; must be a number from 1\n')
+    assert live(crane, "--options", "n_rfe=2:8", "-o", out, status=1).stderr.endswith('crane.lua:5: --options n_rfe: value "2:8"; must be a whole number\n')
     assert "--options needs --live" in refdyn("view", pages / "a.h5", "--options", "n_rfe=1,2", "-o", out, status=2).stderr
     assert "--pull needs --live" in refdyn("view", pages / "a.h5", "--pull", "-o", out, status=2).stderr
     assert "--live shows one model" in live(crane, crane, "-o", out, status=2).stderr
