@@ -122,7 +122,7 @@ static void put_step_signature(const struct emission *x, struct text *text, int 
 
 /* Bytes of the functions of text/step_body.c.in, of which two have pivots. */
 static long step_stack(const struct emission *x, int method, bool has_derivatives) {
-    enum { OWN_BYTES = 640, PIVOT_BYTES = 4 };
+    enum { OWN_BYTES = 544, PIVOT_BYTES = 4 };
     const bool is_implicit = methods[method].is_implicit;
     const long of_state = emit_stack(x, plan_find_function(x->plan, "qdd"));
     const long of_derivatives =
