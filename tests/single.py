@@ -11,7 +11,6 @@ from program import SOURCE, refdyn
 STRICT = [*WARNINGS, "-Wdouble-promotion"]
 # What microcontrollers with a floating-point unit for single precision alone are compiled for.
 CORES = {"m4": ["-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"], "m7": ["-mcpu=cortex-m7", "-mfpu=fpv5-sp-d16"]}
-DOUBLE_CORE = ["-mcpu=cortex-m7", "-mfpu=fpv5-d16"]  # a unit for double precision
 ARM = ["arm-none-eabi-gcc", "-std=c11", "-mthumb", "-mfloat-abi=hard"]
 
 

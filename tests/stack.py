@@ -4,7 +4,14 @@ import re
 import subprocess
 
 from program import SOURCE, refdyn
+from single import ARM, CORES
 
+# The real type and the compiler. The last unit computes in double precision.
+TARGETS = {"gcc, x86-64": ("double", ["gcc"]), "clang, x86-64": ("double", ["clang"]),
+           **{f"floats, Cortex-{core.upper()}": ("float", [*ARM, *words]) for core, words in CORES.items()},
+           "doubles, Cortex-M4": ("double", [*ARM, *CORES["m4"]]),
+           "doubles, Cortex-M7": ("double", [*ARM, "-mcpu=cortex-m7", "-mfpu=fpv5-d16"])}
+LEVELS = ("-O2", "-Os")
 EMIT = "all,M_h,f,d_qdd,d_qdd_free,d_force,d_statics,d_rows,inverse,d_inverse,tangent,tangent_vectors,step.p"
 
 
@@ -56,6 +63,6 @@ def emit(model, folder, real, *options):
 
 
 def compare(folder, words):
-    """Function, its bound, and its bytes with those that it calls, by a compiler with flags."""
-    own, called = frames(folder, words), calls(folder)
-    return [(name, bound, deepest(name, own, called)) for name, bound in bounds(folder).items()]
+    """Function, its bound, and its bytes with those that it calls, by level, by a compiler."""
+    own, called = [frames(folder, [*words, level]) for level in LEVELS], calls(folder)
+    return [(name, bound, [deepest(name, of_level, called) for of_level in own]) for name, bound in bounds(folder).items()]
