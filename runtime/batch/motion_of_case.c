@@ -98,12 +98,8 @@ static int is_shifted_late(const struct worker *worker) {
 
 /* Does the case leave this anchored parameter to the start of its motion? */
 static int is_left_to_start(const struct worker *worker, const struct refdyn_batch_column *column) {
-    const struct refdyn_model *model = worker->batch->model;
-    const int is_unknown = column->what == REFDYN_VARIED_PARAMETER && isnan(value_of(worker, column));
-    for (int j = 0; is_unknown && j < model->anchored_count; j++)
-        if (model->anchored[j] == column->place)
-            return 1;
-    return 0;
+    return column->what == REFDYN_VARIED_PARAMETER && isnan(value_of(worker, column)) &&
+           refdyn_find_anchored(worker->batch->model, column->place) >= 0;
 }
 
 /* Copies the columns of one kind to their places. */

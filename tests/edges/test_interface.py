@@ -63,6 +63,9 @@ static void set_what_is_there(void) {
     CHECK(refdyn_find_point(model, "E") == 0);
     for (int i = 0; i < model->m; i++)
         CHECK(refdyn_find_row(model, model->rows[i].name) == i);
+    CHECK(model->anchored_count == 1 && refdyn_find_anchored(model, place) == -1);
+    for (int j = 0; j < model->anchored_count; j++)
+        CHECK(refdyn_find_anchored(model, model->anchored[j]) == j);
     free(other_memory);
     free(memory);
 }
@@ -174,6 +177,7 @@ static void refused(const struct refdyn_model *wrong, int status) {
     CHECK(refdyn_statics_size(wrong) == 0);
     CHECK(refdyn_set_coordinate(wrong, values, "arm_psi", 1) == status);
     CHECK(refdyn_find_row(wrong, "row") == -1 && refdyn_find_point(wrong, "E") == -1);
+    CHECK(refdyn_find_anchored(wrong, model->anchored[0]) == -1);
     CHECK(refdyn_workspace_init(&work, wrong, room, sizeof room) == status);
     CHECK(refdyn_set_parameter(&work, "m_E", 1) == status && refdyn_set_input(&work, "tau", 1) == status);
     nothing_changes(values);

@@ -207,17 +207,9 @@ static enum fmu_status set_start(struct fmu_instance *instance, int place, doubl
     return FMU_OK;
 }
 
-/* Returns the place among anchored parameters; -1: the parameter is not anchored. */
-static int place_among_anchored(const struct refdyn_model *model, int parameter) {
-    for (int i = 0; i < model->anchored_count; i++)
-        if (model->anchored[i] == parameter)
-            return i;
-    return -1;
-}
-
 static enum fmu_status set_parameter(struct fmu_instance *instance, int place, double value) {
     const struct refdyn_model *model = instance->work.model;
-    const int anchored = place_among_anchored(model, place), contact = fmu_contact_of_parameter(model, place);
+    const int anchored = refdyn_find_anchored(model, place), contact = fmu_contact_of_parameter(model, place);
     if (contact >= 0)
         return fmu_tell(instance, FMU_ERROR, "%s cannot be set: the contact sets it",
                         model->parameters[place].name);

@@ -28,6 +28,13 @@ int refdyn_find_point(const struct refdyn_model *model, const char *name) {
     return -1;
 }
 
+int refdyn_find_anchored(const struct refdyn_model *model, int parameter) {
+    for (int j = 0; !refdyn_model_status(model) && j < model->anchored_count; j++)
+        if (model->anchored[j] == parameter)
+            return j;
+    return -1;
+}
+
 /* Sets the value of this name. Returns an error if the name is unknown or the value is not a number. */
 static int set(const struct refdyn_name *names, int count, const char *name, double value, double *values) {
     const int place = refdyn_find_name(names, count, name);

@@ -318,9 +318,9 @@ static void apply_values(struct scene *scene, const struct values *values) {
         if (place < 0)
             continue;
         scene->work.p[place] = values->list[i].value;
-        for (int j = 0; j < model->anchored_count; j++)
-            if (model->anchored[j] == place)
-                scene->given[j] = 1;
+        const int anchored = refdyn_find_anchored(model, place);
+        if (anchored >= 0)
+            scene->given[anchored] = 1;
     }
     apply_inputs(scene, values->inputs, values->input_count);
     apply_inputs(scene, scene->state.inputs, scene->state.input_count);

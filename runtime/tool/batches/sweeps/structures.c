@@ -374,10 +374,7 @@ static void warn_of_unread(const struct structures *structures, const struct cas
 }
 
 static bool is_anchored(const struct refdyn_model *model, const struct refdyn_batch_column *column) {
-    for (int j = 0; j < model->anchored_count && column->what == REFDYN_VARIED_PARAMETER; j++)
-        if (model->anchored[j] == column->place)
-            return true;
-    return false;
+    return column->what == REFDYN_VARIED_PARAMETER && refdyn_find_anchored(model, column->place) >= 0;
 }
 
 bool sweeps_structures_refuse(const struct structure *structure, const struct cases *cases, long number,

@@ -214,13 +214,6 @@ static void set_role(struct catalogue_entry *entry, const struct scene *scene) {
     }
 }
 
-static bool is_anchored(const struct refdyn_model *model, int parameter) {
-    for (int i = 0; i < model->anchored_count; i++)
-        if (model->anchored[i] == parameter)
-            return true;
-    return false;
-}
-
 static void set_start(struct catalogue_entry *entry, const struct scene *scene) {
     const int i = entry->variable.index;
     switch (entry->variable.kind) {
@@ -235,7 +228,7 @@ static void set_start(struct catalogue_entry *entry, const struct scene *scene) 
         break;
     case FMU_PARAMETER:
         entry->start = scene->work.p[i];
-        if (is_anchored(scene->model, i) && entry->causality == AS_PARAMETER)
+        if (refdyn_find_anchored(scene->model, i) >= 0 && entry->causality == AS_PARAMETER)
             entry->variability = IS_FIXED;
         break;
     default:

@@ -36,19 +36,11 @@ static void put_start(struct document *document, const struct scene *scene) {
     format_put_array(document, "qd", scene->qd, model->n);
 }
 
-/* The place of a parameter among the anchored ones; -1 if it is not anchored. */
-static int place_among_anchored(const struct refdyn_model *model, int parameter) {
-    for (int i = 0; i < model->anchored_count; i++)
-        if (model->anchored[i] == parameter)
-            return i;
-    return -1;
-}
-
 static void put_parameters(struct document *document, const struct scene *scene) {
     const struct refdyn_model *model = scene->model;
     format_put_open(document, "parameters", '[');
     for (int i = 0; i < model->parameter_count; i++) {
-        const int anchored = place_among_anchored(model, i);
+        const int anchored = refdyn_find_anchored(model, i);
         format_put_open(document, NULL, '{');
         put_name(document, &model->parameters[i]);
         format_put_number(document, "value", scene->work.p[i]);

@@ -81,19 +81,12 @@ static bool is_mode(const struct model *model, const char *name) {
     return false;
 }
 
-static int find_anchor(const struct refdyn_model *model, int parameter) {
-    for (int i = 0; i < model->anchored_count; i++)
-        if (model->anchored[i] == parameter)
-            return i;
-    return -1;
-}
-
 static void put_parameters(FILE *out, const struct live *live, const struct live_range *ranges) {
     const struct refdyn_model *model = live->scene.model;
     fputs("\"parameters\":[", out);
     for (int i = 0; i < model->parameter_count; i++) {
         const struct refdyn_name *parameter = &model->parameters[i];
-        const int anchor = find_anchor(model, i);
+        const int anchor = refdyn_find_anchored(model, i);
         const bool is_hidden = is_mode(&live->scene.generation.model, parameter->name);
         fputs(i ? ",\n" : "\n", out);
         put_slider(out, parameter->name, parameter->unit, is_hidden ? NAN : live->scene.work.p[i], NAN, NAN,
