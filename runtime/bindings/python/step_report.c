@@ -7,22 +7,16 @@
  * warns accordingly.
  */
 #include "runtime/bindings/python/extension.h"
+#include "runtime/core/linear/linear.h"
 
 #include <math.h>
 
-static int are_finite(const double *values, Py_ssize_t count) {
-    for (Py_ssize_t i = 0; i < count; i++)
-        if (!isfinite(values[i]))
-            return 0;
-    return 1;
-}
-
 int refdyn_step_is_unfit(const struct step_row *row) {
-    return !(isfinite(*row->t) && are_finite(row->q, row->n) && are_finite(row->qd, row->n));
+    return !(isfinite(*row->t) && refdyn_is_finite(row->q, row->n) && refdyn_is_finite(row->qd, row->n));
 }
 
 int refdyn_step_is_finite(const struct step_row *row) {
-    return isfinite(*row->t) && are_finite(row->new_q, row->n) && are_finite(row->new_qd, row->n);
+    return isfinite(*row->t) && refdyn_is_finite(row->new_q, row->n) && refdyn_is_finite(row->new_qd, row->n);
 }
 
 static void clear(const struct step_row *row) {

@@ -261,6 +261,7 @@ static void clear(struct refdyn_motion *motion, const struct refdyn_options *opt
     refdyn_linear_reset(&motion->linear);
     refdyn_control_begin(&motion->control, motion->options.step);
     refdyn_obstacles_start(motion);
+    refdyn_idle_start(motion);
     refdyn_step_guide(&motion->step, NULL);
     refdyn_method_use(method == REFDYN_AUTO ? REFDYN_RK8 : method, &motion->step);
     refdyn_partition_reset(motion->work);
