@@ -96,8 +96,8 @@ static const struct {
     const char *name, *one, *about;
     bool is_implicit;
 } methods[] = {{"rk4", "step_explicit",
-                "The classical explicit Runge-Kutta method of order 4; h must be below 2.8 / "
-                "(largest angular frequency).",
+                "The classical explicit Runge-Kutta method of order 4; h must be below 2.6 / "
+                "(largest |eigenvalue|).",
                 false},
                {"gauss", "step_implicit",
                 "The implicit two-stage method of Gauss, order 4, stable for all vibrations.", true}};
