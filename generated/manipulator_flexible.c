@@ -2923,7 +2923,7 @@ static void manipulator_flexible_required_doubles(const double *p, const double 
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 6,
     SET(name) "manipulator_flexible",
-    SET(hash) "3de4d81b114e5ec9",
+    SET(hash) "6d626f79f1df0108",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

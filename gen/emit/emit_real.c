@@ -28,7 +28,7 @@ static const struct real {
 static const struct places {
     long kept, first;
     double of_first, of_others;
-} places_of_double = {12, 60, 2.0, 3.0}, places_of_single = {16, 60, 1.75, 2.05};
+} places_of_double = {12, 60, 2.0, 3.1}, places_of_single = {16, 60, 1.75, 2.15};
 
 long emit_places_of_values(const struct plan *plan, long alive) {
     const struct places *places = plan->is_single ? &places_of_single : &places_of_double;

@@ -150,13 +150,13 @@ static long bytes_of_angles(int count) {
     return count ? SINCOS_BYTES + ANGLE_BYTES * (count < MOST_ANGLES ? count : MOST_ANGLES) : 0;
 }
 
-/* The pieces of a long function are called one after the other. */
+/* The pieces of a long function are called one after the other, and have a frame beside the function's. */
 long emit_own_stack(const struct emission *x, const char *text) {
     struct memory *memory = x->plan->memory;
     const struct memory_mark mark = memory_mark(memory);
     struct reader r = open_reader(memory, text);
     long arrays = 0, most = 0;
-    int begin = 0;
+    int begin = 0, frames = 0;
     for (const char *end; (end = strchr(text, '\n')); text = end + 1, r.line++) {
         const char *line = text + strspn(text, " ");
         if (*line == '}' && r.depth)
@@ -165,6 +165,7 @@ long emit_own_stack(const struct emission *x, const char *text) {
             const long alive = close_function(&r, begin);
             most = alive > most ? alive : most;
             begin = r.line + 1;
+            frames++;
         }
         if (begins_with(line, type) && end[-1] == ';' && !memchr(line, '=', (size_t)(end - line)))
             arrays += declared_numbers(line + strlen(type), end);
@@ -175,7 +176,7 @@ long emit_own_stack(const struct emission *x, const char *text) {
     }
     memory_back(memory, mark);
     return (arrays + emit_places_of_values(x->plan, most)) * emit_real_bytes(x->plan) +
-           bytes_of_angles(x->function->angle_count);
+           bytes_of_angles(x->function->angle_count) + (frames > 1 ? BASE_BYTES : 0);
 }
 
 /* Called functions run one after the other. A result from which a part is copied is a local array, too. */
