@@ -253,8 +253,8 @@ int refdyn_find_name(const struct refdyn_name *names, int count, const char *nam
 int refdyn_find_row(const struct refdyn_model *model, const char *name);
 /** Returns the index of a point, -1 if the name is unknown. */
 int refdyn_find_point(const struct refdyn_model *model, const char *name);
-/** Returns the place of the parameter with this index among the anchored parameters, which is its place in
- * `given` of refdyn_anchor; -1 if it is not anchored. */
+/** Returns the place of the parameter with this index in `given` of refdyn_anchor, -1 if the parameter is not
+ * anchored. */
 int refdyn_find_anchored(const struct refdyn_model *model, int parameter);
 /** Number of coordinates of joints. Continuous states of controllers follow them as coordinates whose value z
  * is in qd and whose z' is in qdd; their q is the integral of z and has no meaning. */

@@ -6,7 +6,7 @@ import subprocess
 from program import SOURCE, refdyn
 from single import ARM, CORES
 
-# The real type and the compiler. The last unit computes in double precision.
+# The real type and the compiler by target. The floating-point unit of the last one computes in double precision.
 TARGETS = {"gcc, x86-64": ("double", ["gcc"]), "clang, x86-64": ("double", ["clang"]),
            **{f"floats, Cortex-{core.upper()}": ("float", [*ARM, *words]) for core, words in CORES.items()},
            "doubles, Cortex-M4": ("double", [*ARM, *CORES["m4"]]),
@@ -63,6 +63,6 @@ def emit(model, folder, real, *options):
 
 
 def compare(folder, words):
-    """Function, its bound, and its bytes with those that it calls, by level, by a compiler."""
+    """For each function: its name, its bound, and for each level the bytes that it and the functions it calls use with a compiler."""
     own, called = [frames(folder, [*words, level]) for level in LEVELS], calls(folder)
     return [(name, bound, [deepest(name, of_level, called) for of_level in own]) for name, bound in bounds(folder).items()]

@@ -1,8 +1,8 @@
-"""Prints the bounds of the stack as a table: for all models, how far the use of each function is from its bound.
+"""Prints a table that compares, over all models, the stack that functions use with their bounds.
 
     REFDYN=../build/release/bin/refdyn /usr/bin/python3 stack_table.py [TARGET...]
 
-Takes half an hour. TARGET: a name of stack.TARGETS.
+It takes half an hour. TARGET is a key of TARGETS in stack.py; without any, the table has all of them.
 """
 import concurrent.futures
 import pathlib
@@ -13,7 +13,7 @@ import tempfile
 from program import all_models, models_of_tests
 from stack import LEVELS, TARGETS, compare, emit
 
-LARGE = 500  # bytes; for smaller functions, the bytes that each bound includes count most
+LARGE = 500  # bytes; the bounds of smaller functions consist mostly of the bytes that every bound includes
 
 
 def measure(target, model):
@@ -29,7 +29,7 @@ def row(*cells):
 
 if __name__ == "__main__":
     models = all_models() + models_of_tests()
-    columns = ["", "functions", *(f"{level}: most of the bound" for level in LEVELS), "beyond it", "bound over the use, at most", "median"]
+    columns = ["", "functions", *(f"{level}: most of the bound" for level in LEVELS), "above the bound", "bound over the use, at most", "median"]
     row(*columns)
     print("|" + "---|" * len(columns))
     for target in sys.argv[1:] or TARGETS:

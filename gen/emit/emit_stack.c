@@ -150,7 +150,7 @@ static long bytes_of_angles(int count) {
     return count ? SINCOS_BYTES + ANGLE_BYTES * (count < MOST_ANGLES ? count : MOST_ANGLES) : 0;
 }
 
-/* The pieces of a long function are called one after the other, and have a frame beside the function's. */
+/* A long function calls its pieces one after the other. Each has a frame in addition to the function's. */
 long emit_own_stack(const struct emission *x, const char *text) {
     struct memory *memory = x->plan->memory;
     const struct memory_mark mark = memory_mark(memory);
