@@ -90,10 +90,12 @@ return rd.model {{
 
 
 class RestingScene:
-    """A scene whose bodies rest on floors, plates, hoists and each other while their loads jump. `is_steady`: impacts keep it predictable."""
+    """A scene whose bodies rest on floors, plates, hoists and each other while their loads jump. `is_steady`: impacts keep it predictable.
+    by_caller: loads that jump at a time are inputs instead, and `schedule` has their jumps: time, input, value."""
 
-    def __init__(self, seed):
+    def __init__(self, seed, by_caller=False):
         rng = self.rng = random.Random(seed)
+        self.by_caller, self.schedule = by_caller, []
         self.parameters, self.inputs, self.links, self.rows, self.contacts, self.forces, self.events = [], [], [], [], [], {}, []
         self.is_steady = True
         self.frame, self.weight = "", 9.81
@@ -135,6 +137,11 @@ class RestingScene:
         self.parameters.append(f'{{ "p{len(self.parameters)}", {value} }}')
         return f"p{len(self.parameters) - 1}"
 
+    def input(self, value):
+        name = f"u{len(self.inputs)}"
+        self.inputs.append(f'local {name} = rd.input("{name}", {value})')
+        return name
+
     def event(self, action):
         self.events.append(f'rd.event {{ s.q.k_x - {self.number(0.15, 1)}, {action}, name = "switch{len(self.events)}" }}')
 
@@ -145,10 +152,9 @@ class RestingScene:
         kind = self.rng.choice(["time", "pulse", "place", "rate", "both", "input", "parameter", "wave"])
         begin = self.time()
         if kind == "pulse":
-            return f"rd.where(rd.less(s.t, {begin:.4f}), {low}, rd.where(rd.less(s.t, {begin + self.rng.choice([0.2, 0.01]):.4f}), {high}, {low}))"
+            return f"rd.where(rd.less(s.t, {begin}), {low}, rd.where(rd.less(s.t, {begin + self.rng.choice([0.2, 0.01])}), {high}, {low}))"
         if kind == "input":
-            name = f"u{len(self.inputs)}"
-            self.inputs.append(f'local {name} = rd.input("{name}", {first})')
+            name = self.input(first)
             self.event(f"inputs = {{ {name} = {second} }}")
             return name
         if kind == "parameter":
@@ -157,8 +163,11 @@ class RestingScene:
             return f"p.{name}"
         if kind == "wave":
             return f"{weight * self.rng.uniform(0.9, 1.5):.4f} * rd.sin({self.number(2, 6)} * s.t + {self.number(0, 3)})"
-        less = {"time": f"s.t, {begin:.4f}", "place": f"s.q.k_x, {self.number(0.15, 1)}", "rate": f"s.qd.k_x, {self.number(1.02, 1.1)}",
+        less = {"time": f"s.t, {begin!r}", "place": f"s.q.k_x, {self.number(0.15, 1)}", "rate": f"s.qd.k_x, {self.number(1.02, 1.1)}",
                 "both": f"s.q.k_x + 0.2 * s.t, {self.number(0.2, 1.2)}"}[kind]
+        if kind == "time" and self.by_caller:
+            self.schedule.append((begin, self.input(first), float(second)))
+            return self.schedule[-1][1]
         return f"rd.where(rd.less({less}), {first}, {second})"
 
     def add_box(self, name, mass):
