@@ -25,6 +25,8 @@ enum {
 static const double rounding = 8 * DBL_EPSILON;
 /* Accuracy of a zero on the interpolant, relative to the step. */
 static const double zero_width = 1e-13;
+/* A force that jumps is zero at the kink within this part of the step. */
+static const double jump_width = 1e-9;
 /* A distance from a zero can be rounding only below this part of a step. */
 static const double rounding_part = 1e-6;
 /* A zero farther ahead than this part of the step is left to ordinary steps. */
@@ -274,7 +276,7 @@ static void note_samples(struct refdyn_state_events *events) {
 /* The time within which value i crosses zero at the same time as another. A force that jumps at a kink is
  * zero where the kink is, and its zero is as accurate as one on the interpolant. */
 static double together(const struct refdyn_state_events *events, int i, double t) {
-    const double located = 4 * zero_width * events->contacts.longest;
+    const double located = 8 * zero_width * events->contacts.longest;
     return refdyn_state_events_blur(t) + (refdyn_state_events_is_kink(events, i) ? located : 0);
 }
 
@@ -313,14 +315,15 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
     *t_event = step->t_begin;
 }
 
-/* Do the last two samples of an event show that it is about to cross zero at the end of the step, where it is
+/* Do the last two samples of a value show that it is about to cross zero at the end of the step, where it is
  * zero except for rounding? */
 static int ends_before_zero(const struct refdyn_state_events *events, const struct refdyn_step *step) {
     const double per_time = SAMPLES / (step->t_end - step->t_begin);
     const double near = per_time * refdyn_state_events_blur(step->t_end);
-    for (int i = 0; i < events->named; i++) {
+    for (int i = 0; i < events->count; i++) {
         const double end = sample(events, SAMPLES, i), change = end - sample(events, SAMPLES - 1, i);
-        if (events->side_end[i] * change < 0 && fabs(end) <= 2 * near * fabs(change))
+        const double width = refdyn_state_events_is_kink(events, i) ? refdyn_kinks_width(events, i) : 0;
+        if (events->side_end[i] * change < 0 && fabs(end) <= fmax(2 * near * fabs(change), width))
             return 1;
     }
     return 0;
@@ -340,6 +343,13 @@ static int is_met(const struct refdyn_state_events *events, const struct refdyn_
     return distance <= same_time(step) || no_longer_falls || events->tries >= TRIES_MOST;
 }
 
+/* Steps to a kink end before it by this time, which exceeds rounding and the error of a zero on the
+ * interpolant: no stage sees a force that jumps there. */
+static double before_kink(const struct refdyn_state_events *events, const struct refdyn_step *step) {
+    const double located = zero_width * (step->t_end - step->t_begin);
+    return refdyn_state_events_is_kink(events, events->target) ? 4 * fmax(same_time(step), located) : 0;
+}
+
 /* The step is taken again, to t. */
 static void try_again(struct refdyn_state_events *events, double distance, double t, double *t_event) {
     events->missed = distance;
@@ -357,7 +367,7 @@ static void step_back(struct refdyn_state_events *events, struct refdyn_step *st
         end_on_zero(events, step);
     else {
         events->t_high = step->t_end;
-        try_again(events, distance, t, t_event);
+        try_again(events, distance, t - before_kink(events, step), t_event);
     }
 }
 
@@ -370,13 +380,13 @@ static double distance_ahead(struct refdyn_state_events *events, const struct re
     refdyn_state_events_evaluate(events, step, t, step->state_new);
     const struct refdyn_assessed end =
         refdyn_state_events_assess(events, step, i, t, step->state_new, step->rates_new);
-    const double value = value_at_end(events, i);
+    const double value = value_at_end(events, i), back = before_kink(events, step);
     if (fabs(value) <= end.noise)
-        return 0;
+        return -back;
     const double ahead = -value / end.rate;
     if (events->side[i] * value < 0)
-        return ahead < 0 && -ahead < far_short * (step->t_end - step->t_begin) ? ahead : 0;
-    return ahead > 0 && ahead < left ? ahead : left / 2;
+        return ahead < 0 && -ahead < far_short * (step->t_end - step->t_begin) ? ahead - back : 0;
+    return ahead > 0 && ahead < left ? ahead - back : left / 2;
 }
 
 static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
@@ -389,6 +399,14 @@ static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *s
         try_again(events, fabs(distance), step->t_end + distance, t_event);
 }
 
+/* Is kink i, at theta, the reason for the zero of the target? The force of a contact that rests jumps there.
+ */
+static int makes_target_jump(const struct refdyn_state_events *events, int i, double theta, double first) {
+    const int contact = isfinite(first) ? refdyn_contact_of(&events->contacts, events->target) : -1;
+    return refdyn_state_events_is_kink(events, i) && contact >= 0 &&
+           events->contacts.mode[contact] == REFDYN_CONTACT_RESTING && theta <= first + jump_width;
+}
+
 /* *first: theta of the first zero in the step, of the value events->target; INFINITY: there is none. */
 static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_step *step, double least,
                              double *first) {
@@ -399,7 +417,7 @@ static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_s
         status = find_first(events, step, i, &theta);
         if (!status && is_passed(events, step, i, theta, least))
             status = find_first(events, step, i, &theta);
-        if (theta < *first) {
+        if (theta < *first || makes_target_jump(events, i, theta, *first)) {
             *first = theta;
             events->target = i;
         }
@@ -439,7 +457,8 @@ static double look_early(struct refdyn_state_events *events, struct refdyn_step 
     events->tries = 0;
     if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first))
         return INFINITY;
-    return first * h >= least && first < near_end ? step->t_begin + first * h : INFINITY;
+    return first * h >= least && first < near_end ? step->t_begin + first * h - before_kink(events, step)
+                                                  : INFINITY;
 }
 
 /* ---- Their entry in the list of obstacles ---- */
