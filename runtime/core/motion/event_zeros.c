@@ -316,11 +316,12 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
 }
 
 /* Do the last two samples of a value show that it is about to cross zero at the end of the step, where it is
- * zero except for rounding? */
+ * zero except for rounding? Kinks count where loads of contacts may jump. */
 static int ends_before_zero(const struct refdyn_state_events *events, const struct refdyn_step *step) {
     const double per_time = SAMPLES / (step->t_end - step->t_begin);
     const double near = per_time * refdyn_state_events_blur(step->t_end);
-    for (int i = 0; i < events->count; i++) {
+    const int count = events->contacts.count > 0 ? events->count : events->named;
+    for (int i = 0; i < count; i++) {
         const double end = sample(events, SAMPLES, i), change = end - sample(events, SAMPLES - 1, i);
         const double width = refdyn_state_events_is_kink(events, i) ? refdyn_kinks_width(events, i) : 0;
         if (events->side_end[i] * change < 0 && fabs(end) <= fmax(2 * near * fabs(change), width))
@@ -343,11 +344,16 @@ static int is_met(const struct refdyn_state_events *events, const struct refdyn_
     return distance <= same_time(step) || no_longer_falls || events->tries >= TRIES_MOST;
 }
 
-/* Steps to a kink end before it by this time, which exceeds rounding and the error of a zero on the
- * interpolant: no stage sees a force that jumps there. */
-static double before_kink(const struct refdyn_state_events *events, const struct refdyn_step *step) {
-    const double located = zero_width * (step->t_end - step->t_begin);
-    return refdyn_state_events_is_kink(events, events->target) ? 4 * fmax(same_time(step), located) : 0;
+/* Loads of contacts may jump at kinks. Steps to a kink at t end before it by this time, which exceeds
+ * rounding and the error of a zero on the interpolant, so that no stage sees the load after it. Short steps
+ * end on it.
+ */
+static double before_kink(const struct refdyn_state_events *events, const struct refdyn_step *step,
+                          double t) {
+    const double back = 4 * fmax(same_time(step), zero_width * (step->t_end - step->t_begin));
+    const int is_long = t - step->t_begin > 1000 * back;
+    return refdyn_state_events_is_kink(events, events->target) && events->contacts.count > 0 && is_long ? back
+                                                                                                        : 0;
 }
 
 /* The step is taken again, to t. */
@@ -357,6 +363,17 @@ static void try_again(struct refdyn_state_events *events, double distance, doubl
     *t_event = t;
 }
 
+/* The step ends on the zero of its target. A last one ends just before a kink. */
+static void end_on_target(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
+    const double back = before_kink(events, step, step->t_end);
+    if (back == 0 || events->tries >= TRIES_MOST) {
+        end_on_zero(events, step);
+        return;
+    }
+    events->tries = TRIES_MOST;
+    try_again(events, 0, step->t_end - back, t_event);
+}
+
 /* The value of the target has crossed zero at t. */
 static void step_back(struct refdyn_state_events *events, struct refdyn_step *step, double t, double least,
                       double *t_event) {
@@ -364,10 +381,10 @@ static void step_back(struct refdyn_state_events *events, struct refdyn_step *st
     if (t - step->t_begin < least)
         stay_on_zero(events, step, t_event);
     else if (is_met(events, step, distance))
-        end_on_zero(events, step);
+        end_on_target(events, step, t_event);
     else {
         events->t_high = step->t_end;
-        try_again(events, distance, t - before_kink(events, step), t_event);
+        try_again(events, distance, t, t_event);
     }
 }
 
@@ -380,13 +397,13 @@ static double distance_ahead(struct refdyn_state_events *events, const struct re
     refdyn_state_events_evaluate(events, step, t, step->state_new);
     const struct refdyn_assessed end =
         refdyn_state_events_assess(events, step, i, t, step->state_new, step->rates_new);
-    const double value = value_at_end(events, i), back = before_kink(events, step);
+    const double value = value_at_end(events, i);
     if (fabs(value) <= end.noise)
-        return -back;
+        return 0;
     const double ahead = -value / end.rate;
     if (events->side[i] * value < 0)
-        return ahead < 0 && -ahead < far_short * (step->t_end - step->t_begin) ? ahead - back : 0;
-    return ahead > 0 && ahead < left ? ahead - back : left / 2;
+        return ahead < 0 && -ahead < far_short * (step->t_end - step->t_begin) ? ahead : 0;
+    return ahead > 0 && ahead < left ? ahead : left / 2;
 }
 
 static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
@@ -394,7 +411,7 @@ static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *s
     if (distance > far_short * (step->t_end - step->t_begin) && events->tries < TRIES_MOST)
         keep_sides(events);
     else if (is_met(events, step, fabs(distance)))
-        end_on_zero(events, step);
+        end_on_target(events, step, t_event);
     else
         try_again(events, fabs(distance), step->t_end + distance, t_event);
 }
@@ -457,8 +474,8 @@ static double look_early(struct refdyn_state_events *events, struct refdyn_step 
     events->tries = 0;
     if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first))
         return INFINITY;
-    return first * h >= least && first < near_end ? step->t_begin + first * h - before_kink(events, step)
-                                                  : INFINITY;
+    const double t = step->t_begin + first * h;
+    return first * h >= least && first < near_end ? t - before_kink(events, step, t) : INFINITY;
 }
 
 /* ---- Their entry in the list of obstacles ---- */
