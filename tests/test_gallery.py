@@ -236,7 +236,7 @@ def test_fivebar():
     half = sqrt((apart**2).sum(axis=0)) / 2
     across = numpy.array([-apart[1], apart[0]]) / (2 * half)
     tool = (start + end) / 2 + across * sqrt(0.5**2 - half**2)
-    power = sum(run["force_" + name] * run[name + "_d"] for name in names_of("fivebar"))
+    power = sum(run["force_" + name] * run[name + "_d"] for name in ("left_psi", "right_psi"))
     rate = numpy.gradient(run["energy"], run["t"], edge_order=2)
     assert numpy.ptp(tool, axis=1).min() > 0.1
     check([close("left", run["left_psi"], left, 1e-12), close("right", run["right_psi"], right, 1e-12),

@@ -747,6 +747,9 @@ static inline int refdyn_integrator_status(const struct refdyn_integrator *integ
     return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
 }
 
+/* As refdyn_integrator_look, anywhere in the last step, also after the shown state. */
+int refdyn_integrator_show(struct refdyn_integrator *integrator, double t);
+
 /* The time at which rates, rows and energies of t, inside the last step or at its end, are evaluated. */
 static inline double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
     return motion->rows_change ? refdyn_step_inside(&motion->step, t)
