@@ -151,8 +151,8 @@ static int leave(struct refdyn_integrator *integrator, int status, double t) {
     integrator->refused = motion->crossing.refused;
     integrator->cause = motion->failure.cause;
     integrator->failed_t = motion->failure.t;
-    integrator->t_begin = motion->step.t_begin;
-    integrator->t_end = motion->step.t_end;
+    integrator->t_begin = motion->step.t_from;
+    integrator->t_end = refdyn_step_seen_end(&motion->step);
     return status;
 }
 
@@ -204,7 +204,7 @@ static int place_step(struct refdyn_integrator *integrator) {
     struct refdyn_step *step = &integrator->motion->step;
     const double t = integrator->t_right;
     integrator->q[2 * step->n] = integrator->work_done;
-    refdyn_step_place(step, t, integrator->q);
+    refdyn_step_place(step, integrator->t, t, integrator->q);
     int status = refdyn_rows_meet_seen(integrator->motion);
     if (!status && integrator->options.stabilise == REFDYN_PROJECT)
         status = refdyn_project_evaluated(integrator->work, t, step->state, step->state + step->n);
@@ -271,7 +271,7 @@ static void clear(struct refdyn_motion *motion, const struct refdyn_options *opt
 static int meet_contacts(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     int is_changed;
-    refdyn_step_place(&motion->step, integrator->t_right, integrator->q);
+    refdyn_step_place(&motion->step, integrator->t, integrator->t_right, integrator->q);
     int status = refdyn_contact_transitions_start(motion, &is_changed);
     if (!status && is_changed)
         take_parameters(integrator);
@@ -317,7 +317,8 @@ static int start(struct refdyn_integrator *integrator) {
     if (!status)
         status = begin_here(integrator);
     if (!status)
-        status = refdyn_state_events_start(&integrator->motion->state_events, &integrator->motion->step);
+        status = refdyn_state_events_start(&integrator->motion->state_events, &integrator->motion->step,
+                                           integrator->t);
     if (!status)
         status = meet_jumps(integrator);
     refdyn_automatic_start(integrator->motion);
@@ -527,7 +528,7 @@ static int arrive(struct refdyn_integrator *integrator, double t_out, int status
     if (status)
         refdyn_step_give_up(&motion->step);
     if (t_out != integrator->t || status)
-        seen = show(integrator, ends_at(motion, t_out) ? t_out : motion->step.t_end);
+        seen = show(integrator, ends_at(motion, t_out) ? t_out : refdyn_step_seen_end(&motion->step));
     const int failed = leave(integrator, status ? REFDYN_OK : seen, integrator->t);
     return status ? status : failed;
 }
@@ -543,7 +544,7 @@ static int is_before(const struct refdyn_motion *motion, double t_out) {
 static int tell_events(struct refdyn_integrator *integrator) {
     struct refdyn_state_events *events = &integrator->motion->state_events;
     int ends = 0;
-    if (events->due_named == 0 || integrator->t < integrator->motion->step.t_end)
+    if (events->due_named == 0 || integrator->t < refdyn_step_seen_end(&integrator->motion->step))
         return REFDYN_OK;
     for (int k = 0; k < events->due_named; k++)
         ends |= integrator->work->model->events[events->due[k]].ends;

@@ -495,9 +495,9 @@ struct refdyn_state_events {
 
 void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struct refdyn_model *model,
                                  struct layout *layout);
-/* Call it where a motion starts, with known rates: sets the sides, and the events that are due there. Error:
- * NOT_FINITE. */
-int refdyn_state_events_start(struct refdyn_state_events *events, const struct refdyn_step *step);
+/* Call it where a motion starts at t, with known rates: sets the sides, and the events that are due there.
+ * The step may begin on the right of a time event at t. Error: NOT_FINITE. */
+int refdyn_state_events_start(struct refdyn_state_events *events, const struct refdyn_step *step, double t);
 /* Call it at the beginning of a step: computes the values, and the events that are due because values have
  * jumped. Error: NOT_FINITE. */
 int refdyn_state_events_begin(struct refdyn_state_events *events, const struct refdyn_step *step);
@@ -509,9 +509,10 @@ void refdyn_state_events_evaluate(struct refdyn_state_events *events, const stru
                                   double t, const double *state);
 void refdyn_state_events_evaluate_terms(struct refdyn_state_events *events, const struct refdyn_step *step,
                                         double t, const double *state);
-/* The rate of value i from the terms of a state, and the rounding of value and rate. */
+/* The rate of value i from the terms of a state, and the rounding of value and rate; noise_at_time: without
+ * the part by which rounding of the time moves the value. */
 struct refdyn_assessed {
-    double noise, rate, rate_noise;
+    double noise, noise_at_time, rate, rate_noise;
 };
 struct refdyn_assessed refdyn_state_events_assess(const struct refdyn_state_events *events,
                                                   const struct refdyn_step *step, int i, double t,
