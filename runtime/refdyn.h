@@ -594,6 +594,11 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 /** The same without accelerations and multipliers: qdd and lambda keep other values until the next call of
  * refdyn_integrator_look, _step or _to. Errors: BAD_TIME; those of refdyn_project; NOT_STARTED. */
 int refdyn_integrator_look_at_state(struct refdyn_integrator *integrator, double t);
+/** Looks beyond events that are due at the shown state, if they set inputs and parameters alone: work->x,
+ * work->p, qdd and lambda become those with which the motion continues. Returns whether they do; then call
+ * refdyn_integrator_see_before, which restores them, before the motion goes on. */
+int refdyn_integrator_see_after(struct refdyn_integrator *integrator);
+void refdyn_integrator_see_before(struct refdyn_integrator *integrator);
 /** Computes the multipliers (m) of the rows at the shown state: NaN for each that is not unique, because its
  * row depends on others or its gradient is 0, or if is_undetermined; 0 for free contacts. Error: NOT_STARTED.
  */

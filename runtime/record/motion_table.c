@@ -476,6 +476,13 @@ void record_table_fill(struct record_table *table) {
             blocks[block].put(table);
 }
 
+void record_table_fill_row(struct record_table *table) {
+    const bool is_after = refdyn_integrator_see_after(table->integrator);
+    record_table_fill(table);
+    if (is_after)
+        refdyn_integrator_see_before(table->integrator);
+}
+
 const char *record_table_not_finite(const struct record_table *table) {
     for (int block = 0, i = 0; block < RECORD_BLOCKS; block++)
         for (; i < table->ends[block]; i++)

@@ -101,6 +101,9 @@ void record_table_start(struct record_table *table, struct record_memory memory,
 void record_table_want(struct record_table *table, const bool *wanted);
 /* Computes the values at the integrator's state. */
 void record_table_fill(struct record_table *table);
+/* The same for a row of results: where events set inputs and parameters at this time, their values after it,
+ * and all that follows from these. An input therefore holds from its row on. */
+void record_table_fill_row(struct record_table *table);
 /* The first column that is infinite or NaN after record_table_fill, NULL if there is none. Multipliers and
  * forces that are not unique are NaN and do not count. */
 const char *record_table_not_finite(const struct record_table *table);
