@@ -34,7 +34,9 @@ static int are_determined(const struct refdyn_integrator *integrator) {
 static void find_multipliers(struct refdyn_integrator *integrator, double *lambda) {
     struct refdyn_workspace *work = integrator->work;
     struct refdyn_dependence dependence;
-    memcpy(lambda, integrator->lambda, (size_t)work->m * sizeof *lambda);
+    const int first = work->m - integrator->contact_count;
+    for (int a = 0; a < work->m; a++) /* a contact pulls by errors of the interpolated state alone */
+        lambda[a] = a < first ? integrator->lambda[a] : fmax(integrator->lambda[a], 0);
     if (are_determined(integrator))
         return;
     refdyn_programme_force(work, integrator->lambda, work->change);
@@ -123,7 +125,8 @@ int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, doubl
     const struct refdyn_workspace *work = integrator->work;
     struct refdyn_state_events *events = &integrator->motion->state_events;
     struct refdyn_contacts *contacts = &events->contacts;
-    memcpy(forces, integrator->lambda + contacts->first_row, (size_t)contacts->count * sizeof *forces);
+    for (int k = 0; k < contacts->count; k++) /* the rest of a pull is an error of the interpolated state */
+        forces[k] = fmax(integrator->lambda[contacts->first_row + k], 0);
     if (contacts->are_unique)
         return REFDYN_OK;
     work->model->event_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd,
