@@ -239,6 +239,8 @@ static int take_due(struct refdyn_motion *motion) {
     int status = note_rows(motion);
     refdyn_state_events_note(events, step);
     refdyn_sliding_note_due(events);
+    if (!status && refdyn_state_events_accumulate(events))
+        status = REFDYN_EVENTS_ACCUMULATE;
     if (!status)
         status = act_on_all(motion, &done);
     if (!status)
@@ -258,8 +260,6 @@ static int take_due(struct refdyn_motion *motion) {
 int refdyn_event_actions_take(struct refdyn_motion *motion) {
     struct refdyn_state_events *events = &motion->state_events;
     int status = REFDYN_OK;
-    if (refdyn_state_events_accumulate(events))
-        return REFDYN_EVENTS_ACCUMULATE;
     if (events->due_count > 0)
         status = take_due(motion);
     if (!status)
