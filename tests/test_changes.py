@@ -122,9 +122,9 @@ def same_events(found, expected):
 # ---- Python ----
 
 def touched(one, touch, u, last):
-    """Values that are set again, or set and set back, change nothing; u is new or as before."""
+    """Values that are set again, or set and set back, change nothing; u is new or as before. A load that opens a contact opens it at once."""
     if touch == "input and back":
-        one.set(inputs={"u": u + 30})
+        one.set(inputs={"u": u + 1})
     if touch == "parameter and back":
         one.set(parameters={"w": 1.5}), one.set(parameters={"w": 1.0})
     if touch == "parameter":
