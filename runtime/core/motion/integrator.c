@@ -425,7 +425,6 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
         status = begin_here(integrator);
     if (!status)
         status = keep_due(integrator);
-    status = keep_due(integrator);
     if (!status)
         status = open_contacts(integrator);
     return leave(integrator, status, integrator->t);
