@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 OPTIONS = ("step_max", "stabilise", "singular", "start")  # further options of arm.simulate that need no program
 OF_STATICS = ("hold", "release", "way")                  # and those of a start at the equilibrium
 OF_GSL = ("msbdf", "bsimp")                              # methods that only the program may have
-OUTPUTS_MOST, STEPS_MOST = 10_000_000, 1e10               # as for `refdyn sim`
+OUTPUTS_MOST, STEPS_MOST = 10_000_000, 1e9                # as for `refdyn sim`
 
 
 class Columns(dict[str, np.ndarray]):

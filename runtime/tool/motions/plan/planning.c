@@ -140,6 +140,11 @@ static void find_end(struct plan *plan) {
                       file->end_name, plan->values[varied].from, plan->batch.t);
 }
 
+double plan_longest(const struct plan *plan) {
+    const int varied = plan->end_parameter >= 0 ? value_named(plan, plan->file->end_name) : -1;
+    return varied >= 0 ? plan->values[varied].to : plan_end(plan);
+}
+
 /* ---- Columns ---- */
 
 /* The signal of a column; a new one if the plan does not have it yet. -1 after an error. */
@@ -325,6 +330,8 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     struct inputs inputs = {.path = NULL};
     plan.integration.balance = 0;
     enum status status = prepare(&plan, &motion, &inputs);
+    if (status == STATUS_DONE)
+        status = simulate_check_steps(options, plan_longest(&plan) - plan.batch.t);
     if (status == STATUS_DONE)
         status = plan_reference_open(&plan);
     if (status == STATUS_DONE && options_has(options, "resume"))
