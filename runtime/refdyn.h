@@ -681,7 +681,8 @@ struct refdyn_statics_options {
 /** How the stability of an equilibrium is judged. */
 enum refdyn_stability_criterion {
     REFDYN_BY_POTENTIAL,     /**< the stiffness is symmetric: has the potential a minimum there? */
-    REFDYN_BY_LINEAR_MOTION, /**< the stiffness is not symmetric: does a small motion grow? */
+    REFDYN_BY_LINEAR_MOTION, /**< the stiffness is not symmetric, or a damper or a state can add energy: does
+                                a small motion grow? */
     REFDYN_BY_SYMMETRIC_PART /**< not symmetric, and the model has no finite tangent: by the symmetric part of
                                 the stiffness. If it is positive, the motion cannot leave the state without
                                   oscillating; oscillations may still grow */

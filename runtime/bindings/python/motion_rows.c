@@ -121,7 +121,7 @@ static int begin(struct motion *motion, const struct start *start) {
     record->from = start->t;
     record->until = start->until;
     record->every = start->every;
-    if (isfinite(start->until))
+    if (isfinite(start->until) && record->integrator->options.step_limit == 0)
         record->integrator->options.step_limit = RECORD_STEPS_MAX;
     record->q = state;
     record->qd = state + work->n;
