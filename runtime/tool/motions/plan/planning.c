@@ -140,11 +140,6 @@ static void find_end(struct plan *plan) {
                       file->end_name, plan->values[varied].from, plan->batch.t);
 }
 
-double plan_longest(const struct plan *plan) {
-    const int varied = plan->end_parameter >= 0 ? value_named(plan, plan->file->end_name) : -1;
-    return varied >= 0 ? plan->values[varied].to : plan_end(plan);
-}
-
 /* ---- Columns ---- */
 
 /* The signal of a column; a new one if the plan does not have it yet. -1 after an error. */
