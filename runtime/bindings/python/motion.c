@@ -359,8 +359,10 @@ static void copy_events(struct motion *copy, const struct record_events *events)
         return;
     own->list = refdyn_motion_memory(copy, RECORD_EVENTS_KEPT * sizeof *own->list);
     own->modes = refdyn_motion_memory(copy, (contacts + 1) * sizeof *own->modes);
+    own->left = refdyn_motion_memory(copy, (contacts + 1) * sizeof *own->left);
     memcpy(own->list, events->list, RECORD_EVENTS_KEPT * sizeof *own->list);
     memcpy(own->modes, events->modes, contacts * sizeof *own->modes);
+    memcpy(own->left, events->left, contacts * sizeof *own->left);
 }
 
 static int copy_block(struct motion *copy, const struct motion *motion) {
