@@ -598,8 +598,18 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 /** The same without accelerations and multipliers: qdd and lambda keep other values until the next call of
  * refdyn_integrator_look, _step or _to. Errors: BAD_TIME; those of refdyn_project; NOT_STARTED. */
 int refdyn_integrator_look_at_state(struct refdyn_integrator *integrator, double t);
-/** Computes the programme force r (n) at the shown state [N, N m], as refdyn_programme_force, or as M qdd - f
- * if is_undetermined. Error: NOT_STARTED. */
+/** Looks beyond events that are due at the shown state, if they set inputs and parameters alone: work->x,
+ * work->p, qdd and lambda become those with which the motion continues. Returns whether they do; then call
+ * refdyn_integrator_see_before, which restores them, before the motion goes on. */
+int refdyn_integrator_see_after(struct refdyn_integrator *integrator);
+void refdyn_integrator_see_before(struct refdyn_integrator *integrator);
+/** Computes the multipliers (m) of the rows at the shown state: NaN for each that is not unique, because its
+ * row depends on others or its gradient is 0, or if is_undetermined; 0 for free contacts. Error: NOT_STARTED.
+ */
+int refdyn_integrator_multipliers(struct refdyn_integrator *integrator, double *lambda);
+/** Computes the forces (n) on the coordinates at the shown state [N, N m]: on a coordinate that rows drive or
+ * lock (refdyn_row.driven) the force of these rows alone, NaN if it is not unique; on all others the
+ * programme force r = u^T lambda, or M qdd - f if is_undetermined. Error: NOT_STARTED. */
 int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force);
 /** Computes the forces (contact_count) of the contacts at the shown state, along the gradients of their gaps
  * [N for a gap in m]; 0 for contacts that do not rest. If forces are not unique, these are the smallest ones,
