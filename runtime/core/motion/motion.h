@@ -74,8 +74,14 @@ void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_a
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
 /* After an accepted step: calls the watch; a copy compares the step with its pattern. */
 void refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
-/* Returns whether options.step_limit steps have been tried. */
-int refdyn_step_limit_reached(const struct refdyn_motion *motion);
+/* A time of the motion, and how many steps were tried until then. `struct refdyn_pace` is written only by
+ * accepted_step.c. */
+struct refdyn_pace {
+    double t; /* [s] */
+    long tried;
+};
+/* Returns whether options.step_limit steps have been tried, or would be before the end. */
+int refdyn_step_limit_reached(struct refdyn_motion *motion);
 
 /* Calls refdyn_integrator_refresh if the caller has changed inputs or parameters since they were taken. */
 int refdyn_integrator_notice(struct refdyn_integrator *integrator);
@@ -770,6 +776,7 @@ struct refdyn_motion {
     const struct refdyn_step_watch *watch; /* NULL: nobody watches */
     struct refdyn_statistics statistics;
     struct refdyn_failure failure;
+    struct refdyn_pace pace;
     enum refdyn_method ordinary; /* method of ordinary steps, while a special step is on */
     int rows_change;             /* at the time event where the last step ended */
     double t_final, t_most;      /* end of the motion and limit: refdyn_integrator_until, _limit [s] */
