@@ -285,6 +285,8 @@ static enum status run_scene(struct scene *scene, const struct options *options,
                               .options = options,
                               .until = options_number(options, "until"),
                               .has_stops = options_has(options, "stop"),
+                              .has_estimate =
+                                  options_has(options, "verify") || options_number(options, "accuracy") > 0,
                               .on_start = on_start};
     enum status status = simulate_fit(scene, options, integration);
     const char *play = options_text(options, "play"),
