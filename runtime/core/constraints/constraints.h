@@ -16,15 +16,19 @@
 int refdyn_fault_not_finite(struct refdyn_workspace *work);
 /* Writes u, v, phi, psi and k of a state into the workspace. Error: NOT_FINITE. */
 int refdyn_row_terms(struct refdyn_workspace *work, double t, const double *q, const double *qd);
+/* sum_j size_aj max(|x_j|, least): the size of the terms of row a at x (n). */
+double refdyn_size_of_terms(const struct refdyn_workspace *work, int a, const double *x, double least);
+/* The largest coefficient of row a without cancellation. */
+double refdyn_largest_size(const struct refdyn_workspace *work, int a);
 /* Checks after refdyn_row_terms whether the partition is still well conditioned. If not, evaluates the
  * equations and chooses another one. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double *q, const double *qd);
 /* Factors K_d, writes [K_d^-1 K_i, K_d^-1 sign right] into work->rows and P into work->P; right (m). Chooses
  * another partition where necessary. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign);
-/* Returns the rank of the rows in the workspace. A row whose independent part is no larger than phi explains
- * counts as dependent. Keeps the partition; overwrites work->rows. */
-int refdyn_rank_of_rows(struct refdyn_workspace *work);
+/* Returns the rank of the rows in the workspace. is_off: a row whose independent part is no larger than phi
+ * explains counts as dependent. Keeps the partition; overwrites work->rows. */
+int refdyn_rank_of_rows(struct refdyn_workspace *work, int is_off);
 /* Chooses the dependent coordinates again, after the set of rows has changed; the rank may grow. Errors:
  * NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_renew(struct refdyn_workspace *work);
@@ -34,7 +38,7 @@ void refdyn_partition_bound_rank(struct refdyn_workspace *work, int most);
 
 /* ---- Projection ---- */
 
-/* Returns the largest ratio of a residual (m) to the largest coefficient of its row. */
+/* Returns the largest ratio of a residual (m) to the largest coefficient of its row, without cancellation. */
 double refdyn_distance(const struct refdyn_workspace *work, const double *residual);
 /* Factors the metric of the smallest change, L L^T, into work->reduced: M; where only rows hold coordinates
  * without mass, rows are added (smallest_change.c). Errors: NOT_FINITE, MASS_NOT_POSITIVE. */

@@ -56,7 +56,8 @@ struct refdyn_residual refdyn_residuals(const struct refdyn_workspace *work) {
 }
 
 static struct level_of_one rows_of(const struct refdyn_workspace *work, struct level level) {
-    return (struct level_of_one){work->n, work->m, work->model->rows, level.last, work->u, level.residual};
+    return (struct level_of_one){work->n, work->m,     work->model->rows, level.last,
+                                 work->u, work->sizes, level.residual};
 }
 
 static int rows_hold(const struct refdyn_workspace *work, struct level level, double tol, double least,
@@ -65,7 +66,8 @@ static int rows_hold(const struct refdyn_workspace *work, struct level level, do
     return rows_hold_of_one(&rows, tol, least, x);
 }
 
-int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const double *q, const double *qd) {
+int refdyn_is_consistent(struct refdyn_workspace *work, double tol, const double *q, const double *qd) {
+    refdyn_row_sizes(work);
     return rows_hold(work, of_positions(work), tol, 1, q) && rows_hold(work, of_velocities(work), tol, 1, qd);
 }
 
@@ -85,11 +87,19 @@ static int used_rows_hold(const struct refdyn_workspace *work, double size) {
     return work->partition.rank >= 0;
 }
 
+/* Returns whether rows look independent by no more than their residuals explain, as those of an
+ * overconstrained linkage with inexact lengths do: no state meets them. Only at a start: near a singular
+ * position, which a motion reaches later, the same is true. */
+static int rows_contradict(struct refdyn_workspace *work) {
+    return work->partition.rank < 0 && refdyn_rank_of_rows(work, 1) < refdyn_rank_of_rows(work, 0);
+}
+
 static int not_converged(struct refdyn_workspace *work) {
     const struct refdyn_residual left = refdyn_residuals(work);
     work->fault =
         (struct refdyn_fault){.row = left.phi > left.psi ? left.phi_row : left.psi_row, .coordinate = -1};
-    return used_rows_hold(work, fmax(left.phi, left.psi)) ? REFDYN_ROWS_INCONSISTENT : REFDYN_NO_CONVERGENCE;
+    return used_rows_hold(work, fmax(left.phi, left.psi)) || rows_contradict(work) ? REFDYN_ROWS_INCONSISTENT
+                                                                                   : REFDYN_NO_CONVERGENCE;
 }
 
 /* x += the combination of the directions with u dx = -residual, for the rows of a level. */
@@ -163,5 +173,8 @@ int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *q
     const int status = refdyn_equations(work, t, q, qd);
     if (before)
         *before = refdyn_residuals(work);
-    return status ? status : refdyn_project_evaluated(work, t, q, qd);
+    if (status)
+        return status;
+    refdyn_row_sizes(work);
+    return refdyn_project_evaluated(work, t, q, qd);
 }
