@@ -53,6 +53,9 @@ double refdyn_metric_length(const struct refdyn_workspace *work, const double *c
 void refdyn_metric_unspread(const struct refdyn_workspace *work, double *z);
 /* Like refdyn_project, for a state whose equations are already in the workspace. */
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd);
+/* The same for the start of a motion. Error as well: ROWS_INCONSISTENT for rows that contradict those on
+ * which they nearly depend. */
+int refdyn_project_start(struct refdyn_workspace *work, double t, double *q, double *qd);
 /* Directions to project along instead. The matrix of their products with their rows must be regular. */
 struct refdyn_directions {
     const double *vectors; /* (count x n) */

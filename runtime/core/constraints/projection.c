@@ -87,19 +87,11 @@ static int used_rows_hold(const struct refdyn_workspace *work, double size) {
     return work->partition.rank >= 0;
 }
 
-/* Returns whether rows look independent by no more than their residuals explain, as those of an
- * overconstrained linkage with inexact lengths do: no state meets them. Only at a start: near a singular
- * position, which a motion reaches later, the same is true. */
-static int rows_contradict(struct refdyn_workspace *work) {
-    return work->partition.rank < 0 && refdyn_rank_of_rows(work, 1) < refdyn_rank_of_rows(work, 0);
-}
-
 static int not_converged(struct refdyn_workspace *work) {
     const struct refdyn_residual left = refdyn_residuals(work);
     work->fault =
         (struct refdyn_fault){.row = left.phi > left.psi ? left.phi_row : left.psi_row, .coordinate = -1};
-    return used_rows_hold(work, fmax(left.phi, left.psi)) || rows_contradict(work) ? REFDYN_ROWS_INCONSISTENT
-                                                                                   : REFDYN_NO_CONVERGENCE;
+    return used_rows_hold(work, fmax(left.phi, left.psi)) ? REFDYN_ROWS_INCONSISTENT : REFDYN_NO_CONVERGENCE;
 }
 
 /* x += the combination of the directions with u dx = -residual, for the rows of a level. */
@@ -166,6 +158,16 @@ int refdyn_project_along(struct refdyn_workspace *work, const struct refdyn_dire
 
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd) {
     return refdyn_project_along(work, NULL, t, q, qd);
+}
+
+/* Rows that look independent by no more than their residuals explain, as those of an overconstrained linkage
+ * with inexact lengths do, are met by no state. Near a singular position, which a motion reaches later, the
+ * same is true. */
+int refdyn_project_start(struct refdyn_workspace *work, double t, double *q, double *qd) {
+    const int status = refdyn_project_evaluated(work, t, q, qd);
+    if (status == REFDYN_NO_CONVERGENCE && refdyn_rank_of_rows(work, 1) < refdyn_rank_of_rows(work, 0))
+        return REFDYN_ROWS_INCONSISTENT;
+    return status;
 }
 
 int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *qd,
