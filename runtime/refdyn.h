@@ -97,7 +97,9 @@ enum refdyn_status {
     REFDYN_BAD_TIME = -21, /**< a requested time is not finite, before integrator.t, or outside the last step;
                                 a start, end or limit is NaN */
     REFDYN_MEMORY_TOO_SMALL = -22, /**< memory is smaller than the size function of the call requires */
-    REFDYN_NO_DERIVATIVE = -23     /**< no derivative by a value exists: events differ on its two sides */
+    REFDYN_NO_DERIVATIVE = -23,    /**< no derivative by a value exists: events differ on its two sides */
+    REFDYN_CONTACT_PULLS = -24     /**< a contact at rest would have to pull, because a step has missed where
+                                        it opens; fault.row is the contact */
 };
 
 /** One line of text for a status, without a full stop. Never NULL. */
@@ -547,8 +549,9 @@ struct refdyn_integrator {
 
     int contact_count; /**< contacts of the model, in the order of their rows, which are the last rows */
     const int *contact_mode;     /**< (contact_count) enum refdyn_contact_mode */
-    const double *contact_since; /**< (contact_count) when it came to rest: the end of all its rebounds; NaN:
-                                    free [s] */
+    const double *contact_since; /**< (contact_count) when it last came to rest: the end of all its rebounds;
+                                    NaN: never [s] */
+    const double *contact_left;  /**< (contact_count) when it last opened; NaN: never [s] */
     int forces_are_unique;       /**< 0: other forces of the contacts would have the same effect */
 
     const int *event; /**< (event_count) events of the model at t, where the last call stopped */
@@ -690,7 +693,8 @@ struct refdyn_statics_options {
 /** How the stability of an equilibrium is judged. */
 enum refdyn_stability_criterion {
     REFDYN_BY_POTENTIAL,     /**< the stiffness is symmetric: has the potential a minimum there? */
-    REFDYN_BY_LINEAR_MOTION, /**< the stiffness is not symmetric: does a small motion grow? */
+    REFDYN_BY_LINEAR_MOTION, /**< the stiffness is not symmetric, or a damper or a state can add energy: does
+                                a small motion grow? */
     REFDYN_BY_SYMMETRIC_PART /**< not symmetric, and the model has no finite tangent: by the symmetric part of
                                 the stiffness. If it is positive, the motion cannot leave the state without
                                   oscillating; oscillations may still grow */

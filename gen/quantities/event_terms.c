@@ -316,7 +316,10 @@ static void list_signs(struct plan *plan, expression s) {
 void time_events_find(struct plan *plan) {
     struct graph *g = plan->g;
     const uint32_t count = g->count; /* nodes that this loop adds are not examined */
-    const bool *needed = plan_mark_nodes_of_functions(plan);
+    bool *needed = plan_mark_nodes_of_functions(plan);
+    for (int i = 0; i < plan->model->event_count; i++)
+        needed[plan->model->events[i].value] = true;
+    rewrite_mark_operands(g, needed, count);
     plan->breaks = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->breaks);
     plan->switches = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->switches);
     for (expression e = 0; e < count; e++) {

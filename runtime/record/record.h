@@ -158,6 +158,7 @@ struct record_mark {
 struct record_events {
     struct record_mark *list; /* (RECORD_EVENTS_KEPT), NULL if the model has no events */
     int *modes;               /* (contact_count) modes of the contacts at the last call */
+    double *left;             /* (contact_count) when they had last opened then; NaN: never [s] */
     long count;               /* of all events */
     bool has_ended;           /* by the event `end` */
     struct record_mark end;

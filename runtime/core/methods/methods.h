@@ -85,6 +85,7 @@ struct refdyn_step {
     double settled;        /* tolerance at which iterations end; 0: at rounding */
     int iterations, keeps; /* copies: number of iterations, 0: until settled; whether factors are kept */
     double t_begin, t_end; /* ends of the last attempted step [s]; equal: no attempt from here */
+    double t_from;         /* t_begin, or the time event on whose right side t_begin is [s] */
     double t_limit;        /* stages are evaluated before this time, on the left side of a time event [s] */
     double *state, *rates; /* (2 n + 1), (2 n + 1 + m) at t_begin */
     double *state_new, *rates_new; /* the same at t_end */
@@ -117,8 +118,9 @@ int refdyn_step_rates(const struct refdyn_step *step, double t, const double *st
 /* The method forgets earlier steps and, with is_new, all information about the motion. */
 void refdyn_step_break_off(struct refdyn_step *step, int is_new);
 /* Sets both ends of the step to `state` at t, where a motion begins or continues. */
-void refdyn_step_place(struct refdyn_step *step, double t, const double *state);
-/* The end of the last step becomes the start of the next one, at t_begin, right of a time event. */
+void refdyn_step_place(struct refdyn_step *step, double t_from, double t_begin, const double *state);
+/* The end of the last step becomes the start of the next one. If t_begin is right of a time event there, the
+ * state moves on by this amount of rounding, so that many events do not add up to a delay. */
 void refdyn_step_next(struct refdyn_step *step, double t_begin);
 /* Discards the attempted step: its end becomes its start. */
 void refdyn_step_give_up(struct refdyn_step *step);
@@ -134,6 +136,8 @@ void refdyn_step_complete(struct refdyn_step *step, double t);
 void refdyn_step_limit(struct refdyn_step *step, double t);
 /* Returns the time at which rates for time t are evaluated, inside this limit. */
 double refdyn_step_inside(const struct refdyn_step *step, double t);
+/* Returns the end as callers see it: before the first attempt from a time event, the time of the event. */
+double refdyn_step_seen_end(const struct refdyn_step *step);
 /* Returns theta of a time between the ends. */
 double refdyn_step_theta(const struct refdyn_step *step, double t);
 

@@ -63,16 +63,21 @@ int refdyn_step_rates(const struct refdyn_step *step, double t, const double *st
                                                         : refdyn_rates(&step->evaluation, t, state, rates);
 }
 
-void refdyn_step_place(struct refdyn_step *step, double t, const double *state) {
-    step->t_begin = step->t_end = t;
+void refdyn_step_place(struct refdyn_step *step, double t_from, double t_begin, const double *state) {
+    step->t_from = t_from;
+    step->t_begin = step->t_end = t_begin;
     step->t_complete = NAN;
     memcpy(step->state, state, refdyn_state_bytes(step));
     memcpy(step->state_new, state, refdyn_state_bytes(step));
 }
 
 void refdyn_step_next(struct refdyn_step *step, double t_begin) {
+    const double h = t_begin - step->t_end;
     memcpy(step->state, step->state_new, refdyn_state_bytes(step));
+    for (int i = 0; i <= 2 * step->n && h > 0; i++)
+        step->state[i] += h * step->rates_new[i];
     memcpy(step->rates, step->rates_new, refdyn_rates_bytes(step));
+    step->t_from = step->t_end;
     step->t_begin = step->t_end = t_begin;
     step->t_complete = NAN;
 }
@@ -112,6 +117,10 @@ void refdyn_step_limit(struct refdyn_step *step, double t) {
 
 double refdyn_step_inside(const struct refdyn_step *step, double t) {
     return t < step->t_limit ? t : step->t_limit;
+}
+
+double refdyn_step_seen_end(const struct refdyn_step *step) {
+    return step->t_end > step->t_begin ? step->t_end : step->t_from;
 }
 
 double refdyn_step_theta(const struct refdyn_step *step, double t) {

@@ -100,6 +100,7 @@ static void connect(struct refdyn_integrator *integrator) {
     integrator->contact_count = motion->state_events.contacts.count;
     integrator->contact_mode = motion->state_events.contacts.mode;
     integrator->contact_since = motion->state_events.contacts.since;
+    integrator->contact_left = motion->state_events.contacts.left;
     motion->step.linear = &motion->linear;
     motion->step.tolerance = options->tol;
     motion->step.evaluation = (struct refdyn_evaluation){work, options->stabilise, options->balance, 0, 0};
@@ -151,8 +152,8 @@ static int leave(struct refdyn_integrator *integrator, int status, double t) {
     integrator->refused = motion->crossing.refused;
     integrator->cause = motion->failure.cause;
     integrator->failed_t = motion->failure.t;
-    integrator->t_begin = motion->step.t_begin;
-    integrator->t_end = motion->step.t_end;
+    integrator->t_begin = motion->step.t_from;
+    integrator->t_end = refdyn_step_seen_end(&motion->step);
     return status;
 }
 
@@ -203,7 +204,7 @@ static int place_step(struct refdyn_integrator *integrator) {
     struct refdyn_step *step = &integrator->motion->step;
     const double t = integrator->t_right;
     integrator->q[2 * step->n] = integrator->work_done;
-    refdyn_step_place(step, t, integrator->q);
+    refdyn_step_place(step, integrator->t, t, integrator->q);
     int status = refdyn_rows_meet_seen(integrator->motion);
     if (!status && integrator->options.stabilise == REFDYN_PROJECT)
         status = refdyn_project_start(integrator->work, t, step->state, step->state + step->n);
@@ -270,7 +271,7 @@ static void clear(struct refdyn_motion *motion, const struct refdyn_options *opt
 static int meet_contacts(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     int is_changed;
-    refdyn_step_place(&motion->step, integrator->t_right, integrator->q);
+    refdyn_step_place(&motion->step, integrator->t, integrator->t_right, integrator->q);
     int status = refdyn_contact_transitions_start(motion, &is_changed);
     if (!status && is_changed)
         take_parameters(integrator);
@@ -316,7 +317,8 @@ static int start(struct refdyn_integrator *integrator) {
     if (!status)
         status = begin_here(integrator);
     if (!status)
-        status = refdyn_state_events_start(&integrator->motion->state_events, &integrator->motion->step);
+        status = refdyn_state_events_start(&integrator->motion->state_events, &integrator->motion->step,
+                                           integrator->t);
     if (!status)
         status = meet_jumps(integrator);
     refdyn_automatic_start(integrator->motion);
@@ -350,6 +352,18 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     return leave(integrator, status, t);
 }
 
+/* Where the caller has changed the load, contacts open at once. */
+static int open_contacts(struct refdyn_integrator *integrator) {
+    struct refdyn_step *step = &integrator->motion->step;
+    const int resting = integrator->motion->state_events.contacts.resting;
+    int status = refdyn_event_actions_open_contacts(integrator->motion);
+    if (status || integrator->motion->state_events.contacts.resting == resting)
+        return status;
+    memcpy(integrator->q, step->state, refdyn_state_bytes(step));
+    status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
+    return status ? status : solve_seen(integrator);
+}
+
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     int status = refdyn_integrator_status(integrator);
     if (status)
@@ -367,6 +381,8 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     refdyn_automatic_go_back(motion, motion->step.t_end - integrator->t);
     if (!status)
         status = begin_here(integrator);
+    if (!status)
+        status = open_contacts(integrator);
     refdyn_state_events_look_again(&motion->state_events);
     return leave(integrator, status, integrator->t);
 }
@@ -419,10 +435,11 @@ static int find_row_terms_seen(const struct refdyn_integrator *integrator) {
                : refdyn_row_terms(work, integrator->t_right, integrator->q, integrator->qd);
 }
 
-/* Accelerations and multipliers of a state of the motion, whose row terms are in the workspace. */
-static int accelerate_seen(struct refdyn_integrator *integrator) {
+/* Accelerations and multipliers of a state of the motion, whose row terms are in the workspace; is_known:
+ * they are those of the step's end. */
+static int accelerate_seen(struct refdyn_integrator *integrator, int is_known) {
     const struct refdyn_step *step = &integrator->motion->step;
-    const int n = step->n, is_known = is_complete_end(integrator);
+    const int n = step->n;
     const double *rates = is_known ? step->rates_new : step->side;
     const int status = is_known
                            ? REFDYN_OK
@@ -469,7 +486,7 @@ static int interpolate_seen(struct refdyn_integrator *integrator) {
     const double theta = refdyn_step_theta(step, integrator->t);
     int status = step->method->kind->interpolate(step, theta, integrator->q);
     if (!status)
-        refdyn_kinks_see_before(&integrator->motion->state_events, step, integrator->t, integrator->q);
+        refdyn_kinks_see_before(&integrator->motion->state_events, step, integrator->t, integrator->q, 0);
     if (!status && step->method->kind->leaves_out_work && options->balance)
         status = refdyn_find_work_done(step, theta, &integrator->q[2 * step->n]);
     if (!status && integrator->work->m > 0 && options->stabilise == REFDYN_PROJECT &&
@@ -499,12 +516,42 @@ static int show_state(struct refdyn_integrator *integrator, double t) {
     return status;
 }
 
+/* Row of the contact that pulls in the state that the caller sees; -1: none. */
+static int pulling_seen(const struct refdyn_integrator *integrator) {
+    const struct refdyn_contacts *contacts = &integrator->motion->state_events.contacts;
+    const int k = refdyn_contacts_pulling(contacts, integrator->lambda, 1);
+    return k < 0 ? -1 : contacts->first_row + k;
+}
+
+/* Where a contact opens at the end of the step, by a time event or a kink, the caller sees the state before
+ * that. Error: CONTACT_PULLS, where it pulls there, too. */
+static int accelerate_before(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    const struct refdyn_step *step = &motion->step;
+    int status = REFDYN_OK;
+    if (integrator->t >= step->t_end) {
+        integrator->t_right = refdyn_step_inside(step, integrator->t);
+        refdyn_kinks_see_before(&motion->state_events, step, integrator->t, integrator->q, 1);
+        status = refdyn_row_terms(motion->work, integrator->t_right, integrator->q, integrator->qd);
+        if (!status)
+            status = accelerate_seen(integrator, 0);
+    }
+    const int row = pulling_seen(integrator);
+    if (status || row < 0)
+        return status;
+    motion->work->fault = (struct refdyn_fault){.row = row, .coordinate = -1};
+    return REFDYN_CONTACT_PULLS;
+}
+
 /* The same with its accelerations. */
 static int show(struct refdyn_integrator *integrator, double t) {
-    const int status = show_state(integrator, t);
+    int status = show_state(integrator, t);
     if (status)
         return status;
-    return integrator->is_undetermined ? continue_seen(integrator) : accelerate_seen(integrator);
+    if (integrator->is_undetermined)
+        return continue_seen(integrator);
+    status = accelerate_seen(integrator, is_complete_end(integrator));
+    return status || pulling_seen(integrator) < 0 ? status : accelerate_before(integrator);
 }
 
 /* ---- Steps ---- */
@@ -526,7 +573,7 @@ static int arrive(struct refdyn_integrator *integrator, double t_out, int status
     if (status)
         refdyn_step_give_up(&motion->step);
     if (t_out != integrator->t || status)
-        seen = show(integrator, ends_at(motion, t_out) ? t_out : motion->step.t_end);
+        seen = show(integrator, ends_at(motion, t_out) ? t_out : refdyn_step_seen_end(&motion->step));
     const int failed = leave(integrator, status ? REFDYN_OK : seen, integrator->t);
     return status ? status : failed;
 }
@@ -542,7 +589,7 @@ static int is_before(const struct refdyn_motion *motion, double t_out) {
 static int tell_events(struct refdyn_integrator *integrator) {
     struct refdyn_state_events *events = &integrator->motion->state_events;
     int ends = 0;
-    if (events->due_named == 0 || integrator->t < integrator->motion->step.t_end)
+    if (events->due_named == 0 || integrator->t < refdyn_step_seen_end(&integrator->motion->step))
         return REFDYN_OK;
     for (int k = 0; k < events->due_named; k++)
         ends |= integrator->work->model->events[events->due[k]].ends;
@@ -636,7 +683,8 @@ int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, doubl
     const struct refdyn_workspace *work = integrator->work;
     struct refdyn_state_events *events = &integrator->motion->state_events;
     struct refdyn_contacts *contacts = &events->contacts;
-    memcpy(forces, integrator->lambda + contacts->first_row, (size_t)contacts->count * sizeof *forces);
+    for (int k = 0; k < contacts->count; k++) /* the rest of a pull is an error of the interpolated state */
+        forces[k] = fmax(integrator->lambda[contacts->first_row + k], 0);
     if (contacts->are_unique)
         return REFDYN_OK;
     work->model->event_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd,

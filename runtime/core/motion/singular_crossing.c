@@ -442,7 +442,7 @@ static void refuse(struct refdyn_motion *motion, double t_new) {
     crossing->refused.stretch = t_new - step->t_begin;
     if (!crossing_is_on(motion))
         return;
-    refdyn_step_place(step, step->t_begin, crossing->unpassed);
+    refdyn_step_place(step, step->t_from, step->t_begin, crossing->unpassed);
     memcpy(step->rates, rates, refdyn_rates_bytes(step));
     refdyn_special_step_end(motion);
 }

@@ -84,8 +84,10 @@ struct refdyn_assessed refdyn_state_events_assess(const struct refdyn_state_even
     const struct refdyn_contacts *contacts = &events->contacts;
     const int contact = refdyn_contact_of(contacts, i);
     if (contact >= 0 && contacts->mode[contact] == REFDYN_CONTACT_RESTING)
-        return (struct refdyn_assessed){contacts->force_noise, contacts->force_rates[contact],
-                                        contacts->force_rate_noise};
+        return (struct refdyn_assessed){.noise = contacts->force_noise,
+                                        .noise_at_time = contacts->force_noise,
+                                        .rate = contacts->force_rates[contact],
+                                        .rate_noise = contacts->force_rate_noise};
     const int n = step->n;
     const double *by_q = events->terms + events->count + i * n, *by_qd = by_q + events->count * n;
     double value_size = 0, rate_size = fabs(events->terms[i]), rate = events->terms[i];
@@ -96,7 +98,10 @@ struct refdyn_assessed refdyn_state_events_assess(const struct refdyn_state_even
     }
     if (i < events->named)
         value_size = fmax(value_size, events->terms[count_terms(model_of(step)) - events->named + i]);
-    return (struct refdyn_assessed){rounding * (value_size + fabs(rate * t)), rate, rounding * rate_size};
+    return (struct refdyn_assessed){.noise = rounding * (value_size + fabs(rate * t)),
+                                    .noise_at_time = rounding * value_size,
+                                    .rate = rate,
+                                    .rate_noise = rounding * rate_size};
 }
 
 void refdyn_state_events_evaluate_terms(struct refdyn_state_events *events, const struct refdyn_step *step,
@@ -192,12 +197,46 @@ int refdyn_state_events_accumulate(const struct refdyn_state_events *events) {
            events->repeats > REPEATS_FREE + REPEATS_PAIR * events->count * events->count;
 }
 
+/* ---- Jumps ---- */
+
+/* Does the value of event i depend on coordinates or rates? That of a step function does not. */
+static int is_moved_by_state(const struct refdyn_state_events *events, const struct refdyn_step *step,
+                             int i) {
+    const int n = step->n;
+    const double *by_q = events->terms + events->count + i * n, *by_qd = by_q + events->count * n;
+    for (int j = 0; j < n; j++)
+        if (by_q[j] != 0 || by_qd[j] != 0)
+            return 1;
+    return 0;
+}
+
+/* A value that is clear of zero, maybe on another side than before, without a step there. */
+static void jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double value) {
+    const int before = events->side[i], now = refdyn_sign_of(value);
+    events->side[i] = events->towards[i] = now;
+    if (before != now && !refdyn_state_events_is_kink(events, i) && refdyn_state_events_watches(step, i, now))
+        refdyn_state_events_add_due(events, i);
+}
+
+/* The values and terms are those of the beginning of the step. */
+static void look_for_jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i) {
+    const struct refdyn_assessed now =
+        refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates);
+    if (fabs(events->values[i]) > (is_moved_by_state(events, step, i) ? now.noise : now.noise_at_time))
+        jump(events, step, i, events->values[i]);
+}
+
 /* ---- The start ---- */
 
-/* A value that is zero at the start leaves it to the side of its rate, as if it came from the other side. */
-static void start_on_zero(struct refdyn_state_events *events, const struct refdyn_step *step, int i,
-                          const struct refdyn_assessed *found) {
-    const int to = fabs(found->rate) > found->rate_noise ? refdyn_sign_of(found->rate) : 0;
+/* A value that is zero at the start leaves it to the side where a time event there has carried it, or to the
+ * side of its rate, as if it came from the other side. The values and terms are those right of the start. */
+static void start_on_zero(struct refdyn_state_events *events, const struct refdyn_step *step, int i) {
+    const double value = events->values[i];
+    const struct refdyn_assessed found =
+        refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates);
+    const int to = fabs(value) > found.noise             ? refdyn_sign_of(value)
+                   : fabs(found.rate) > found.rate_noise ? refdyn_sign_of(found.rate)
+                                                         : 0;
     events->side[i] = to;
     if (to == 0 || refdyn_state_events_is_kink(events, i) || !refdyn_state_events_watches(step, i, to))
         return;
@@ -214,52 +253,58 @@ static void start_contact(struct refdyn_state_events *events, int i) {
         refdyn_state_events_add_due(events, i);
 }
 
-int refdyn_state_events_start(struct refdyn_state_events *events, const struct refdyn_step *step) {
+/* Clears what the motion before has left. */
+static void clear(struct refdyn_state_events *events) {
     refdyn_state_events_forget(events);
     events->t_last = -INFINITY;
     events->repeats = 0;
     if (events->count == 0)
-        return REFDYN_OK;
+        return;
     memset(events->is_met, 0, (size_t)events->count * sizeof *events->is_met);
     memset(events->returns, 0, (size_t)events->count * sizeof *events->returns);
+    memset(events->turned, 0, (size_t)events->count * sizeof *events->turned);
     for (int i = 0; i < events->count; i++)
         events->risen[i] = INFINITY;
-    memset(events->turned, 0, (size_t)events->count * sizeof *events->turned);
+}
+
+/* The side of each value at t, 0: it is zero there. Error: NOT_FINITE. */
+static int find_sides(struct refdyn_state_events *events, const struct refdyn_step *step, double t) {
+    const int status = refdyn_state_events_values(events, step, t, step->state, events->values);
+    refdyn_state_events_evaluate_terms(events, step, t, step->state);
+    for (int i = 0; i < events->count && !status; i++) {
+        const double value = events->values[i];
+        const double noise = refdyn_state_events_assess(events, step, i, t, step->state, step->rates).noise;
+        events->sizes[i] = fabs(value);
+        events->side[i] = fabs(value) > noise ? refdyn_sign_of(value) : 0;
+    }
+    return status;
+}
+
+int refdyn_state_events_start(struct refdyn_state_events *events, const struct refdyn_step *step, double t) {
+    clear(events);
+    if (events->count == 0)
+        return REFDYN_OK;
+    const int status = find_sides(events, step, t);
+    if (status)
+        return status;
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
-    if (!refdyn_is_finite(events->values, events->count))
-        return REFDYN_NOT_FINITE;
-    for (int i = 0; i < events->count; i++) {
-        const struct refdyn_assessed found =
-            refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates);
-        events->sizes[i] = fabs(events->values[i]);
+    for (int i = 0; i < events->count; i++)
         if (refdyn_contact_of(&events->contacts, i) >= 0)
             start_contact(events, i);
-        else if (fabs(events->values[i]) > found.noise)
-            events->side[i] = refdyn_sign_of(events->values[i]);
+        else if (events->side[i] == 0)
+            start_on_zero(events, step, i);
         else
-            start_on_zero(events, step, i, &found);
-    }
+            look_for_jump(events, step, i);
     refdyn_state_events_note_due(events, step, step->t_begin);
     return REFDYN_OK;
 }
 
 /* ---- The beginning of a step ---- */
 
-/* A value that is clear of zero, maybe on another side than before, without a step there. */
-static void jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double value) {
-    const int before = events->side[i], now = refdyn_sign_of(value);
-    events->side[i] = events->towards[i] = now;
-    if (before == -now && !refdyn_state_events_is_kink(events, i) &&
-        refdyn_state_events_watches(step, i, now))
-        refdyn_state_events_add_due(events, i);
-}
-
 static void look_for_jumps(struct refdyn_state_events *events, const struct refdyn_step *step) {
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     for (int i = 0; i < events->count; i++)
-        if (fabs(events->values[i]) >
-            refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates).noise)
-            jump(events, step, i, events->values[i]);
+        look_for_jump(events, step, i);
     refdyn_state_events_note_due(events, step, step->t_begin);
 }
 
@@ -292,17 +337,6 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
 /* Has its action changed the value that was due, by more than rounding? */
 static int is_set(double value, double before, double noise) {
     return value != before && fabs(value) > noise && fabs(value - before) > noise;
-}
-
-/* Does the value of event i depend on coordinates or rates? That of a step function does not. */
-static int is_moved_by_state(const struct refdyn_state_events *events, const struct refdyn_step *step,
-                             int i) {
-    const int n = step->n;
-    const double *by_q = events->terms + events->count + i * n, *by_qd = by_q + events->count * n;
-    for (int j = 0; j < n; j++)
-        if (by_q[j] != 0 || by_qd[j] != 0)
-            return 1;
-    return 0;
 }
 
 /* Is event i an impact, or does it set rates? */

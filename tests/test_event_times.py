@@ -1,0 +1,119 @@
+"""Times of events: values that are zero at the start, that jump or have poles in time and in angles, and clocks, against closed forms."""
+import itertools
+import json
+import math
+import random
+
+import pytest
+
+from program import motion, settings
+
+METHODS = ["auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"]
+# A mass at 1.3 m/s and a turn at `rate`; the event counts itself.
+MODEL = """local rd = require "refdyn"
+local n, u = rd.input("n", 0), rd.input("u", 0)
+local p = rd.parameters {{ {{ "c", {start}, "s" }}, {{ "next", {start}, "s" }}, {{ "rate", 3, "rad/s" }} }}
+return rd.model {{ name = "times", links = {{ {{ "m", joint = "x", mass = 2, start_rate = {{ x = 1.3 }} }},
+    {{ "r", joint = "psi", mass = 1, inertia = {{ zz = 0.7 }}, start_rate = {{ psi = p.rate }} }} }},
+  forces = function(s) return {{ m_x = u }} end,
+  events = function(s)
+    local t, a, x = s.t, s.q.r_psi, s.q.m_x
+    return {{ {event} }}
+  end }}
+"""
+
+
+def write(path, value, direction="both", more="", start=0.0):
+    path.write_text(MODEL.format(start=repr(start), event=value if "rd.event" in value or "rd.sampled" in value else
+                                 f'rd.event {{ {value}, direction = "{direction}", inputs = {{ n = n + 1 }}{more} }}'))
+    return path
+
+
+def times(model, until, *arguments):
+    _, _, summary = motion(model, "--until", until, *arguments)
+    assert summary["event_count"] == len(summary["events"])
+    return [mark["t"] for mark in summary["events"]]
+
+
+def same(found, expected, allowed=1e-9):
+    assert len(found) == len(expected), (found, expected)
+    assert all(abs(a - b) <= allowed for a, b in zip(found, expected)), (found, expected)
+
+
+def from_state(tmp_path, start):
+    (tmp_path / "state.json").write_text(json.dumps({"t": start}))
+    return ["--from", tmp_path / "state.json"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_clock_that_starts_at_its_first_tick(method, tmp_path):
+    model = write(tmp_path / "clock.lua", "t - p.next", "up", ", parameters = { next = p.next + 0.1 }")
+    same(times(model, 1, "--method", method), [k / 10 for k in range(11)], 1e-12)
+
+
+@pytest.mark.quick
+@pytest.mark.parametrize("start", [0.0, 0.3, -0.7, 731.1])
+def test_zero_at_the_start(start, tmp_path):
+    """The first of these values are events at the start, whichever way they leave zero; the others are not."""
+    forms = [("2 * (t - p.c)", "up"), ("t - p.c", "both"), ("p.c - t", "down"), ("rd.max(0, t - p.c)", "up"), ("rd.min(p.c, 2 * p.c - t) - p.c", "down"),
+             ("rd.less(p.c, t)", "up"), ("(t - p.c)^2", "up"), ("rd.sin(t - p.c)", "up"), ("rd.tan(t - p.c)", "up"), ("x - 0.2 * (t - p.c)", "up"),
+             ("rd.abs(x)", "up"), ("rd.abs(t - p.c) * rd.exp(t - p.c)", "both"), ("rd.where(rd.less(p.c, t), x + 1, 0)", "up")]
+    never = [("2 * (t - p.c)", "down"), ("rd.max(0, t - p.c)", "down"), ("rd.abs(t - p.c)", "down"), ("x", "down"), ("rd.less(p.c - 1, t)", "both")]
+    for form, direction in forms:
+        same(times(write(tmp_path / "zero.lua", form, direction, start=start), start + 1, *from_state(tmp_path, start)), [start], 0)
+    for form, direction in never:
+        same(times(write(tmp_path / "zero.lua", form, direction, start=start), start + 1, *from_state(tmp_path, start)), [])
+
+
+def jumps(form, direction, rate, until):
+    """Value at the time t, its jumps and poles, and its zeros, of functions of a = rate t."""
+    w = 2 * math.pi
+    places = {"square": [(k * math.pi - 0.3) / w for k in range(1, 80)], "tan": [(k * math.pi / 2 - 0.4) / w for k in range(1, 80)],
+              "pole": [1.25 * (k + 0.5) for k in range(20)], "pulse": sorted((side * math.acos(0.99) + w * k) / w for k in range(20) for side in (-1, 1)),
+              "saw": [(math.pi / 2 * k - 0.2) / w for k in range(1, 80)]}[form]
+    places = [place / rate * w for place in places if 0 < place / rate * w < until]
+    first = {"square": "down", "tan": "down", "pole": "down", "pulse": "down", "saw": "down"}[form]
+    kept = [place for place, side in zip(places, itertools.cycle((first, "up"))) if direction in ("both", side)]
+    return kept
+
+
+FORMS = {"square": "rd.where(rd.less(rd.sin({a} + 0.3), 0), -1, 1)", "tan": "rd.tan({a} + 0.4)", "pole": "1 / rd.cos({a} / 2.5)",
+         "pulse": "rd.where(rd.less(rd.cos({a}), 0.99), -1, 1)", "saw": "rd.atan2(rd.sin(2 * {a} + 0.4), rd.cos(2 * {a} + 0.4))"}
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("form", FORMS)
+def test_jumps_and_poles_in_time(form, method, tmp_path):
+    """Also with an input that each event changes, and parameters in the formula."""
+    for direction, rate in (("both", 6.1), ("up", 17.3), ("down", 2.9)):
+        model = write(tmp_path / "jump.lua", FORMS[form].format(a="(p.rate * t)"), direction)
+        same(times(model, 4, "--method", method, *settings({"rate": rate})), jumps(form, direction, rate, 4))
+
+
+@pytest.mark.parametrize("kind", ["sampled", "clock"])
+def test_many_samples_lose_no_time(kind, tmp_path):
+    """A thousand samples a second, from any start: a constant rate stays the distance over the time."""
+    event = ('rd.sampled { every = 0.001, inputs = { n = n + 1 } }' if kind == "sampled" else
+             'rd.event { t - p.next, direction = "up", inputs = { n = n + 1 }, parameters = { next = p.next + 0.001 } }')
+    for start in 0.0, 0.3:
+        model = write(tmp_path / "many.lua", event, start=start)
+        run, _, _ = motion(model, "--until", start + 5, "--every", 1, *from_state(tmp_path, start))
+        assert abs(run["m_x"][-1] - 1.3 * 5) < 1e-13 * 65 and run["n"][-1] in (5000, 5001)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_samples_from_any_start(seed, tmp_path):
+    """The rate of a mass that a sampled force drives, from starts on and between the multiples."""
+    choice = random.Random(seed)
+    every = choice.choice([0.1, 0.03, 1 / 3])
+    start = choice.choice([choice.uniform(-1, 5), every * choice.randint(-20, 2000)])
+    span, method = every * choice.uniform(0.3, 30), choice.choice(METHODS)
+    model = write(tmp_path / "any.lua", f"rd.sampled {{ every = {every!r}, inputs = {{ u = 1 + t }} }}")
+    run, _, _ = motion(model, "--until", start + span, "--every", 2 * span, "--method", method, *from_state(tmp_path, start))
+    rate, u, before = 1.3, 0.0, start
+    for k in itertools.count(math.ceil((start - 1e-12) / every)):
+        at = min(max(k * every, start), start + span)
+        rate, u, before = rate + u / 2 * (at - before), 1 + at, at
+        if at == start + span:
+            break
+    assert abs(run["m_x_d"][-1] - rate) < 1e-11 * (1 + abs(start))
