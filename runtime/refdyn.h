@@ -328,8 +328,8 @@ struct refdyn_residual {
 /** Largest residuals in the workspace (of the last refdyn_equations). */
 struct refdyn_residual refdyn_residuals(const struct refdyn_workspace *work);
 /** Returns whether every residual in the workspace is at most tol times the size of its row's terms,
- * sum_j s_j max(|q_j|, unit) and sum_j s_j max(|qd_j|, unit), with the sizes s that it computes and unit 1 m
- * or 1 rad, and 1 per second. */
+ * sum_j |u_j| max(|q_j|, unit) and sum_j |u_j| max(|qd_j|, unit), with unit 1 m or 1 rad, and 1 per second,
+ * or at most their rounding. Computes the sizes of the rows. */
 int refdyn_is_consistent(struct refdyn_workspace *work, double tol, const double *q, const double *qd);
 /**
  * Moves q until phi = 0, then qd until psi = 0, each by the smallest change in the metric M:

@@ -16,10 +16,13 @@
 int refdyn_fault_not_finite(struct refdyn_workspace *work);
 /* Writes u, v, phi, psi and k of a state into the workspace. Error: NOT_FINITE. */
 int refdyn_row_terms(struct refdyn_workspace *work, double t, const double *q, const double *qd);
-/* sum_j size_aj max(|x_j|, least): the size of the terms of row a at x (n). */
-double refdyn_size_of_terms(const struct refdyn_workspace *work, int a, const double *x, double least);
-/* The largest coefficient of row a without cancellation. */
-double refdyn_largest_size(const struct refdyn_workspace *work, int a);
+/* Returns the residual of row a that counts as 0 at x (n): sum_j tol |u_aj| max(|x_j|, least), but at least
+ * the rounding of its terms. */
+double refdyn_allowed_residual(const struct refdyn_workspace *work, int a, double tol, double least,
+                               const double *x);
+/* Returns the largest coefficient of row a; where all of them are rounding, the largest one without
+ * cancellation. */
+double refdyn_largest_coefficient(const struct refdyn_workspace *work, int a);
 /* Checks after refdyn_row_terms whether the partition is still well conditioned. If not, evaluates the
  * equations and chooses another one. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double *q, const double *qd);
@@ -38,7 +41,7 @@ void refdyn_partition_bound_rank(struct refdyn_workspace *work, int most);
 
 /* ---- Projection ---- */
 
-/* Returns the largest ratio of a residual (m) to the largest coefficient of its row, without cancellation. */
+/* Returns the largest ratio of a residual (m) to the largest coefficient of its row. */
 double refdyn_distance(const struct refdyn_workspace *work, const double *residual);
 /* Factors the metric of the smallest change, L L^T, into work->reduced: M; where only rows hold coordinates
  * without mass, rows are added (smallest_change.c). Errors: NOT_FINITE, MASS_NOT_POSITIVE. */

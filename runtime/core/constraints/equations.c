@@ -134,12 +134,13 @@ double refdyn_distance(const struct refdyn_workspace *work, const double *residu
     return distance_of_one(&rows);
 }
 
-double refdyn_size_of_terms(const struct refdyn_workspace *work, int a, const double *x, double least) {
+double refdyn_allowed_residual(const struct refdyn_workspace *work, int a, double tol, double least,
+                               const double *x) {
     const struct level_of_one rows = rows_with(work, NULL);
-    return size_of_row_of_one(&rows, a, x, least);
+    return allowed_of_one(&rows, a, tol, least, x);
 }
 
-double refdyn_largest_size(const struct refdyn_workspace *work, int a) {
+double refdyn_largest_coefficient(const struct refdyn_workspace *work, int a) {
     const struct level_of_one rows = rows_with(work, NULL);
     return largest_of_row_of_one(&rows, a);
 }

@@ -72,7 +72,7 @@ static void find_sizes(const struct search *search) {
     struct refdyn_workspace *work = search->work;
     refdyn_row_sizes(work);
     for (int a = 0; a < work->m; a++) {
-        const double largest = refdyn_largest_size(work, a);
+        const double largest = refdyn_largest_coefficient(work, a);
         search->size[a] = largest > 0 ? largest : 1;
     }
 }

@@ -71,9 +71,25 @@ int refdyn_is_consistent(struct refdyn_workspace *work, double tol, const double
     return rows_hold(work, of_positions(work), tol, 1, q) && rows_hold(work, of_velocities(work), tol, 1, qd);
 }
 
-static int is_done(const struct refdyn_workspace *work, struct level level, const double *x, double *last) {
+/* Returns whether omitted rows contradict the others by no more than inexact lengths do, which no change of
+ * the coordinates could mend. Overwrites work->rows. */
+static int contradicts_little(struct refdyn_workspace *work, struct level level, const double *x) {
+    const int n = work->n;
+    for (int a = 0; a < work->m; a++) {
+        double size = 0;
+        for (int j = 0; j < n; j++)
+            size += work->sizes[a * n + j] * fmax(fabs(x[j]), 1);
+        if (has(work, level, a) && !(fabs(level.residual[a]) <= near * size))
+            return 0;
+    }
+    return work->partition.rank >= 0 && work->partition.rank < work->m &&
+           refdyn_rank_of_rows(work, 0) <= work->partition.rank;
+}
+
+static int is_done(struct refdyn_workspace *work, struct level level, const double *x, double *last) {
     const struct level_of_one rows = rows_of(work, level);
-    return level_is_done_of_one(&rows, x, last);
+    const double before = *last;
+    return level_is_done_of_one(&rows, x, last) || (*last > before / 2 && contradicts_little(work, level, x));
 }
 
 /* Returns whether the independent rows are satisfied compared with a residual of this size: then a redundant

@@ -26,7 +26,7 @@ static int factor_with_rows(struct refdyn_workspace *work) {
         trace += work->M[j * n + j];
     memcpy(work->reduced, work->M, (size_t)(n * n) * sizeof(double));
     for (int a = 0; a < work->m; a++) {
-        const double *row = work->u + a * n, size = refdyn_largest_size(work, a);
+        const double *row = work->u + a * n, size = refdyn_largest_coefficient(work, a);
         const double square = fmax(dense_dot(row, row, n), size * size);
         for (int i = 0; i < n && square > 0; i++)
             dense_add(work->reduced + i * n, trace / n * row[i] / square, row, n);

@@ -44,7 +44,7 @@ static double negligible(void) {
 /* Raises work->wanted to the largest coefficient of each row. */
 static void note_sizes(struct refdyn_workspace *work) {
     for (int a = 0; a < work->m; a++)
-        work->wanted[a] = fmax(work->wanted[a], refdyn_largest_size(work, a));
+        work->wanted[a] = fmax(work->wanted[a], refdyn_largest_coefficient(work, a));
 }
 
 /* Do the coefficients in the workspace differ from work->basis by more than a negligible part of the sizes?
@@ -60,7 +60,7 @@ static int have_jumped(const struct refdyn_workspace *work) {
 
 /* Does a residual differ from its value before by more than rounding? x (n): the factors in its terms. */
 static int differs(const struct refdyn_workspace *work, int a, double now, double before, const double *x) {
-    return !(fabs(now - before) <= rounding * refdyn_size_of_terms(work, a, x, least_size));
+    return !(fabs(now - before) <= refdyn_allowed_residual(work, a, rounding, least_size, x));
 }
 
 /* Do the residuals of the first `count` rows in the workspace differ from those that were noted? */
@@ -207,7 +207,7 @@ static int meet_rates(struct refdyn_motion *motion) {
         status = refdyn_row_terms(work, step->t_begin, step->state, qd);
     for (int a = 0; a < work->m && !status; a++) {
         const double size =
-            2 * fabs(motion->before.psi[a]) + negligible() * refdyn_size_of_terms(work, a, qd, 1);
+            2 * fabs(motion->before.psi[a]) + refdyn_allowed_residual(work, a, negligible(), 1, qd);
         if (!(fabs(work->psi[a] - motion->before.psi[a]) <= size))
             status = blame(work, a, REFDYN_ROWS_INCONSISTENT);
     }
