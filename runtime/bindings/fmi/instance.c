@@ -148,6 +148,7 @@ static size_t lay_out(struct fmu_instance *instance, char *base) {
     instance->C = layout_doubles(&layout, rows * n);
     instance->energy = layout_doubles(&layout, 3);
     instance->force = layout_doubles(&layout, n);
+    instance->lambda = layout_doubles(&layout, model->m);
     instance->course = layout_doubles(&layout, model->course_count);
     instance->drift = layout_doubles(&layout, angular);
     instance->J = layout_doubles(&layout, angular * n);

@@ -74,8 +74,7 @@ static int set_values(struct refdyn_motion *motion, int i, struct done *done) {
     const struct refdyn_model *model = work->model;
     const struct refdyn_event *event = &model->events[i];
     int sets_parameters = 0;
-    const double *values =
-        motion->state_events.terms + motion->state_events.count * (1 + 2 * model->n) + model->event_count;
+    const double *values = motion->state_events.terms + refdyn_event_terms_changes(model);
     for (int k = event->first_change; k < event->first_change + event->change_count; k++) {
         const struct refdyn_change *change = &model->changes[k];
         if (!isfinite(values[k]))

@@ -76,6 +76,7 @@ static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_
     refdyn_rows_lay_out(&motion->before, model, &layout);
     refdyn_time_events_lay_out(&motion->time_events, model, &layout);
     refdyn_state_events_lay_out(&motion->state_events, model, &layout);
+    refdyn_after_lay_out(&motion->after, model, &layout);
     refdyn_repetition_lay_out(&motion->repetition, model, &layout);
     refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
     return layout.used;
@@ -655,6 +656,11 @@ int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
     return status;
 }
 
+int refdyn_integrator_show(struct refdyn_integrator *integrator, double t) {
+    enter(integrator);
+    return leave(integrator, show(integrator, t), t);
+}
+
 /* Looks at t by one of the functions above. */
 static int look(struct refdyn_integrator *integrator, double t,
                 int (*shows)(struct refdyn_integrator *integrator, double t)) {
@@ -675,34 +681,4 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
 
 int refdyn_integrator_look_at_state(struct refdyn_integrator *integrator, double t) {
     return look(integrator, t, show_state);
-}
-
-int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces) {
-    if (refdyn_integrator_status(integrator))
-        return REFDYN_NOT_STARTED;
-    const struct refdyn_workspace *work = integrator->work;
-    struct refdyn_state_events *events = &integrator->motion->state_events;
-    struct refdyn_contacts *contacts = &events->contacts;
-    for (int k = 0; k < contacts->count; k++) /* the rest of a pull is an error of the interpolated state */
-        forces[k] = fmax(integrator->lambda[contacts->first_row + k], 0);
-    if (contacts->are_unique)
-        return REFDYN_OK;
-    work->model->event_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd,
-                             events->terms);
-    refdyn_contacts_spread(contacts, work->model, events->terms, forces);
-    return REFDYN_OK;
-}
-
-int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force) {
-    if (refdyn_integrator_status(integrator))
-        return REFDYN_NOT_STARTED;
-    const struct refdyn_workspace *work = integrator->work;
-    const int n = work->n;
-    if (!integrator->is_undetermined) {
-        refdyn_programme_force(work, integrator->lambda, force);
-        return REFDYN_OK;
-    }
-    for (int i = 0; i < n; i++)
-        force[i] = dense_dot(work->M + i * n, integrator->qdd, n) - work->f[i];
-    return REFDYN_OK;
 }

@@ -74,8 +74,14 @@ void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_a
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
 /* After an accepted step: calls the watch; a copy compares the step with its pattern. */
 void refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
-/* Returns whether options.step_limit steps have been tried. */
-int refdyn_step_limit_reached(const struct refdyn_motion *motion);
+/* A time of the motion, and how many steps were tried until then. `struct refdyn_pace` is written only by
+ * accepted_step.c. */
+struct refdyn_pace {
+    double t; /* [s] */
+    long tried;
+};
+/* Returns whether options.step_limit steps have been tried, or would be before the end. */
+int refdyn_step_limit_reached(struct refdyn_motion *motion);
 
 /* Calls refdyn_integrator_refresh if the caller has changed inputs or parameters since they were taken. */
 int refdyn_integrator_notice(struct refdyn_integrator *integrator);
@@ -568,6 +574,10 @@ static inline int refdyn_sign_of(double x) {
  * NOT_FINITE; those of interpolation. */
 int refdyn_state_events_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
 double refdyn_state_events_cause(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, int status);
+/* Places in the result of event_terms: its length, and the first of the values that events set. */
+int refdyn_event_terms_count(const struct refdyn_model *model);
+int refdyn_event_terms_changes(const struct refdyn_model *model);
+
 /* Before a step: takes the actions of due events at its beginning, including impacts. Then other events may
  * be due, which are reported to the caller first. Errors: EVENTS_ACCUMULATE; EVENT_NOT_MET; SLIDES, where
  * rows turn, or from refdyn_sliding_check; those of refdyn_accelerate and, where rows are met by projection,
@@ -579,6 +589,18 @@ int refdyn_event_actions_open_contacts(struct refdyn_motion *motion);
 /* Lets the motion continue from the beginning of the step without what it keeps of earlier steps; is_new: as
  * in refdyn_step_break_off. */
 void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new);
+
+/* ---- The right side of an instant at which events set values (after_events.c) ---- */
+
+/* Of the caller's values, what the events are to replace. `struct refdyn_after` is written only by
+ * after_events.c. */
+struct refdyn_after {
+    double *p, *x, *qdd, *lambda; /* as in the workspace and the integrator; empty without changes */
+    double *terms;                /* of events */
+};
+
+void refdyn_after_lay_out(struct refdyn_after *after, const struct refdyn_model *model,
+                          struct layout *layout);
 
 /* ---- Kinks (kinks.c) ---- */
 
@@ -734,6 +756,7 @@ struct refdyn_motion {
     struct refdyn_step_control control;
     struct refdyn_time_events time_events;
     struct refdyn_state_events state_events;
+    struct refdyn_after after;
     struct refdyn_idle idle;
     struct refdyn_programme programme;
     struct refdyn_automatic automatic;
@@ -744,6 +767,7 @@ struct refdyn_motion {
     const struct refdyn_step_watch *watch; /* NULL: nobody watches */
     struct refdyn_statistics statistics;
     struct refdyn_failure failure;
+    struct refdyn_pace pace;
     enum refdyn_method ordinary; /* method of ordinary steps, while a special step is on */
     int rows_change;             /* at the time event where the last step ended */
     double t_final, t_most;      /* end of the motion and limit: refdyn_integrator_until, _limit [s] */
@@ -760,6 +784,9 @@ static inline int refdyn_repeats(const struct refdyn_motion *motion) {
 static inline int refdyn_integrator_status(const struct refdyn_integrator *integrator) {
     return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
 }
+
+/* As refdyn_integrator_look, anywhere in the last step, also after the shown state. */
+int refdyn_integrator_show(struct refdyn_integrator *integrator, double t);
 
 /* The time at which rates, rows and energies of t, inside the last step or at its end, are evaluated. */
 static inline double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
