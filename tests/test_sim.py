@@ -124,6 +124,17 @@ def test_verify_estimates_rates_and_forces(name, how):
         assert kind in said
 
 
+def test_verify_where_no_motion_bounds_errors_of_rates():
+    """Past a singular position. The errors of positions are estimated as anywhere else."""
+    case = [TESTS / "models" / "equal_crank.lua", "--until", 1]
+    refdyn("sim", *case, "--tol-rates", "1e-7", "-o", "/dev/null", status=3)
+    run, said, summary = motion(*case, "--verify")
+    angles = motion(*case, "--set", "row=angles", "--tol", "1e-11")[0]
+    found = max(errors(run, angles, summary)[0].values())
+    assert found / 3 <= summary["error"]["largest"] <= 3 * found and summary["error"]["is_trusted"]
+    assert all(summary["error"][kind] is None for kind in KINDS) and "rates, accelerations and forces: no estimate" in said
+
+
 SPIN = """local rd = require "refdyn"
 return rd.model { name = "spin", links = { { "body", joint = "%s", start = { %s }, start_rate = { psi = 2.3, %s }, mass = 1.7,
   inertia = { xx = 0.11, yy = 0.2, zz = 0.25 } } } }

@@ -13,8 +13,7 @@ const double record_finer_most = 0.1;
 /* Tolerance of rates in the finer motion, unless the motion has a smaller one itself, and its least value. */
 static const double rates = 1e-7, rates_least = 1e-9;
 
-/* Rates are controlled as well, because errors of accelerations do not follow the tolerance of positions. The
- * largest step shrinks, too, since something else may limit the steps. If iterations use another
+/* The largest step shrinks as well, since something else may limit the steps. If iterations use another
  * tolerance, the factor applies to that one. */
 struct refdyn_options record_finer_options(const struct refdyn_integrator *integrator, double *share) {
     struct refdyn_options options = integrator->options;
@@ -25,8 +24,6 @@ struct refdyn_options record_finer_options(const struct refdyn_integrator *integ
             options.tol = refdyn_settled_tolerance(options.tol);
         *share = fmin(fmax(part, least / options.tol), record_finer_most);
         options.tol *= *share;
-        options.tol_rates =
-            options.tol_rates > 0 ? fmax(fmin(rates, *share * options.tol_rates), rates_least) : rates;
         options.step_max = integrator->statistics.step_largest * pow(*share, 1.0 / order);
         if (integrator->work->model->saturates && refdyn_has_tangent(integrator->work->model))
             options.method = REFDYN_RADAU9; /* another method may miss the same events in both runs */
@@ -35,4 +32,11 @@ struct refdyn_options record_finer_options(const struct refdyn_integrator *integ
         *share = pow(0.5, order);
     }
     return options;
+}
+
+/* Without it, errors of accelerations do not follow the tolerance of positions. */
+double record_finer_rates(const struct refdyn_options *options) {
+    if (options->tol == 0)
+        return 0;
+    return options->tol_rates > 0 ? fmax(fmin(rates, part * options->tol_rates), rates_least) : rates;
 }

@@ -161,6 +161,10 @@ static const char *const kind_names[] = {
     [RECORD_RATE] = "rates", [RECORD_ACCELERATION] = "accelerations", [RECORD_FORCE] = "forces"};
 
 static void print_kinds(const struct estimate *estimate) {
+    if (!estimate->table)
+        fputs("  rates, accelerations and forces: no estimate; a finer motion that bounds their errors "
+              "fails\n",
+              stderr);
     for (enum record_kind kind = RECORD_RATE; kind < RECORD_KINDS; kind++) {
         const int k = find_worst(estimate, kind);
         if (k < 0)
@@ -174,7 +178,11 @@ static void print_kinds(const struct estimate *estimate) {
 }
 
 static void put_kinds(const struct estimate *estimate, struct document *document) {
-    for (enum record_kind kind = RECORD_RATE; kind < RECORD_KINDS && estimate->table; kind++) {
+    for (enum record_kind kind = RECORD_RATE; kind < RECORD_KINDS; kind++) {
+        if (!estimate->table) {
+            format_put_null(document, kind_names[kind]);
+            continue;
+        }
         format_put_open(document, kind_names[kind], '{');
         for (int k = 0; k < estimate->table->count; k++)
             if (estimate->columns[k].kind == kind)

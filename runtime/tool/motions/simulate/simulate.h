@@ -209,7 +209,7 @@ struct task {
     const struct options *options;
     double until; /* end of the motion unless a stop ends it [s] */
     bool has_stops;
-    bool has_estimate; /* the errors of all columns will be estimated */
+    bool has_estimate; /* the errors of all columns will be estimated: keeps these columns */
     void (*on_start)(const struct task *task, const struct motion *motion); /* may be NULL */
 };
 
