@@ -214,6 +214,16 @@ def test_values_that_a_change_moves(package):  # noqa: F811
         assert at.advance(2.5) and at.inputs["n"] == 1
 
 
+def test_crossings_that_are_no_events(package):  # noqa: F811
+    """A step reaches beyond a crossing in the other direction, which has not happened where the level is changed."""
+    one = package.Model.from_text(LEVEL.replace('"up"', '"down"')).motion()
+    one.advance(0.5), one.advance(0.7)
+    one.set(parameters={"level": 1.3})
+    assert one.advance(2) and one.events == []
+    one.set(parameters={"level": 5.0})
+    assert one.advance(3) and [t for t, _, _ in one.events] == [2]
+
+
 @pytest.mark.parametrize("options", [{"method": "rk4", "step": 1e-3}, {"method": "rk8", "tol": 1e-8}])
 def test_changes_at_time_events(package, file_of, options):  # noqa: F811
     """Where a formula of time jumps, the motion stays on the right side of the jump; where a row jumps, its impulse happens once."""
