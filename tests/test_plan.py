@@ -161,8 +161,8 @@ def test_integrals(name, search, tmp_path):
     gains = (0.7, 1.3) if exact > 0 else (1.3, 2.1)
     result, said = plan(tmp_path, COLUMN.format(wall=wall, column=column), f"""vary = {{ a = rd.within(0.5, 2) }}, t_end = {end}, minimise = rd.integral("y"),
       starts = 8, search = "{search}", for_all = {{ gain = {{ {gains[0]}, {gains[1]} }} }}""")
-    assert abs(result["objective"] - gains[exact > 0] * exact) < 1e-12 and "derivatives do not exist" not in said
-    assert abs(result["parameters"]["a"] - a) < (1e-7 if search == "slsqp" else 1e-6)
+    assert abs(result["objective"] - gains[exact > 0] * exact) < 1e-11 and "derivatives do not exist" not in said
+    assert abs(result["parameters"]["a"] - a) < 1e-6
 
 
 def test_bounds_at_the_end(tmp_path):
