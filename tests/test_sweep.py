@@ -296,7 +296,7 @@ REFUSALS = {
     "vari = { mass = 1 }, vary = { mass = 1 }": 'vari: unknown field; did you mean "vary"?',
     "tol = 1e-6": "rd.sweep: vary is missing; add vary = { m = rd.grid(1, 3, 5) }",
     "vary = { mass = 1 }, tol = -1": "tol: value -1; must be positive",
-    "vary = { mass = 1 }, tol = 1e-6, step = 1": "step: fixed steps, but tol or step_max is given for adaptive steps; remove one of them",
+    "vary = { mass = 1 }, tol = 1e-6, step = 1": "step: fixed steps, but tol, tol_rates or step_max is given for adaptive steps; remove one of them",
     "vary = { mass = 1 }, method = 3": "method: a number; must be a text",
     "vary = { mass = 1 }, keep = {}": "keep: keeps nothing; add final = true or names of columns",
     "vary = { mass = 1 }, keep = { finl = true }": 'keep.finl: unknown field; did you mean "final"?',
