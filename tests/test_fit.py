@@ -219,7 +219,20 @@ return rd.model {
     assert found["chi2_dof"] < 1.3 and found["rough_errors"] == []
     found, done = fit(model, data, "--vary", "wall=0.25:0.3", "--noise", "a_x=1e-4", folder=tmp_path)  # ends at the kink
     assert found["at_bounds"] == found["rough_errors"] == ["wall"]
-    assert "warning: a slight change of wall reorders events: its derivatives are differences of separate motions" in done.stderr
+    assert "warning: a slight change of wall reorders events or passes a kink: its derivatives are differences of separate motions" in done.stderr
+
+
+def test_start_of_a_value_on_a_kink(tmp_path):
+    """The search leaves the kink of a spring that only pulls."""
+    model = tmp_path / "pulled.lua"
+    model.write_text("""local rd = require "refdyn"
+local p = rd.parameters { { "pull", 1, "N" }, { "d", 0.4, "N s/m" } }
+return rd.model { name = "pulled", gravity = { 0, 0, 0 }, links = { { "a", joint = "x", mass = 1.5, spring = { x = 20 }, damper = { x = p.d } } },
+  forces = function(s) return { a_x = 3 * rd.max(p.pull, 1) + rd.sin(7 * s.t) } end }""")
+    refdyn("sim", model, "--set", "pull=1.7", "--until", 3, "--every", 0.02, "-o", tmp_path / "run.csv")
+    data = measured(tmp_path / "d.csv", list(csv.DictReader((tmp_path / "run.csv").open())), 3, columns={"a_x": 1e-3})
+    found, done = fit(model, data, "--vary", "pull,d", "--noise", "a_x=1e-3", folder=tmp_path)
+    assert abs(found["values"]["pull"] - 1.7) < 4 * found["standard_errors"]["pull"] and found["rough_errors"] == [], done.stderr
 
 
 BAD = {

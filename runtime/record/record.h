@@ -332,7 +332,8 @@ void record_print_balance_warning(const struct record_motion *motion, FILE *out)
 
 /* Warns of derivatives that do not exist: by which of the names (count), from what time, and why. */
 void record_print_underivable(const struct refdyn_model *model, const char *const *names,
-                              const struct refdyn_underivable *underivable, int count, FILE *out);
+                              const char *const *columns, const struct refdyn_underivable *underivable,
+                              int count, FILE *out);
 
 /* What the summary has in addition to the motion. */
 struct record_summary {
