@@ -44,7 +44,7 @@ static const double near_part = 1e-5, jump = 0.05, rounding = 1e-11;
  * difference and, when the change is divided by `probe`, falls by less than `smooth`: that of a smooth column
  * falls by the square of `probe`. It is no rounding if it falls by more than `steady`, or if the difference
  * does not, as at a jump. */
-static const double bent_least = 1e-3, probe = 4, smooth = 8, steady = 2;
+static const double bent_least = 5e-3, probe = 4, smooth = 8, steady = 2;
 /* It is no rounding either in a column that is larger by the first factor. Elsewhere it must exceed this part
  * of the largest difference of all columns, and its own difference by the last factor, or be equal to that:
  * one side has no slope. */
@@ -633,7 +633,7 @@ static void write_derivatives(struct run *run, int i) {
                 out[at] = NAN;
             } else if (!is_lost && is_bent(run, i, a, b, at)) {
                 note_bend(run, found, a, b, row, k, difference->change);
-                out[at] = NAN;
+                out[at] = given->keeps_means ? out[at] : NAN;
             }
         }
 }

@@ -133,7 +133,8 @@ void record_print_start(const struct record_motion *motion, bool is_as_requested
     print_off(motion, is_as_requested, out);
     print_beyond(motion, out);
     print_free_contacts(motion, out);
-    record_print_redundant_rows(motion->work, out);
+    const struct refdyn_integrator *integrator = motion->integrator;
+    record_print_redundant_rows(motion->work, integrator->t, integrator->q, integrator->qd, out);
 }
 
 /* Returns whether a row has gains, or could have gains that the runtime computes from the step. */
@@ -178,6 +179,7 @@ static void print_start_residuals(const struct record_motion *motion, int status
     if (memcmp(motion->q, integrator->q, (size_t)work->n * sizeof *integrator->q) != 0)
         record_print_residuals(work, motion->from, integrator->q, integrator->qd,
                                "where the projection ended", out);
+    record_print_start_advice(out);
 }
 
 static void print_reason(const struct record_motion *motion, int status, const char *unfit, FILE *out) {

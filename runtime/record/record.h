@@ -293,13 +293,17 @@ void record_print_failed(const struct refdyn_workspace *work, int status, double
 /* Prints up to three rows with the largest residuals at a state, which `where` describes. */
 void record_print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                             const char *where, FILE *out);
+/* Prints what helps if no state near the start satisfies the rows. */
+void record_print_start_advice(FILE *out);
 /* Prints the condition of the rows at a state. Returns true if they are close to losing rank. */
 bool record_print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                             FILE *out);
 /* Prints the names of redundant rows. */
 void record_print_rows_left_out(const struct refdyn_model *model, const int *rows, int count, FILE *out);
-/* The same for all rows of a workspace after its accelerations were solved. */
-void record_print_redundant_rows(const struct refdyn_workspace *work, FILE *out);
+/* The same for all rows of a workspace after its accelerations were solved at this state, with a warning of
+ * those that have no slope there. */
+void record_print_redundant_rows(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                                 FILE *out);
 
 /* ---- Advice after a failed motion (failure_advice.c) ---- */
 

@@ -1,6 +1,6 @@
 /*
  * Derivatives by differences of free motions, where those of copies that repeat steps do not exist: a slight
- * change of a value reorders events, or the value or the start is exactly on a kink.
+ * change of a value reorders events, or the motion starts exactly on a kink.
  *
  * In: a motion with its outputs and derivatives, which of the derivatives are missing, and from which time
  * on. Out: central differences in their place. Free motions are separate motions that choose their own steps.
@@ -55,12 +55,9 @@ static void set_columns(const struct refdyn_batch *batch, const int *lost, int c
 
 /* The first output without a derivative. */
 static int first_lost(const struct refdyn_batch *batch, const struct refdyn_underivable *found) {
-    const double t = found->status && found->bends > 0 ? fmin(found->t, found->t_bend)
-                     : found->status                   ? found->t
-                                                       : found->t_bend;
     int row = 0;
     while (!found->is_at_start && row <= batch->time_count &&
-           (row == 0 ? batch->t : batch->times[row - 1]) < t)
+           (row == 0 ? batch->t : batch->times[row - 1]) < found->t)
         row++;
     return row;
 }
@@ -85,7 +82,7 @@ void fit_free_derivatives(struct fit *fit, const struct refdyn_batch *batch, fit
     struct refdyn_batch free_batch = *batch;
     int *lost = memory_scratch(&format_memory, ((size_t)fit->variables.count + 1) * sizeof *lost), count = 0;
     for (int k = 0; k < fit->variables.count; k++)
-        if (underivable[k].status || underivable[k].bends > 0)
+        if (underivable[k].status)
             lost[count++] = k;
     if (count == 0)
         return;

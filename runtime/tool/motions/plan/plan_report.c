@@ -173,8 +173,8 @@ static void print(const struct plan *plan, const struct plan_point *point, const
     if (plan->lost > 0)
         fprintf(
             stderr,
-            "refdyn: warning: %ld derivatives do not exist, since a slight change reorders events, passes "
-            "a kink or ends the motion; %s\n",
+            "refdyn: warning: %ld derivatives do not exist, since a slight change reorders events or ends "
+            "the motion; %s\n",
             plan->lost,
             plan->has_changed_over ? "COBYLA, which needs none, continued"
                                    : "the result may not be the best");
