@@ -30,7 +30,7 @@
 
 /** Version of struct refdyn_model and of its functions. Emitted files contain the version that they were
  * written for: they do not compile with another one, and the runtime refuses tables of another one. */
-#define REFDYN_MODEL_VERSION 6
+#define REFDYN_MODEL_VERSION 7
 
 /** The form of all emitted functions. */
 typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd,
@@ -63,6 +63,8 @@ enum refdyn_row_level {
 struct refdyn_row {
     const char *name;            /**< as in the model file */
     enum refdyn_row_level level; /**< of its residual */
+    int driven; /**< 1 + the coordinate whose course the row prescribes (rd.drive, rd.lock); 0: none */
+    const char *unit; /**< of its multiplier: "N" or "N m"; "": that of a formula of the author */
 };
 
 /** A state event: the step of a motion ends where its value crosses zero. */

@@ -271,6 +271,13 @@ static void note_samples(struct refdyn_state_events *events) {
             events->risen[i] = fmax(events->risen[i], fabs(sample(events, k, i)));
 }
 
+/* The time within which value i crosses zero at the same time as another. A force that jumps at a kink is
+ * zero where the kink is, and its zero is as accurate as one on the interpolant. */
+static double together(const struct refdyn_state_events *events, int i, double t) {
+    const double located = 4 * zero_width * events->contacts.longest;
+    return refdyn_state_events_blur(t) + (refdyn_state_events_is_kink(events, i) ? located : 0);
+}
+
 /* The step is good. Values that have crossed zero in it are due, and those that are about to cross it at the
  * same time. */
 static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *step) {
@@ -285,7 +292,7 @@ static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *
             refdyn_state_events_assess(events, step, i, t, step->state_new, step->rates_new);
         const int is_about_to =
             side * end.rate < 0 && refdyn_state_events_watches(step, i, -side) &&
-            fabs(value_at_end(events, i)) <= fmax(end.noise, fabs(end.rate) * refdyn_state_events_blur(t));
+            fabs(value_at_end(events, i)) <= fmax(end.noise, fabs(end.rate) * together(events, i, t));
         events->side[i] = side;
         if (is_about_to)
             events->towards[i] = -side;
