@@ -188,8 +188,8 @@ struct refdyn_derivatives {
     /** (count) derivative of the motion's end by each variable [s]: outputs keep their fractions of the
      * motion. NULL: the end is fixed. */
     const double *end_rates;
-    int keeps_means; /**< 1: values with different slopes above and below have their mean instead of NaN, as a
-                          search needs it; they are counted all the same */
+    int keeps_means; /**< 1: values with different slopes above and below keep their mean, as a search needs
+                        it; they are not looked for */
 
     double *at;          /**< ((time_count + 2) x width) values of the motion; NULL: not needed */
     double *derivatives; /**< (count x (time_count + 2) x width) */

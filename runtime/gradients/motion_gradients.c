@@ -505,7 +505,7 @@ static void compare_sides(struct run *run, int i) {
     const size_t first = (size_t)i * (size_t)run->width;
     const double most = largest_apart(run, i);
     int count = 0;
-    for (int k = 0; k < run->width && difference->form == CENTRAL; k++) {
+    for (int k = 0; k < run->width && difference->form == CENTRAL && !run->given->keeps_means; k++) {
         double *bend = &run->bends[first + (size_t)k];
         if (find_bend(run, i, k, most, &run->apart[first + (size_t)k], bend))
             count++;
@@ -633,7 +633,7 @@ static void write_derivatives(struct run *run, int i) {
                 out[at] = NAN;
             } else if (!is_lost && is_bent(run, i, a, b, at)) {
                 note_bend(run, found, a, b, row, k, difference->change);
-                out[at] = given->keeps_means ? out[at] : NAN;
+                out[at] = NAN;
             }
         }
 }

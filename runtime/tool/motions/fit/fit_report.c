@@ -346,11 +346,10 @@ void fit_report_print(struct fit *fit, const struct fit_solution *solution,
                 fit_group_text(certainty->groups[i]));
     for (int k = 0; k < count; k++)
         if (fit->values[k].is_rough)
-            fprintf(
-                stderr,
-                "refdyn: warning: a slight change of %s reorders events or passes a kink: its derivatives "
-                "are differences of separate motions, and its standard error is rough\n",
-                fit->values[k].name);
+            fprintf(stderr,
+                    "refdyn: warning: a slight change of %s reorders events: its derivatives are differences "
+                    "of separate motions, and its standard error is rough\n",
+                    fit->values[k].name);
     if (fit->lost > 0)
         fprintf(stderr,
                 "refdyn: warning: %d derivatives do not exist, since values jump at an output or changed "

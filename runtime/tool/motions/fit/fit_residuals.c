@@ -267,8 +267,7 @@ static enum fit_outcome differentiate(struct fit *fit, const struct fit_data *da
     for (size_t k = 0; k < count; k++) {
         struct fit_value *value = &fit->values[value_of_variable(fit, data, (int)k)];
         changes[k] = free_change * (value->is_log ? file->columns[k].values[0] : value->unit);
-        const bool is_lost = underivable[k].status || underivable[k].bends > 0;
-        value->is_rough = value->is_rough || (is_lost && !data->is_held_out);
+        value->is_rough = value->is_rough || (underivable[k].status && !data->is_held_out);
     }
     fit_free_derivatives(fit, &file->batch, write_signals, underivable, changes, at, derivatives, size);
     return outcome;
