@@ -615,10 +615,11 @@ int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force)
  * [N for a gap in m]; 0 for contacts that do not rest. If forces are not unique, these are the smallest ones,
  * unless one of them would pull. Error: NOT_STARTED. */
 int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
-/** Continues from changed values: evaluates the shown state again. Call it after changing the integrator's q
- * and qd between steps. After changes of work->x or work->p (then refdyn_prepare), the next call that
- * advances the motion does the same; call it to have the accelerations before that. The gains are those that
- * options.stabilise requests. Errors: NOT_FINITE, REFUSED, those of refdyn_accelerate; NOT_STARTED. */
+/** Continues from changed values: evaluates the shown state again. What the last step has found after that
+ * state, such as events, has not happened. Call it after changing the integrator's q and qd between steps.
+ * After changes of work->x or work->p (then refdyn_prepare), the next call that advances the motion does the
+ * same; call it to have the accelerations before that. The gains are those that options.stabilise requests.
+ * Errors: NOT_FINITE, REFUSED, those of refdyn_accelerate; NOT_STARTED. */
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
 
 /** refdyn_exchange_model for a motion: its next step evaluates the functions of the other table. Call it

@@ -32,7 +32,8 @@ static void go_on_from_end(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     const double t = refdyn_time_events_right_of(&motion->time_events, step->t_end);
     if (t != step->t_end)
-        refdyn_state_events_look_again(&motion->state_events);
+        refdyn_state_events_look_again(&motion->state_events, step, refdyn_step_inside(step, step->t_end),
+                                       step->state_new);
     refdyn_step_next(step, t);
     refdyn_linear_leave_begin(&motion->linear);
 }
