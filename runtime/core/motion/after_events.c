@@ -40,7 +40,8 @@ static int are_quiet(const struct refdyn_integrator *integrator) {
     const struct refdyn_motion *motion = integrator->motion;
     const struct refdyn_state_events *events = &motion->state_events;
     const struct refdyn_model *model = motion->work->model;
-    if (!(motion->step.t_end - integrator->t <= refdyn_state_events_blur(integrator->t)))
+    if (model->change_count == 0 ||
+        !(motion->step.t_end - integrator->t <= refdyn_state_events_blur(integrator->t)))
         return 0;
     for (int k = 0; k < events->due_named; k++)
         if (!is_quiet(model, &model->events[events->due[k]]))
