@@ -168,9 +168,8 @@ void record_print_residuals(struct refdyn_workspace *work, double t, const doubl
 }
 
 void record_print_start_advice(FILE *out) {
-    fputs("refdyn: no state near the start satisfies the rows; check that lengths and angles can reach them, "
-          "or "
-          "choose a start nearer to them\n",
+    fputs("refdyn: no state near the start satisfies the rows; check that lengths and angles can reach "
+          "them, or choose a start nearer to them\n",
           out);
 }
 

@@ -326,7 +326,7 @@ static void print_count(const struct batch_setup *setup, const struct batch_coun
     fprintf(stderr, "cases        %ld, %ld of them computed now, %ld of these failed\n", all, count->cases,
             count->failed.count);
     if (count->failed.count) {
-        fprintf(stderr, "refdyn: warning: case %ld failed%s: ", count->failed.first,
+        fprintf(stderr, "failed       case %ld%s: ", count->failed.first,
                 count->failed.count > 1 ? ", the first of them" : "");
         format_plain_text(stderr, count->reason);
         fputc('\n', stderr);
