@@ -42,13 +42,16 @@ static const double smaller = 1.0 / 64, below_failed = 1.0 / 4;
 static const double near_part = 1e-5, jump = 0.05, rounding = 1e-11;
 /* Sides of a value have different slopes if the second difference of a column exceeds this part of its
  * difference and, when the change is divided by `probe`, falls by less than `smooth`: that of a smooth column
- * falls by the square of `probe`. It is no rounding if it falls by more than `steady`, or if the difference
- * does not, as at a jump. */
-static const double bent_least = 5e-3, probe = 4, smooth = 8, steady = 2;
-/* It is no rounding either in a column that is larger by the first factor. Elsewhere it must exceed this part
- * of the largest difference of all columns, and its own difference by the last factor, or be equal to that:
- * one side has no slope. */
-static const double natural = 100, seen_least = 1e-7, symmetric = 30;
+ * falls by the square of `probe`. It is no rounding if it falls by more than `steady`. At a jump, neither
+ * falls, and they differ by less than `unequal` of them. */
+static const double bent_least = 5e-3, probe = 4, smooth = 8, steady = 3, unequal = 0.05;
+/* Below the first part of the column, where accelerations and forces have rounding, a bend must fall by
+ * `probe` up to the second part of it. */
+static const double noise = 1e-9, exact = 1e-3;
+/* A bend is no rounding in a column that is larger by the first factor. Elsewhere it must exceed these parts
+ * of the largest difference and of the largest value of all columns, and its own difference by the last
+ * factor, or be equal to that: one side has no slope. */
+static const double natural = 100, seen_least = 1e-7, trace = 1e-13, symmetric = 30;
 
 /* Which copies form a difference; x the value and d its change. */
 enum form { CENTRAL, /* x + d, x - d */ ONE_SIDED /* x + d, x + 2 d */ };
@@ -471,31 +474,40 @@ static double largest_difference(const struct run *run, const double *a, const d
     return largest;
 }
 
+/* The largest value of column k, except at events. */
+static double largest_value(const struct run *run, int k) {
+    double largest = 0;
+    for (int row = 0; row < run->given->outputs; row++)
+        if (!run->is_near[row])
+            largest = fmax(largest, fabs(run->base[(size_t)row * (size_t)run->width + (size_t)k]));
+    return largest;
+}
+
 /* The largest difference and second difference of column k, except at events, where values jump. Returns
- * whether the sides may have different slopes. */
-static int find_bend(const struct run *run, int i, int k, double most, double *apart, double *bend) {
+ * whether the sides may have different slopes; `least` is that of least_bend. */
+static int find_bend(const struct run *run, int i, int k, double least, double *apart, double *bend) {
     const double *a = values_of(run, SIDES * i), *b = values_of(run, SIDES * i + 1);
-    double size = 0;
+    const double size = largest_value(run, k);
     *apart = *bend = 0;
     for (int row = 0; row < run->given->outputs; row++) {
         const size_t at = (size_t)row * (size_t)run->width + (size_t)k;
         if (run->is_near[row])
             continue;
-        size = fmax(size, fabs(run->base[at]));
         *apart = fmax(*apart, fabs(a[at] - b[at]));
         *bend = fmax(*bend, fabs(a[at] - 2 * run->base[at] + b[at]));
     }
-    const int is_clear = *bend > seen_least * most && (*bend > symmetric * *apart || *bend == *apart);
+    const int is_clear = *bend > least && (*bend > symmetric * *apart || *bend == *apart);
     return *bend > rounding * size && *bend > bent_least * *apart && (size > natural * *bend || is_clear);
 }
 
-/* The largest difference of all columns. */
-static double largest_apart(const struct run *run, int i) {
-    double largest = 0;
+/* The least second difference that is no rounding in a column that is 0 otherwise. */
+static double least_bend(const struct run *run, int i) {
+    const double *a = values_of(run, SIDES * i), *b = values_of(run, SIDES * i + 1);
+    double least = 0;
     for (int k = 0; k < run->width; k++)
-        largest = fmax(largest,
-                       largest_difference(run, values_of(run, SIDES * i), values_of(run, SIDES * i + 1), k));
-    return largest;
+        least =
+            fmax(least, fmax(seen_least * largest_difference(run, a, b, k), trace * largest_value(run, k)));
+    return least;
 }
 
 /* Looks for columns whose sides may have different slopes: these copies are compared with those of a smaller
@@ -503,11 +515,11 @@ static double largest_apart(const struct run *run, int i) {
 static void compare_sides(struct run *run, int i) {
     struct difference *difference = &run->differences[i];
     const size_t first = (size_t)i * (size_t)run->width;
-    const double most = largest_apart(run, i);
+    const double least = least_bend(run, i);
     int count = 0;
     for (int k = 0; k < run->width && difference->form == CENTRAL && !run->given->keeps_means; k++) {
         double *bend = &run->bends[first + (size_t)k];
-        if (find_bend(run, i, k, most, &run->apart[first + (size_t)k], bend))
+        if (find_bend(run, i, k, least, &run->apart[first + (size_t)k], bend))
             count++;
         else
             *bend = 0;
@@ -521,14 +533,17 @@ static void compare_sides(struct run *run, int i) {
 
 /* Marks columns whose sides have different slopes. */
 static void judge_probe(struct run *run, int i) {
-    const double most = largest_apart(run, i);
+    const double least = least_bend(run, i);
     for (int k = 0; k < run->width; k++) {
         const size_t at = (size_t)i * (size_t)run->width + (size_t)k;
         double apart, bend;
-        const int is_bent = find_bend(run, i, k, most, &apart, &bend) && run->bends[at] > 0 &&
-                            run->bends[at] < smooth * bend &&
-                            (run->bends[at] > steady * bend || run->apart[at] < steady * apart);
-        run->bends[at] = is_bent ? -1 : 0;
+        const int is_seen = find_bend(run, i, k, least, &apart, &bend) && run->bends[at] > 0;
+        const double fall = is_seen ? run->bends[at] / bend : 0;
+        const int is_kink = fall > steady && fall < smooth &&
+                            (bend > noise * largest_value(run, k) || fabs(fall - probe) < exact * probe),
+                  is_jump = fall < smooth && run->apart[at] < steady * apart &&
+                            fabs(apart - bend) < unequal * apart;
+        run->bends[at] = is_seen && (is_kink || is_jump) ? -1 : 0;
     }
 }
 
