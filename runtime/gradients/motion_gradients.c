@@ -41,13 +41,13 @@ static const double smaller = 1.0 / 64, below_failed = 1.0 / 4;
  * if its second difference exceeds `jump` of the largest difference between the sides, and rounding. */
 static const double near_part = 1e-5, jump = 0.05, rounding = 1e-11;
 /* Sides of a value have different slopes if the second difference of a column exceeds this part of its
- * difference and, when the change is divided by `probe`, falls by less than `smooth`: that of a smooth column
- * falls by the square of `probe`. It is no rounding if it falls by more than `steady`. At a jump, neither
- * falls, and they differ by less than `unequal` of them. */
-static const double bent_least = 5e-3, probe = 4, smooth = 8, steady = 3, unequal = 0.05;
-/* Below the first part of the column, where accelerations and forces have rounding, a bend must fall by
- * `probe` up to the second part of it. */
-static const double noise = 1e-9, exact = 1e-3;
+ * difference and, when the change is divided by `probe`, is divided by `probe` as well, up to the last part:
+ * that of a smooth column falls by the square of `probe`, rounding by any factor. At a jump, neither
+ * difference falls, and both are equal up to the last part. */
+static const double bent_least = 5e-3, probe = 4, unequal = 0.02;
+/* Bends below the first part of a column, where accelerations and forces have rounding, must fall more
+ * exactly. */
+static const double noise = 1e-8, exact = 1e-3;
 /* A bend is no rounding in a column that is larger by the first factor. Elsewhere it must exceed these parts
  * of the largest difference and of the largest value of all columns, and its own difference by the last
  * factor, or be equal to that: one side has no slope. */
@@ -538,11 +538,10 @@ static void judge_probe(struct run *run, int i) {
         const size_t at = (size_t)i * (size_t)run->width + (size_t)k;
         double apart, bend;
         const int is_seen = find_bend(run, i, k, least, &apart, &bend) && run->bends[at] > 0;
-        const double fall = is_seen ? run->bends[at] / bend : 0;
-        const int is_kink = fall > steady && fall < smooth &&
-                            (bend > noise * largest_value(run, k) || fabs(fall - probe) < exact * probe),
-                  is_jump = fall < smooth && run->apart[at] < steady * apart &&
-                            fabs(apart - bend) < unequal * apart;
+        const double off = bend > noise * largest_value(run, k) ? unequal : exact;
+        const int is_kink = fabs(run->bends[at] - probe * bend) < off * probe * bend,
+                  is_jump =
+                      fabs(run->apart[at] - apart) < unequal * apart && fabs(apart - bend) < unequal * apart;
         run->bends[at] = is_seen && (is_kink || is_jump) ? -1 : 0;
     }
 }
