@@ -18,7 +18,7 @@
 #include "refdyn_model.h"
 
 /** Version of struct refdyn_lane_model and of its functions, like REFDYN_MODEL_VERSION for refdyn_model. */
-#define REFDYN_LANES_VERSION 5
+#define REFDYN_LANES_VERSION 6
 
 /** The form of all emitted functions for lanes. */
 typedef void refdyn_lane_function(const double *p, const double *x, const double *t, const double *q,
