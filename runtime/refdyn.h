@@ -97,7 +97,9 @@ enum refdyn_status {
     REFDYN_BAD_TIME = -21, /**< a requested time is not finite, before integrator.t, or outside the last step;
                                 a start, end or limit is NaN */
     REFDYN_MEMORY_TOO_SMALL = -22, /**< memory is smaller than the size function of the call requires */
-    REFDYN_NO_DERIVATIVE = -23     /**< no derivative by a value exists: events differ on its two sides */
+    REFDYN_NO_DERIVATIVE = -23,    /**< no derivative by a value exists: events differ on its two sides */
+    REFDYN_CONTACT_PULLS = -24     /**< a contact at rest would have to pull, because a step has missed where
+                                        it opens; fault.row is the contact */
 };
 
 /** One line of text for a status, without a full stop. Never NULL. */
@@ -537,8 +539,9 @@ struct refdyn_integrator {
 
     int contact_count; /**< contacts of the model, in the order of their rows, which are the last rows */
     const int *contact_mode;     /**< (contact_count) enum refdyn_contact_mode */
-    const double *contact_since; /**< (contact_count) when it came to rest: the end of all its rebounds; NaN:
-                                    free [s] */
+    const double *contact_since; /**< (contact_count) when it last came to rest: the end of all its rebounds;
+                                    NaN: never [s] */
+    const double *contact_left;  /**< (contact_count) when it last opened; NaN: never [s] */
     int forces_are_unique;       /**< 0: other forces of the contacts would have the same effect */
 
     const int *event; /**< (event_count) events of the model at t, where the last call stopped */
@@ -594,8 +597,18 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 /** The same without accelerations and multipliers: qdd and lambda keep other values until the next call of
  * refdyn_integrator_look, _step or _to. Errors: BAD_TIME; those of refdyn_project; NOT_STARTED. */
 int refdyn_integrator_look_at_state(struct refdyn_integrator *integrator, double t);
-/** Computes the programme force r (n) at the shown state [N, N m], as refdyn_programme_force, or as M qdd - f
- * if is_undetermined. Error: NOT_STARTED. */
+/** Looks beyond events that are due at the shown state, if they set inputs and parameters alone: work->x,
+ * work->p, qdd and lambda become those with which the motion continues. Returns whether they do; then call
+ * refdyn_integrator_see_before, which restores them, before the motion goes on. */
+int refdyn_integrator_see_after(struct refdyn_integrator *integrator);
+void refdyn_integrator_see_before(struct refdyn_integrator *integrator);
+/** Computes the multipliers (m) of the rows at the shown state: NaN for each that is not unique, because its
+ * row depends on others or its gradient is 0, or if is_undetermined; 0 for free contacts. Error: NOT_STARTED.
+ */
+int refdyn_integrator_multipliers(struct refdyn_integrator *integrator, double *lambda);
+/** Computes the forces (n) on the coordinates at the shown state [N, N m]: on a coordinate that rows drive or
+ * lock (refdyn_row.driven) the force of these rows alone, NaN if it is not unique; on all others the
+ * programme force r = u^T lambda, or M qdd - f if is_undetermined. Error: NOT_STARTED. */
 int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force);
 /** Computes the forces (contact_count) of the contacts at the shown state, along the gradients of their gaps
  * [N for a gap in m]; 0 for contacts that do not rest. If forces are not unique, these are the smallest ones,
@@ -680,7 +693,8 @@ struct refdyn_statics_options {
 /** How the stability of an equilibrium is judged. */
 enum refdyn_stability_criterion {
     REFDYN_BY_POTENTIAL,     /**< the stiffness is symmetric: has the potential a minimum there? */
-    REFDYN_BY_LINEAR_MOTION, /**< the stiffness is not symmetric: does a small motion grow? */
+    REFDYN_BY_LINEAR_MOTION, /**< the stiffness is not symmetric, or a damper or a state can add energy: does
+                                a small motion grow? */
     REFDYN_BY_SYMMETRIC_PART /**< not symmetric, and the model has no finite tangent: by the symmetric part of
                                 the stiffness. If it is positive, the motion cannot leave the state without
                                   oscillating; oscillations may still grow */

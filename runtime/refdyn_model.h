@@ -63,6 +63,8 @@ enum refdyn_row_level {
 struct refdyn_row {
     const char *name;            /**< as in the model file */
     enum refdyn_row_level level; /**< of its residual */
+    int driven; /**< 1 + the coordinate whose course the row prescribes (rd.drive, rd.lock); 0: none */
+    const char *unit; /**< of its multiplier: "N" or "N m"; "": that of a formula of the author */
 };
 
 /** A state event: the step of a motion ends where its value crosses zero. */

@@ -270,7 +270,7 @@ def test_files_of_sim(tmp_path):
     names = ["base_z", "column_psi", "arm_psi", "effector_z"]
     expected = (["t", *names, *(name + "_d" for name in names)]
                 + [f"E_{axis}{order}" for order in ("", "d", "dd") for axis in "xyz"]
-                + ["phi_1", "psi_1", "psi_2", "energy"] + ["force_" + name for name in names])
+                + ["phi_1", "psi_1", "psi_2", "lambda_ellipse", "lambda_rise", "energy"] + ["force_" + name for name in names])
     assert header[:len(expected)] == expected and header[-4:] == [name + "_dd" for name in names]
     run = read_run(tmp_path / "run.csv")
     assert list(run["t"]) == [0, 0.05, 0.1, 0.15000000000000002, 0.2] or list(run["t"]) == [0, 0.05, 0.1, 0.15, 0.2]

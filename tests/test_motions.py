@@ -127,7 +127,7 @@ def test_start_is_shown_as_it_is(tmp_path):
         assert f"phi = {float(first[how]['phi_2'])!r}, psi" in said, said
     gap = 0.3 * (math.sin(1.05) - math.sin(1)) + 0.8 * math.sin(0.05)
     check([close("gap", abs(first["project"]["phi_2"]), gap, 1e-12)])
-    assert first["project"] == first["none"]
+    assert repr(first["project"]) == repr(first["none"])  # multipliers that are not unique are nan
 
 
 def test_projected_start():

@@ -248,6 +248,10 @@ WRONG = {
     "t: unknown input; inputs are constant here, and samples with their times are for arm.simulate": (ValueError, lambda m: m.motion(inputs={"t": [0, 1], "push": [1, 2]})),
     "fit: until is missing; check=True needs the end of the motion [s]": (TypeError, lambda m: m.fit(check=True, vary=["load"], noise={"tip_psi": 1})),
     "until: '-1' is not a positive number": (ValueError, lambda m: m.fit(check=True, until=-1, vary=["load"], noise={"tip_psi": 1})),
+    **{f"{name}: contains an integer that is too large; all numbers must be finite": (ValueError, call) for name, call in {
+        "t": lambda m: m.qdd(Q, QD, 10 ** 400), "h": lambda m: m.step(Q, QD, 0, 10 ** 400), "steps": lambda m: m.step(Q, QD, 0, 0.1, steps=10 ** 400),
+        "step_limit": lambda m: m.motion(step_limit=10 ** 400), "input push": lambda m: m.motion().set(inputs={"push": 10 ** 400}), "accuracy": lambda m: m.simulate(1, accuracy=10 ** 400),
+        "threads": lambda m: m.batch({"load": [1]}, 1, threads=10 ** 400), "data[0]: tip_psi": lambda m: m.fit({"t": [0, 1], "tip_psi": [1, 10 ** 400]}, vary=["load"], noise={"tip_psi": 1})}.items()},
     "before needs realise=True": (ValueError, lambda m: m.simulate(1, before=0.1)),
 }
 

@@ -9,7 +9,7 @@ import numpy
 import pytest
 import scipy.linalg
 
-from program import SOURCE, evaluate, motion, refdyn, settings
+from program import SOURCE, evaluate, motion, read_run, refdyn, settings
 
 CONTROL = SOURCE / "docs" / "control"
 METHODS = ["rk8", "rk54", "radau9", "rodas5p", "gauss12", "auto"]
@@ -100,3 +100,37 @@ def test_without_samples_there_are_no_events(tmp_path):
     refdyn("gen", tmp_path / "lqr.lua", "-o", tmp_path / "out")
     assert "refdyn_event" not in (tmp_path / "out" / "lqr.c").read_text()
     assert evaluate(tmp_path / "lqr.lua")
+
+
+REPLAYED = """local rd = require "refdyn"
+local u, w, v = rd.input("u", 0.2, "N"), rd.input("w", -0.1, "N"), rd.input("v", 0, "N")
+local p = rd.parameters { { "phase", 0, "1" } }
+local closed = rd.option("closed", true)
+return rd.model { name = "replayed", links = { { "m", joint = "x", mass = 1 }, { "n", on = "m", joint = "x", mass = 0.7, start = { x = 0.3 } } },
+  forces = function(s) return { m_x = u + w - 0.3 * s.qd.m_x, n_x = v - 4 * s.q.n_x } end,
+  courses = function(s) return { pull = 2 * u + s.q.n_x } end,
+  events = closed and function(s) return {
+    rd.sampled { every = 0.1, inputs = { u = 1 + s.t - s.q.m_x + 0.5 * w } },
+    rd.sampled { every = 0.15, inputs = { w = 0.4 * s.q.n_x - 0.2 * u } },
+    rd.event { rd.sin(10 * rd.pi / 3 * (s.t - 0.05)), direction = "up", inputs = { v = v + 0.3 }, name = "tick" } } end or nil }
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "rk4", "radau9", "rodas5p"])
+@pytest.mark.parametrize("start, every", [(0, 0.05), (0, 0.025), (0.3, 0.05)])
+def test_a_motion_replays_itself(tmp_path, start, every, method):
+    """An input holds from its row on, so that --inputs of a CSV or HDF5 file repeats the motion: controllers of different times, an
+    event that sets an input, a later start."""
+    model, state = tmp_path / "replayed.lua", tmp_path / "state.json"
+    model.write_text(REPLAYED)
+    state.write_text(json.dumps({"t": start, "q": [0, 0.3], "qd": [0.1, 0]}))
+    for kind in ("csv", "h5"):
+        closed, replay = tmp_path / f"closed.{kind}", tmp_path / "replay.csv"
+        arguments = ["--from", state, "--until", start + 1.2, "--every", every, "--method", method]
+        refdyn("sim", model, *arguments, "-o", closed)
+        refdyn("sim", model, "--set", "closed=false", *arguments, "--inputs", closed, "-o", replay)
+        refdyn("sim", model, *arguments, "-o", tmp_path / "again.csv")
+        expected, found = read_run(tmp_path / "again.csv"), read_run(replay)
+        for name in expected:
+            assert numpy.allclose(found[name], expected[name], rtol=0, atol=1e-6), (kind, name)
+        assert numpy.ptp(expected["v"]) > 0.5 and len(set(expected["u"].round(9))) >= 12

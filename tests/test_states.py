@@ -15,7 +15,7 @@ import scipy.linalg
 import scipy.optimize
 
 import python_package
-from program import SOURCE, evaluate, motion, read_run, refdyn, settings
+from program import LONG, SOURCE, evaluate, motion, read_run, refdyn, settings
 
 CONTROL = SOURCE / "docs" / "control"
 MOTOR, CONTINUOUS = CONTROL / "motor.lua", CONTROL / "continuous.lua"
@@ -161,6 +161,14 @@ return rd.model {
 NAMES = ["arm_theta", "tip_theta", "arm_theta_d", "tip_theta_d", "a", "b"]
 
 
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    folder = python_package.build(tmp_path_factory.mktemp("package"))
+    sys.path.insert(0, str(folder))
+    yield importlib.import_module("refdyn")
+    sys.path.remove(str(folder))
+
+
 def written(folder, name, text):
     (folder / f"{name}.lua").write_text(text)
     return folder / f"{name}.lua"
@@ -223,6 +231,98 @@ def test_held_states_and_rows(tmp_path):
     assert len(linear["states"]) == 4 and sum(2 if mode["eigenvalue"][1] else 1 for mode in modes) == 4
     found = sorted(abs(complex(*mode["eigenvalue"])) for mode in modes)
     assert numpy.allclose(found, sorted({round(abs(complex(*pair)), 12): abs(complex(*pair)) for pair in linear["eigenvalues"]}.values()), rtol=1e-7)
+
+
+SEVERAL = """local rd = require "refdyn"
+local rows, list = rd.option("rows", "none"), {}
+for i = 0, 2 do
+  for j = 0, 2 do for _, name in ipairs { "K", "D", "B", "C", "F", "E" } do list[#list + 1] = { name .. i .. j, 0 } end end
+  list[#list + 1], list[#list + 2] = { "r" .. i, 1 }, { "m" .. i, 1 }
+end
+local p = rd.parameters(list)
+local names, states = { "a_x", "b_x", "c_psi" }, { "u", "v", "w" }
+local function sum(name, i, values, keys)
+  local f = 0
+  for j = 0, 2 do f = f + p[name .. i .. j] * values[keys[j + 1]] end
+  return f
+end
+return rd.model { name = "several",
+  links = { { "a", joint = "x", mass = p.m0 }, { "b", on = "a", joint = "x", mass = p.m1 }, { "c", joint = "psi", mass = 1, inertia = { zz = p.m2 } } },
+  states = function(s)
+    local l = {}
+    for i = 0, 2 do l[i + 1] = rd.state { states[i + 1], rate = sum("C", i, s.q, names) + sum("F", i, s.qd, names) + sum("E", i, s.states, states) } end
+    return l
+  end,
+  forces = function(s)
+    local f = {}
+    for i = 0, 2 do f[names[i + 1]] = sum("B", i, s.states, states) - sum("K", i, s.q, names) - sum("D", i, s.qd, names) end
+    return f
+  end,
+  constraints = function(s)
+    if rows == "none" then return {} end
+    local of = rows == "position" and s.q or s.qd
+    return { rd[rows] { p.r0 * of.a_x + p.r1 * of.b_x + p.r2 * of.c_psi } }
+  end }
+"""
+
+
+def random_loop(random, kind):
+    """Matrices of M q'' + D q' + K q = B z, z' = C q + F q' + E z. Of six kinds, four have eigenvalues 0: an odometer, an odometer and a
+    constant, a wheel that nothing holds with its odometer, a potential with dampers or their negative and an odometer; the last is a
+    potential that states follow without pulling."""
+    m = 10 ** random.uniform(-2, 2, 3)
+    K, D, B, C, F, E = (random.normal(size=(3, 3)) for _ in range(6))
+    K, D, E = K @ K.T + random.uniform(-1, 3) * numpy.eye(3), 0.3 * D @ D.T, E - random.uniform(0, 3) * numpy.eye(3)
+    for i in {1: [2], 2: [1, 2], 4: [2]}.get(kind, []):
+        C[i] = E[i] = E[:, i] = B[:, i] = 0
+    if kind == 2:
+        F[1] = 0
+    if kind == 3:
+        K[2] = K[:, 2] = D[2] = D[:, 2] = B[2] = C[:, 2] = 0
+    if kind in (4, 5):
+        B[:] = C[:] = 0
+        D *= random.choice([-1, 1])
+    seconds, units = 10 ** random.uniform(-4, 4), numpy.diag(10 ** random.uniform(-7, 7, 3))
+    back = numpy.linalg.inv(units) * seconds
+    return m, {"K": K * seconds ** 2, "D": D * seconds, "B": B @ back * seconds, "C": units @ C * seconds, "F": units @ F, "E": units @ E @ back}
+
+
+def growing_modes(m, loop, rows):
+    """Their number, a pair counts once; None: not clear. States that nothing reads are left out, so that 0 is no multiple eigenvalue."""
+    M = numpy.array([[m[0] + m[1], m[1], 0], [m[1], m[1], 0], [0, 0, m[2]]])
+    N = scipy.linalg.null_space(numpy.array(rows)) if rows else numpy.eye(3)
+    inverse = numpy.linalg.inv(N.T @ M @ N) @ N.T
+    A = numpy.block([[numpy.zeros((N.shape[1], N.shape[1])), numpy.eye(N.shape[1]), numpy.zeros((N.shape[1], 3))],
+                     [-inverse @ loop["K"] @ N, -inverse @ loop["D"] @ N, inverse @ loop["B"]], [loop["C"] @ N, loop["F"] @ N, loop["E"]]])
+    while not A.any(axis=0).all():
+        keep = A.any(axis=0)
+        A = A[numpy.ix_(keep, keep)]
+    found = numpy.linalg.eigvals(A)
+    is_clear = (abs(found.real) > 1e-7 * abs(found)).all() and min(abs(found)) > 1e-7 * max(abs(found))
+    return int(((found.real > 0) & (found.imag >= 0)).sum()) if is_clear else None
+
+
+@pytest.mark.parametrize("rows", ["none", "position", "velocity"])
+@pytest.mark.filterwarnings("ignore")
+def test_growing_modes_of_random_loops(rows, package, tmp_path):
+    """The number of growing modes with states, by the eigenvalues of the system of first order. Velocity rows have no part in statics."""
+    random, arm = numpy.random.default_rng(48), package.Model(written(tmp_path, "several", SEVERAL), rows=rows)
+    counted = 0
+    for case in range(400 if LONG else 60):
+        kind = case % 6
+        m, loop = random_loop(random, kind)
+        r, held = random.normal(size=3), ["a_x"] if case % 5 == 0 and kind != 3 else []
+        values = {f"{name}{i}{j}": X[i, j] for name, X in loop.items() for i in range(3) for j in range(3)}
+        if kind == 3 and rows == "position":
+            continue
+        right = growing_modes(m, loop, [r] * (rows == "position") + [[1, 0, 0]] * len(held))
+        if right is None:
+            continue
+        found = arm.statics(parameters={**values, **{f"r{i}": r[i] for i in range(3)}, **{f"m{i}": m[i] for i in range(3)}}, hold=held)
+        assert found.attrs["unstable"] == right and found.attrs["criterion"] == "linear motion", (case, right, found.attrs)
+        assert found.attrs["neutral"] == {1: 1, 2: 2, 3: 1, 4: 1}.get(kind, 0), (case, found.attrs)
+        counted += 1
+    assert counted > 40
 
 
 def test_from_states_and_limits(driven, tmp_path):
@@ -360,14 +460,6 @@ def test_hdf5_and_plot(driven, tmp_path):
 
 
 # ---- Python ----
-
-@pytest.fixture(scope="module")
-def package(tmp_path_factory):
-    folder = python_package.build(tmp_path_factory.mktemp("package"))
-    sys.path.insert(0, str(folder))
-    yield importlib.import_module("refdyn")
-    sys.path.remove(str(folder))
-
 
 def test_python(package, driven):
     arm = package.Model(driven)

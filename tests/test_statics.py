@@ -178,7 +178,7 @@ def test_programme_that_begins_with_the_motion():
     found, said = statics(REFERENCE)
     assert found["rows"] == [] == found["lambda"]
     assert said == ("refdyn: the row ellipse begins where the motion does and has no part in statics; --set xc=VALUE includes it\n"
-                    "refdyn: the row rise is not a row of positions and has no part in statics\n")
+                    "refdyn: the row rise is not a row of positions and has no part in statics or stability\n")
     said = statics(REFERENCE, "--set", "n_rfe=1", "--hold", "column_psi,arm_psi", "--way", "downhill", status=3)
     assert "the forces lead to no equilibrium" in said
 
@@ -324,6 +324,27 @@ def test_without_potential(P, unstable, tmp_path):
     assert (abs(rates.real) > 1e-9 * abs(rates)).sum() == unstable == found["unstable"] and found["potential"] is False
     assert found["criterion"] == "linear motion"
     assert "; its forces have no potential, so the growing modes were counted; refdyn modes shows them\n" in said
+
+
+ASSISTED = """local rd = require "refdyn"
+local p = rd.parameters { { "gain", 1 }, { "turn", 0 } }
+return rd.model { name = "assisted", gravity = { 0, 0, 0 },
+  links = { { "a", joint = "x", mass = 1.3, spring = { x = 2 }, damper = { x = 0.1 } }, { "b", joint = "psi", mass = 1, inertia = { zz = 0.7 }, spring = { psi = 3 } } },
+  forces = function(s) return { a_x = -p.gain * s.qd.a_x + p.turn * s.qd.b_psi, b_psi = -p.turn * s.qd.a_x } end%s }
+"""
+ROW = ',\n  constraints = function(s) return { rd.position { s.q.a_x - 2 * s.q.b_psi } } end'
+
+
+@pytest.mark.parametrize("row", ["", ROW])
+@pytest.mark.parametrize("gain, turn, grows", [(1, 0, False), (-0.1, 0.3, False), (-0.3, 0, True), (-0.3, 4, True), (0.4, 4, False)])
+def test_negative_damping(row, gain, turn, grows, tmp_path):
+    """The gain of a controller has the wrong sign: the potential has a minimum, and the motion grows. Gyroscopic terms add no energy."""
+    (tmp_path / "assisted.lua").write_text(ASSISTED % row)
+    found, said = statics(tmp_path / "assisted.lua", "--set", f"gain={gain}", "--set", f"turn={turn}")
+    assert found["potential"] is True and found["criterion"] == ("linear motion" if grows else "potential")
+    assert ("; dampers or states can add energy there, so the growing modes were counted; refdyn modes shows them\n" in said) == grows
+    modes = json.loads(refdyn("modes", tmp_path / "assisted.lua", "--set", f"gain={gain}", "--set", f"turn={turn}").stdout)
+    assert modes["unstable"] == found["unstable"] and (found["unstable"] > 0) == grows
 
 
 # ---- Starts of motions ----

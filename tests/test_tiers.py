@@ -8,6 +8,7 @@ import resource
 import shutil
 import signal
 import subprocess
+import sys
 import time
 
 import pytest
@@ -271,7 +272,8 @@ def test_background_process(place):
     process = background_of(place)
     assert os.getsid(process) == process and os.getpriority(os.PRIO_PROCESS, process) == min(19, 5 + os.getpriority(os.PRIO_PROCESS, 0))
     opened = {os.readlink(f"/proc/{process}/fd/{name}") for name in os.listdir(f"/proc/{process}/fd")}
-    assert {path for path in opened if not path.startswith(str(place.cache))} == {"/dev/null"}
+    own = (str(place.cache), "/tmp/#")  # a file without a name has its messages
+    assert {path for path in opened if not path.startswith(own)} == {"/dev/null"}
     place.settled(2)
 
 
@@ -294,6 +296,76 @@ def test_background_process_that_is_killed(place):
     place.run(*SIM, "b.csv")
     place.settled(2)
     assert (place.folder / "a.csv").read_bytes() == (place.folder / "b.csv").read_bytes()
+
+
+LATE = "#include <unistd.h>\n#include <sys/syscall.h>\npid_t setsid(void) { sleep(1); return (pid_t)syscall(SYS_setsid); }\n"
+
+
+def test_the_background_has_no_locks_of_the_command(place):
+    """The lock of an output ends with its command, also if the process in the background begins late."""
+    (place.folder / "late.c").write_text(LATE)
+    subprocess.run(["cc", "-shared", "-fPIC", place.folder / "late.c", "-o", place.folder / "late.so"], check=True)
+    place.run(*SIM, "a.csv", env={"LD_PRELOAD": str(place.folder / "late.so")})
+    place.run(*SIM, "a.csv")
+    place.settled(2)
+
+
+def test_two_calls_with_one_output(place):
+    """On a busy machine, with a cache that lacks the optimised library."""
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(4)]
+    try:
+        for i in range(500 if LONG else 8):
+            env = {"REFDYN_CACHE": str(place.folder / f"cache_{i}")}
+            for _ in range(2):
+                place.run(*SIM[:3], "0.01", "-o", "a.csv", env=env)
+    finally:
+        for process in busy:
+            process.kill()
+            process.wait()
+
+
+BROKEN = {"fails": "echo no licence >&2; exit 1", "nothing": "exit 0", "garbage": 'echo "no library" >"$out"; exit 0',
+          "empty": ': >"$out"; exit 0', "link": 'ln -s "$VICTIM" "$out"; exit 0', "hard link": 'ln "$VICTIM" "$out"; exit 0',
+          "pipe": 'mkfifo "$out"; exit 0'}
+SAID = {"fails": "no licence", "nothing": "No such file", "garbage": "cannot be loaded", "empty": "cannot be loaded", "link": "has made a link",
+        "hard link": "has made a link", "pipe": "has made a link or a device"}
+
+
+@pytest.mark.parametrize("how", BROKEN)
+def test_a_compiler_that_is_broken(how, place):
+    """What it does in the background is reported by the next call, once; it ends a call that waits for it. No link is followed."""
+    find = 'while [ $# -gt 0 ]; do if [ "$1" = -o ]; then out=$2; fi; shift; done\n'
+    repaired = f'if [ -e "{place.folder}/repaired" ]; then exec {shutil.which("gcc")} "$@"; fi\n'
+    (place.bin / "cc").write_text(f"#!/bin/sh\n{repaired}{find}{BROKEN[how]}\n")
+    (place.bin / "cc").chmod(0o755)
+    victim = place.folder / "victim"
+    victim.write_text("kept")
+    env = {"VICTIM": str(victim)}
+
+    def ended():
+        wait_for(lambda: len(list(place.cache.glob("*.failed"))) == 1 and not list(place.cache.glob("build-*")))
+
+    _, said = place.run(*SIM, "a.csv", env=env)
+    assert "warning" not in said
+    ended()
+    for call in range(3):
+        _, said = place.run(*SIM, "a.csv", env=env)
+        assert ("failed; slower ones are used" in said and SAID[how] in said) == (call == 0), said
+        ended()
+    _, said = place.run(*SIM, "a.csv", status=1, env={**env, "REFDYN_BACKGROUND": "0"})
+    assert SAID[how] in said and len(place.libraries()) == 1 and victim.read_text() == "kept"
+    (place.folder / "repaired").touch()
+    place.run(*SIM, "a.csv", env=env)
+    place.settled(2)
+    assert "warning" not in place.run(*SIM, "a.csv", env=env)[1]
+
+
+def test_folders_of_a_killed_build_go_with_the_next_call(place):
+    """Also if that call compiles nothing."""
+    place.run(*SIM, "a.csv", env={"REFDYN_BACKGROUND": "0"})
+    (place.cache / "build-AAAAAA" / "deep").mkdir(parents=True)
+    place.run(*SIM, "a.csv", env={"REFDYN_BACKGROUND": "0"})
+    assert not place.folders()
 
 
 def test_one_background_process_at_a_time(place):

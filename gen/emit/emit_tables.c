@@ -261,8 +261,8 @@ static void emit_rows_and_points(struct emission *x, struct text *text) {
     if (model->row_count) {
         text_add(text, "static const struct refdyn_row %s_rows[] = {\n", x->name);
         for (int i = 0; i < model->row_count; i++)
-            text_add(text, "    {%s, %s},\n", text_literal(text->memory, model->rows[i].name),
-                     levels[model->rows[i].level]);
+            text_add(text, "    {%s, %s, %d, \"%s\"},\n", text_literal(text->memory, model->rows[i].name),
+                     levels[model->rows[i].level], model->rows[i].driven, model->rows[i].unit);
         text_add(text, "};\n\n");
     }
     if (model->point_count) {

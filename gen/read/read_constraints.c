@@ -63,8 +63,12 @@ static struct group start_group(const struct reader *reader, const struct value 
                           .beta = fields_get_value(check, value, gains[1])};
 }
 
+/* Units of multipliers of rows whose residual is a distance, a cosine or an angle, or of any kind. */
+static const char force[] = "N", moment[] = "N m", any_unit[] = "";
+
 /* Adds one row. `part` distinguishes it from the other rows of its entry; NULL if it is the only one. */
-static void add_row(const struct group *group, enum row_level level, expression residual, const char *part) {
+static void add_row(const struct group *group, enum row_level level, expression residual, const char *unit,
+                    const char *part) {
     const struct checker *check = &group->reader->check;
     struct model *model = group->reader->model;
     model->rows =
@@ -72,6 +76,7 @@ static void add_row(const struct group *group, enum row_level level, expression 
     model->rows[model->row_count++] = (struct row){
         .level = level,
         .residual = residual,
+        .unit = unit,
         .alpha = group->alpha,
         .beta = group->beta,
         .name = part ? memory_format(check->memory, "%s %s", group->name, part) : group->name,
@@ -88,9 +93,9 @@ static void add_row(const struct group *group, enum row_level level, expression 
 
 /* A formula of the author may contain values at the start of the motion. */
 static void add_programme(const struct group *group, enum row_level level, expression residual,
-                          const char *part) {
+                          const char *unit, const char *part) {
     const struct reader *reader = group->reader;
-    add_row(group, level, residual, part);
+    add_row(group, level, residual, unit, part);
     struct row *row = &reader->model->rows[reader->model->row_count - 1];
     row->is_closure = false;
     row->is_programme = true;
@@ -119,7 +124,7 @@ static void read_written_row(const struct reader *reader, const struct value *va
     value_expression(reader->check.graph, residual, &e);
     const char *name = memory_format(reader->check.memory, "row %d", reader->model->row_count + 1);
     const struct group group = start_group(reader, value, path, GAINS(ROW), name);
-    add_programme(&group, level, e, NULL);
+    add_programme(&group, level, e, any_unit, NULL);
 }
 
 static void read_position(const struct reader *reader, const struct value *value, const char *path) {
@@ -235,17 +240,17 @@ static void read_loop(const struct reader *reader, const struct value *value, co
     const struct vector apart = gap(reader, &ends[0].at, &ends[1].at);
     for (int i = 0; i < 3; i++)
         if (keeps[i])
-            add_row(&group, ROW_POSITION, apart.at[i], component_names[i]);
+            add_row(&group, ROW_POSITION, apart.at[i], force, component_names[i]);
 }
 
-/* Two rows: `direction`, fixed to a, stays at right angles to the normals of the axis b. */
+/* Two rows: the vector `direction`, fixed to a, stays at right angles to the normals of the axis b. */
 static void add_parallel(const struct group *group, struct vector direction, const struct axis *b,
-                         const char *const parts[2]) {
+                         const char *unit, const char *const parts[2]) {
     struct vector normal[2];
     normals_of(group->reader, b->direction, normal);
     for (int i = 0; i < 2; i++) {
         const struct vector across = markers_direction_vector(group->reader->model, &b->at, normal[i]);
-        add_row(group, ROW_POSITION, dot(group->reader, direction, across), parts[i]);
+        add_row(group, ROW_POSITION, dot(group->reader, direction, across), unit, parts[i]);
     }
 }
 
@@ -256,7 +261,7 @@ static void read_parallel(const struct reader *reader, const struct value *value
     if (!read_ends(reader, value, FIELD_PARALLEL_a, FIELD_PARALLEL_b, path, ends))
         return;
     const struct group group = start_group(reader, value, path, GAINS(PARALLEL), NULL);
-    add_parallel(&group, direction_of(reader, &ends[0]), &ends[1], two_parts);
+    add_parallel(&group, direction_of(reader, &ends[0]), &ends[1], moment, two_parts);
 }
 
 static void read_perpendicular(const struct reader *reader, const struct value *value, const char *path) {
@@ -265,7 +270,7 @@ static void read_perpendicular(const struct reader *reader, const struct value *
         return;
     const struct group group = start_group(reader, value, path, GAINS(PERPENDICULAR), NULL);
     const struct vector first = direction_of(reader, &ends[0]);
-    add_row(&group, ROW_POSITION, dot(reader, first, direction_of(reader, &ends[1])), NULL);
+    add_row(&group, ROW_POSITION, dot(reader, first, direction_of(reader, &ends[1])), moment, NULL);
 }
 
 static void read_on_line(const struct reader *reader, const struct value *value, const char *path) {
@@ -273,7 +278,7 @@ static void read_on_line(const struct reader *reader, const struct value *value,
     if (!read_ends(reader, value, FIELD_ON_LINE_point, FIELD_ON_LINE_line, path, ends))
         return;
     const struct group group = start_group(reader, value, path, GAINS(ON_LINE), NULL);
-    add_parallel(&group, gap(reader, &ends[0].at, &ends[1].at), &ends[1], two_parts);
+    add_parallel(&group, gap(reader, &ends[0].at, &ends[1].at), &ends[1], force, two_parts);
 }
 
 static void read_on_plane(const struct reader *reader, const struct value *value, const char *path) {
@@ -282,7 +287,7 @@ static void read_on_plane(const struct reader *reader, const struct value *value
         return;
     const struct group group = start_group(reader, value, path, GAINS(ON_PLANE), NULL);
     const struct vector normal = direction_of(reader, &ends[1]);
-    add_row(&group, ROW_POSITION, dot(reader, gap(reader, &ends[0].at, &ends[1].at), normal), NULL);
+    add_row(&group, ROW_POSITION, dot(reader, gap(reader, &ends[0].at, &ends[1].at), normal), force, NULL);
 }
 
 static void read_distance(const struct reader *reader, const struct value *value, const char *path) {
@@ -299,7 +304,7 @@ static void read_distance(const struct reader *reader, const struct value *value
                       read_value_now(reader, e));
     const struct group group = start_group(reader, value, path, GAINS(DISTANCE), NULL);
     const struct vector apart = gap(reader, &ends[0].at, &ends[1].at);
-    add_row(&group, ROW_POSITION, expr_sub(g, expr_sqrt(g, dot(reader, apart, apart)), e), NULL);
+    add_row(&group, ROW_POSITION, expr_sub(g, expr_sqrt(g, dot(reader, apart, apart)), e), force, NULL);
 }
 
 /* ---- a whole orientation ---- */
@@ -333,7 +338,7 @@ static void read_orientation(const struct reader *reader, const struct value *va
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
         const expression twice_sine = expr_sub(g, R.at[3 * k + j], R.at[3 * j + k]);
-        add_programme(&group, ROW_POSITION, expr_mul(g, scale, twice_sine), component_names[i]);
+        add_programme(&group, ROW_POSITION, expr_mul(g, scale, twice_sine), moment, component_names[i]);
     }
 }
 
@@ -397,7 +402,7 @@ static void add_closed_positions(const struct group *group, const struct closing
     for (int i = 0; i < 3; i++)
         if (!closing->slides[i])
             add_row(group, ROW_POSITION,
-                    slides ? dot(group->reader, apart, axis_of(group->reader, b, i)) : apart.at[i],
+                    slides ? dot(group->reader, apart, axis_of(group->reader, b, i)) : apart.at[i], force,
                     component_names[i]);
 }
 
@@ -410,14 +415,14 @@ static void add_closed_turns(const struct group *group, const struct closing *cl
     const int first = closing->turns[0], second = closing->turns[1];
     if (closing->turn_count == 1) {
         const struct axis axis = {.at = *b, .direction = vector_unit(first)};
-        add_parallel(group, axis_of(reader, a, first), &axis, parts);
+        add_parallel(group, axis_of(reader, a, first), &axis, moment, parts);
     } else if (closing->turn_count == 2) {
         add_row(group, ROW_POSITION, dot(reader, axis_of(reader, a, second), axis_of(reader, b, first)),
-                "turn");
+                moment, "turn");
     }
     for (int i = 0; closing->turn_count == 0 && i < 3; i++)
         add_row(group, ROW_POSITION, dot(reader, axis_of(reader, a, i), axis_of(reader, b, (i + 1) % 3)),
-                parts[i]);
+                moment, parts[i]);
 }
 
 static void read_close(const struct reader *reader, const struct value *value, const char *path) {
@@ -445,9 +450,18 @@ static int find_named_coordinate(const struct reader *reader, const struct value
     return found;
 }
 
-static expression driven(const struct group *group, int coordinate, expression value) {
-    struct graph *g = group->reader->check.graph;
+static expression away(const struct reader *reader, int coordinate, expression value) {
+    struct graph *g = reader->check.graph;
     return expr_sub(g, expr_symbol(g, SYMBOL_COORDINATE, coordinate, 0), value);
+}
+
+/* The last row drives or locks this coordinate. */
+static void note_driven(const struct reader *reader, int coordinate) {
+    reader->model->rows[reader->model->row_count - 1].driven = coordinate + 1;
+}
+
+static const char *unit_of_force(const struct reader *reader, int coordinate) {
+    return reader->tree->frames[coordinate].joint.is_revolute ? moment : force;
 }
 
 static void read_drive(const struct reader *reader, const struct value *value, const char *path) {
@@ -460,7 +474,8 @@ static void read_drive(const struct reader *reader, const struct value *value, c
     value_expression(check->graph, course, &e);
     const char *name = memory_format(check->memory, "drive %s", reader->tree->frames[coordinate].name);
     const struct group group = start_group(reader, value, path, GAINS(DRIVE), name);
-    add_programme(&group, ROW_POSITION, driven(&group, coordinate, e), NULL);
+    add_programme(&group, ROW_POSITION, away(reader, coordinate, e), unit_of_force(reader, coordinate), NULL);
+    note_driven(reader, coordinate);
 }
 
 /* The position at which a coordinate is locked if the model does not give one: an anchored parameter with its
@@ -488,8 +503,8 @@ static void read_lock(const struct reader *reader, const struct value *value, co
                              : start_parameter(reader, value, coordinate);
     const char *name = memory_format(check->memory, "lock %s", reader->tree->frames[coordinate].name);
     const struct group group = start_group(reader, value, path, GAINS(LOCK), name);
-    add_row(&group, ROW_POSITION, driven(&group, coordinate, e), NULL);
-    reader->model->rows[reader->model->row_count - 1].locked = coordinate + 1;
+    add_row(&group, ROW_POSITION, away(reader, coordinate, e), unit_of_force(reader, coordinate), NULL);
+    note_driven(reader, coordinate);
 }
 
 /* ---- contacts ---- */
@@ -530,7 +545,7 @@ static void read_contact(const struct reader *reader, const struct value *value,
         return;
     const expression rests = declarations_add_mode(check->declarations, value->place,
                                                    memory_format(check->memory, "%s_rests", group.name));
-    add_row(&group, ROW_POSITION, expr_mul(check->graph, rests, gap), NULL);
+    add_row(&group, ROW_POSITION, expr_mul(check->graph, rests, gap), any_unit, NULL);
     model->rows[model->row_count - 1].rests = rests;
     add_contact_event(&group, gap, fields_get_value(check, value, FIELD_CONTACT_restitution),
                       check->declarations->parameter_count - 1);

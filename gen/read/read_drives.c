@@ -78,7 +78,8 @@ static void refuse_locked(const struct reader *reader) {
     const struct model *model = reader->model;
     for (int i = 0; i < model->drive_count; i++)
         for (int j = 0; j < model->row_count; j++)
-            if (model->drives[i].coordinate >= 0 && model->rows[j].locked == model->drives[i].coordinate + 1)
+            if (model->drives[i].coordinate >= 0 && !model->rows[j].is_programme &&
+                model->rows[j].driven == model->drives[i].coordinate + 1)
                 message_error(reader->check.messages, model->drives[i].place,
                               "drives[%d]: %s is locked (rd.lock), so that a drive has no effect on it; "
                               "remove one of them",

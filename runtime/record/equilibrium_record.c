@@ -19,19 +19,23 @@ static const char *const criterion_words[] = {[REFDYN_BY_POTENTIAL] = "potential
                                               [REFDYN_BY_LINEAR_MOTION] = "linear motion",
                                               [REFDYN_BY_SYMMETRIC_PART] = "symmetric part"};
 
-static const char *const criterion_notes[] = {
-    [REFDYN_BY_LINEAR_MOTION] = "its forces have no potential, so the growing modes were counted; refdyn "
-                                "modes shows them",
-    [REFDYN_BY_SYMMETRIC_PART] =
-        "its forces have no potential and the motion no finite tangent, so the symmetric part of the "
-        "stiffness was used"};
+/* Why the potential did not decide. */
+static const char *criterion_note(const struct refdyn_statics_result *result) {
+    if (result->criterion == REFDYN_BY_SYMMETRIC_PART)
+        return "its forces have no potential and the motion no finite tangent, so the symmetric part of the "
+               "stiffness was used";
+    return result->has_potential ? "dampers or states can add energy there, so the growing modes were "
+                                   "counted; refdyn modes shows them"
+                                 : "its forces have no potential, so the growing modes were counted; refdyn "
+                                   "modes shows them";
+}
 
-/* Prints how stability was determined if the forces have no potential. */
+/* Prints how stability was determined if the potential did not decide. */
 static void print_criterion(const struct refdyn_statics_result *result, FILE *out) {
     char text[RECORD_STABILITY_LENGTH];
-    if (!result->has_potential)
+    if (result->criterion != REFDYN_BY_POTENTIAL)
         fprintf(out, "refdyn: the equilibrium is %s; %s\n", record_stability_text(result, text),
-                criterion_notes[result->criterion]);
+                criterion_note(result));
 }
 
 static void warn_of_instability(const struct record_equilibrium *equilibrium, FILE *out) {
@@ -41,8 +45,8 @@ static void warn_of_instability(const struct record_equilibrium *equilibrium, FI
     if (result->unstable_coordinate >= 0)
         fprintf(out, ", %s moves most",
                 equilibrium->work->model->coordinates[result->unstable_coordinate].name);
-    if (!result->has_potential)
-        fprintf(out, "; %s", criterion_notes[result->criterion]);
+    if (result->criterion != REFDYN_BY_POTENTIAL)
+        fprintf(out, "; %s", criterion_note(result));
     else if (equilibrium->options->way != REFDYN_DOWNHILL)
         fputs("; --way downhill finds a stable one", out);
     fputc('\n', out);
@@ -88,7 +92,8 @@ static void print_rows_without_part(const struct record_equilibrium *equilibrium
         if (next < statics->row_count && statics->rows[next] == i)
             next++;
         else if (row->level != REFDYN_POSITION)
-            fprintf(out, "refdyn: the row %s is not a row of positions and has no part in statics\n",
+            fprintf(out,
+                    "refdyn: the row %s is not a row of positions and has no part in statics or stability\n",
                     row->name);
         else if (equilibrium->starts[i])
             fprintf(

@@ -1,6 +1,8 @@
 /* Records the events of a motion, and writes them into summaries and messages. */
 #include "runtime/record/record.h"
 
+#include <math.h>
+
 enum {
     LISTED_MOST = 8 /* events listed in the text of a summary */
 };
@@ -13,6 +15,9 @@ void record_events_start(struct record_events *events, struct record_memory memo
         return;
     events->list = memory.get(memory.context, RECORD_EVENTS_KEPT * sizeof *events->list);
     events->modes = memory.get(memory.context, (contacts + 1) * sizeof *events->modes);
+    events->left = memory.get(memory.context, (contacts + 1) * sizeof *events->left);
+    for (size_t k = 0; k < contacts; k++)
+        events->left[k] = NAN;
 }
 
 static const char *const kind_names[] = {"", "impact", "rests", "leaves"};
@@ -32,7 +37,8 @@ static int contact_of(const struct refdyn_model *model, int event) {
     return model->events[event].contact - 1 - refdyn_programme_rows(model);
 }
 
-/* Modes change at the beginning of a call, at the time at which the last call stopped. */
+/* Modes change at the beginning of steps. A contact may rest and open again between two calls. A new start
+ * opens contacts as well. */
 static void take_modes(struct record_events *record, const struct refdyn_integrator *integrator) {
     const struct refdyn_model *model = integrator->work->model;
     record->lacks_forces |= !integrator->forces_are_unique;
@@ -40,13 +46,16 @@ static void take_modes(struct record_events *record, const struct refdyn_integra
         const int k = contact_of(model, i);
         if (k < 0)
             continue;
-        const int was_free = record->modes[k] == REFDYN_CONTACT_FREE;
-        const int is_free = integrator->contact_mode[k] == REFDYN_CONTACT_FREE;
-        if (was_free && !is_free)
+        const double left = integrator->contact_left[k];
+        const bool was_free = record->modes[k] == REFDYN_CONTACT_FREE;
+        const bool is_free = integrator->contact_mode[k] == REFDYN_CONTACT_FREE;
+        const bool has_left = !isnan(left) && left != record->left[k];
+        if (was_free && (has_left || !is_free))
             add(record, (struct record_mark){i, RECORD_RESTS, integrator->contact_since[k]});
-        else if (is_free && !was_free)
-            add(record, (struct record_mark){i, RECORD_LEAVES, record->t_last});
+        if (has_left || (is_free && !was_free))
+            add(record, (struct record_mark){i, RECORD_LEAVES, has_left ? left : record->t_last});
         record->modes[k] = integrator->contact_mode[k];
+        record->left[k] = left;
     }
 }
 

@@ -77,6 +77,50 @@ static void print_gap(const struct refdyn_workspace *work, double t, const doubl
     free(values);
 }
 
+/* Two turns whose entries in M are as of one axis: 1 - M_ij^2/(M_ii M_jj) is below this. */
+static const double parallel = 1e-12;
+
+static bool are_parallel(const double *M, int n, int i, int j) {
+    return M[i * n + i] * M[j * n + j] - M[i * n + j] * M[i * n + j] <=
+           parallel * M[i * n + i] * M[j * n + j];
+}
+
+/* A singular position of three turns at one point: the middle one has brought the axes of the others onto one
+ * line, so that no rates of the angles belong to a turn about the third direction. Returns the last of the
+ * three turns, the failing one or one after it; -1: the failure has another reason. */
+static int find_parallel_turns(const struct refdyn_model *model, const double *M, int failing) {
+    for (int last = failing; last < refdyn_joint_count(model); last++) {
+        const int middle = model->parent[last], first = middle >= 0 ? model->parent[middle] : -1;
+        if (first >= 0 && (failing == first || failing == last) && are_parallel(M, model->n, first, last))
+            return last;
+    }
+    return -1;
+}
+
+/* After MASS_NOT_POSITIVE: names the turns that are about one axis, and the remedy. */
+static void print_parallel_turns(const struct refdyn_workspace *work, double t, const double *q,
+                                 const double *qd, FILE *out) {
+    const struct refdyn_model *model = work->model;
+    const size_t n = (size_t)model->n;
+    double *M = model->M && qd ? malloc(n * n * sizeof *M) : NULL;
+    if (!M)
+        return;
+    model->M(work->p, work->x, t, q, qd, M);
+    const int last = work->fault.coordinate < 0 ? -1 : find_parallel_turns(model, M, work->fault.coordinate);
+    if (last >= 0) {
+        const int middle = model->parent[last];
+        fprintf(
+            out,
+            "refdyn: %s and %s are about one axis at %s = %.4g degrees, where three turns do not describe "
+            "all rotations; list the turns of the joint in another order, or put a constant `turn` before "
+            "the joint, so that %s stays away from this value\n",
+            model->coordinates[model->parent[middle]].name, model->coordinates[last].name,
+            model->coordinates[middle].name, q[middle] * 180 / 3.14159265358979323846,
+            model->coordinates[middle].name);
+    }
+    free(M);
+}
+
 void record_print_failed(const struct refdyn_workspace *work, int result, double t, const double *q,
                          const double *qd, FILE *out) {
     char text[RECORD_NUMBER_LENGTH];
@@ -91,6 +135,8 @@ void record_print_failed(const struct refdyn_workspace *work, int result, double
         print_values("qd", work->model, false, qd, "_d", work->fault.coordinate, out);
     if (qd)
         print_values("states", work->model, true, qd, "", work->fault.coordinate, out);
+    if (result == REFDYN_MASS_NOT_POSITIVE)
+        print_parallel_turns(work, t, q, qd, out);
 }
 
 /* Returns phi of row a, or psi if it is no position row. */

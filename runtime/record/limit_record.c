@@ -59,7 +59,7 @@ void record_limits_clear(struct record_limits *limits) {
         limit->smallest = INFINITY;
         limit->largest = -INFINITY;
         limit->t_smallest = limit->t_largest = limit->duration = 0;
-        limit->t_first = limit->begin = limit->end = NAN;
+        limit->t_first = limit->t_open = limit->begin = limit->end = NAN;
     }
 }
 
@@ -185,6 +185,8 @@ static double crossing(struct record_limits *limits, const struct record_limit *
 }
 
 static void widen(struct record_limit *limit, struct point point) {
+    if (isnan(point.value) && isnan(limit->t_open))
+        limit->t_open = point.t;
     if (point.value < limit->smallest) {
         limit->smallest = point.value;
         limit->t_smallest = point.t;
@@ -304,6 +306,12 @@ void record_limits_print(const struct record_limits *limits, FILE *out) {
         const struct record_bound *bound = &limit->bound;
         const bool is_above = limit->largest - bound->to > bound->from - limit->smallest;
         const bool is_force = strncmp(bound->column, force_lead, sizeof force_lead - 1) == 0;
+        if (!isnan(limit->t_open))
+            fprintf(out,
+                    "refdyn: warning: %s: redundant rows share %s in any proportion from t = %s s on, so "
+                    "that its "
+                    "limits are not compared there; remove the redundant rows\n",
+                    bound->name, bound->column, near_number(limit->t_open, first));
         if (isnan(limit->t_first))
             continue;
         fprintf(out,

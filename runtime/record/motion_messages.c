@@ -129,11 +129,33 @@ static void print_free_contacts(const struct record_motion *motion, FILE *out) {
     }
 }
 
+/* Names the multipliers that redundant rows share in any proportion, and with them forces of drives. */
+static void print_open(const struct record_motion *motion, FILE *out) {
+    struct refdyn_integrator *integrator = motion->integrator;
+    const struct refdyn_model *model = integrator->work->model;
+    double *values = malloc(((size_t)model->n + (size_t)model->m + 1) * sizeof *values);
+    const bool has_forces = values && refdyn_integrator_multipliers(integrator, values) == REFDYN_OK &&
+                            refdyn_integrator_force(integrator, values + model->m) == REFDYN_OK;
+    int open = 0;
+    for (int i = 0; has_forces && i < model->m + refdyn_joint_count(model); i++)
+        if (isnan(values[i])) {
+            fputs(open++ ? ", " : "refdyn: warning: forces that are not unique, nan in the results: ", out);
+            if (i < model->m)
+                fprintf(out, "the multiplier of %s", model->rows[i].name);
+            else
+                fprintf(out, "force_%s", model->coordinates[i - model->m].name);
+        }
+    if (open)
+        fputc('\n', out);
+    free(values);
+}
+
 void record_print_start(const struct record_motion *motion, bool is_as_requested, FILE *out) {
     print_off(motion, is_as_requested, out);
     print_beyond(motion, out);
     print_free_contacts(motion, out);
     record_print_redundant_rows(motion->work, out);
+    print_open(motion, out);
 }
 
 /* Returns whether a row has gains, or could have gains that the runtime computes from the step. */

@@ -1,6 +1,7 @@
 /* The columns of a motion: their names and units, and their values at the integrator's state. */
 #include "runtime/record/record.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -14,6 +15,7 @@ static const char *const point_units[] = {"m", "m/s", "m/s^2"};
 
 const char record_acceleration_lead[] = "acceleration_", record_acceleration_ending[] = "_dd";
 const char record_input_lead[] = "input_";
+static const char multiplier_lead[] = "lambda_", force_lead[] = "force_";
 
 /* A growing list of columns; a unit is NULL where the model has none. */
 struct columns {
@@ -33,12 +35,13 @@ struct block {
     void (*name)(const struct refdyn_model *model, struct columns *columns);
     void (*put)(struct record_table *table);
     enum needs needs;
+    bool may_be_open; /* NaN where rows depend on each other so that a value is not unique */
 };
 
-static const char *format_name(const struct columns *columns, const char *format, ...)
+static char *format_name(const struct columns *columns, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-static const char *format_name(const struct columns *columns, const char *format, ...) {
+static char *format_name(const struct columns *columns, const char *format, ...) {
     va_list list, again;
     va_start(list, format);
     va_copy(again, list);
@@ -70,9 +73,9 @@ static void end_parts(struct columns *columns) {
     columns->part_count = kept;
 }
 
-/* Returns whether one of the first `count` columns has this name. */
-static bool has_name(const struct columns *columns, const char *name, int count) {
-    for (int i = 0; i < count; i++)
+/* Returns whether one of the columns from `from` to before `to` has this name. */
+static bool has_name(const struct columns *columns, const char *name, int from, int to) {
+    for (int i = from; i < to; i++)
         if (strcmp(columns->names[i], name) == 0)
             return true;
     return false;
@@ -81,7 +84,7 @@ static bool has_name(const struct columns *columns, const char *name, int count)
 /* Prefixes all columns from `first` on with their kind until none of their names occurs before. */
 static void settle(struct columns *columns, int first, const char *lead) {
     for (int i = first; i < columns->count;) {
-        if (!has_name(columns, columns->names[i++], first))
+        if (!has_name(columns, columns->names[i++], 0, first))
             continue;
         for (int j = first; j < columns->count; j++)
             columns->names[j] = format_name(columns, "%s%s", lead, columns->names[j]);
@@ -126,6 +129,22 @@ static void name_residuals(const struct refdyn_model *model, struct columns *col
             add_name(columns, format_name(columns, "psi_%d", i + 1), NULL);
 }
 
+/* "loop 1 x" becomes "lambda_loop_1_x"; of rows with one name, all but the first also get their number. */
+static void name_multipliers(const struct refdyn_model *model, struct columns *columns) {
+    const int first = columns->count;
+    begin_part(columns, "/lambda", "/lambda_row", columns->names + first);
+    for (int i = 0; i < model->m; i++) {
+        char *name = format_name(columns, "%s%s", multiplier_lead, model->rows[i].name);
+        for (char *at = name; *at; at++)
+            if (!isalnum((unsigned char)*at))
+                *at = '_';
+        const bool is_taken = has_name(columns, name, first, columns->count);
+        add_name(columns, is_taken ? format_name(columns, "%s_%d", name, i + 1) : name,
+                 *model->rows[i].unit ? model->rows[i].unit : NULL);
+    }
+    settle(columns, first, multiplier_lead);
+}
+
 static bool is_slide(const struct refdyn_name *coordinate) {
     return strcmp(coordinate->unit, "m") == 0;
 }
@@ -154,9 +173,9 @@ static void name_forces(const struct refdyn_model *model, struct columns *column
     const int first = columns->count;
     begin_part(columns, "/force", "/coordinate", columns->names + 1);
     for (int i = 0; i < refdyn_joint_count(model); i++)
-        add_name(columns, format_name(columns, "force_%s", model->coordinates[i].name),
+        add_name(columns, format_name(columns, "%s%s", force_lead, model->coordinates[i].name),
                  is_slide(&model->coordinates[i]) ? "N" : "N m");
-    settle(columns, first, "force_");
+    settle(columns, first, force_lead);
 }
 
 static void name_states(const struct refdyn_model *model, struct columns *columns) {
@@ -265,6 +284,11 @@ static void put_residuals(struct record_table *table) {
             put_value(table, work->psi[i]);
 }
 
+static void put_multipliers(struct record_table *table) {
+    refdyn_integrator_multipliers(table->integrator, table->scratch);
+    put_values(table, table->scratch, table->integrator->work->m);
+}
+
 static void put_courses(struct record_table *table) {
     const struct refdyn_integrator *integrator = table->integrator;
     const struct refdyn_workspace *work = integrator->work;
@@ -350,8 +374,9 @@ static const struct block blocks[RECORD_BLOCKS] = {
     [RECORD_STATE] = {name_state, put_state_cells, NEEDS_STATE},
     [RECORD_POINTS] = {name_points, put_points, NEEDS_ACCELERATIONS},
     [RECORD_RESIDUALS] = {name_residuals, put_residuals, NEEDS_STATE},
+    [RECORD_MULTIPLIERS] = {name_multipliers, put_multipliers, NEEDS_ROWS, true},
     [RECORD_ENERGY] = {name_energy, put_energy, NEEDS_STATE},
-    [RECORD_FORCES] = {name_forces, put_forces, NEEDS_ROWS},
+    [RECORD_FORCES] = {name_forces, put_forces, NEEDS_ROWS, true},
     [RECORD_STATES] = {name_states, put_states, NEEDS_STATE},
     [RECORD_INPUTS] = {name_inputs, put_inputs, NEEDS_STATE},
     [RECORD_COURSES] = {name_courses, put_courses, NEEDS_STATE},
@@ -366,7 +391,7 @@ static void *allocate(struct record_memory memory, size_t count, size_t size) {
 static void name_columns(const struct refdyn_model *model, struct columns *columns, int *ends) {
     const int angular = columns->spatial ? columns->spatial->count : 0;
     const size_t most = 6 * (size_t)angular + 2 + 4 * (size_t)model->n + 9 * (size_t)model->point_count +
-                        4 * (size_t)model->m + (size_t)model->input_count + (size_t)model->course_count;
+                        5 * (size_t)model->m + (size_t)model->input_count + (size_t)model->course_count;
     columns->names = allocate(columns->memory, most, sizeof *columns->names);
     columns->units = allocate(columns->memory, most, sizeof *columns->units);
     columns->parts = allocate(columns->memory, most + RECORD_BLOCKS, sizeof *columns->parts);
@@ -451,11 +476,24 @@ void record_table_fill(struct record_table *table) {
             blocks[block].put(table);
 }
 
+void record_table_fill_row(struct record_table *table) {
+    const bool is_after = refdyn_integrator_see_after(table->integrator);
+    record_table_fill(table);
+    if (is_after)
+        refdyn_integrator_see_before(table->integrator);
+}
+
 const char *record_table_not_finite(const struct record_table *table) {
-    for (int i = 0; i < table->count; i++)
-        if (!isfinite(table->values[i]))
-            return table->names[i];
+    for (int block = 0, i = 0; block < RECORD_BLOCKS; block++)
+        for (; i < table->ends[block]; i++)
+            if (!isfinite(table->values[i]) && !(isnan(table->values[i]) && blocks[block].may_be_open))
+                return table->names[i];
     return NULL;
+}
+
+bool record_may_be_open(const char *name) {
+    return strncmp(name, multiplier_lead, sizeof multiplier_lead - 1) == 0 ||
+           strncmp(name, force_lead, sizeof force_lead - 1) == 0;
 }
 
 int record_table_find(const struct record_table *table, const char *name, size_t length) {

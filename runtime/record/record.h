@@ -54,6 +54,7 @@ enum record_block {
     RECORD_STATE, /* t, coordinates and rates */
     RECORD_POINTS,
     RECORD_RESIDUALS,
+    RECORD_MULTIPLIERS,
     RECORD_ENERGY,
     RECORD_FORCES,
     RECORD_STATES, /* continuous ones */
@@ -100,8 +101,14 @@ void record_table_start(struct record_table *table, struct record_memory memory,
 void record_table_want(struct record_table *table, const bool *wanted);
 /* Computes the values at the integrator's state. */
 void record_table_fill(struct record_table *table);
-/* The first column that is infinite or NaN after record_table_fill, NULL if all are finite. */
+/* The same for a row of results: where events set inputs and parameters at this time, their values after it,
+ * and all that follows from these. An input therefore holds from its row on. */
+void record_table_fill_row(struct record_table *table);
+/* The first column that is infinite or NaN after record_table_fill, NULL if there is none. Multipliers and
+ * forces that are not unique are NaN and do not count. */
 const char *record_table_not_finite(const struct record_table *table);
+/* Returns whether a column of this name may be NaN in the rows of a motion: a force that is not unique. */
+bool record_may_be_open(const char *name);
 /* Returns whether the column is the value of a continuous state. */
 bool record_table_is_state(const struct record_table *table, int column);
 /* The column with this name, -1 if there is none. */
@@ -158,6 +165,7 @@ struct record_mark {
 struct record_events {
     struct record_mark *list; /* (RECORD_EVENTS_KEPT), NULL if the model has no events */
     int *modes;               /* (contact_count) modes of the contacts at the last call */
+    double *left;             /* (contact_count) when they had last opened then; NaN: never [s] */
     long count;               /* of all events */
     bool has_ended;           /* by the event `end` */
     struct record_mark end;
@@ -201,6 +209,7 @@ struct record_limit {
     double smallest, t_smallest, largest, t_largest; /* extremes and their times */
     double begin, end;                               /* values at the first and the last time */
     double t_first, duration; /* first time beyond the limit, NAN: none; all of that time [s] */
+    double t_open;            /* first time at which the value was not unique (NaN), NAN: none [s] */
 };
 
 struct record_limits {

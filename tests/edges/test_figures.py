@@ -175,7 +175,7 @@ def test_units(tmp_path):
            "--summary", "run.json", cwd=tmp_path)
     units = json.loads((tmp_path / "run.json").read_text())["units"]
     columns = (tmp_path / "run.csv").read_text().split("\n")[0].split(",")
-    assert [name for name in columns if name not in units] == ["phi_1", "psi_1", "psi_2", "torque", "vertical_velocity"] and set(units) <= set(columns)
+    assert [name for name in columns if name not in units] == ["phi_1", "psi_1", "psi_2", "lambda_ellipse", "lambda_rise", "torque", "vertical_velocity"] and set(units) <= set(columns)
     wanted = {"t": "s", "base_z": "m", "arm_psi": "rad", "arm_psi_1_d": "rad/s", "effector_z_d": "m/s", "E_x": "m", "E_zd": "m/s", "E_ydd": "m/s^2",
               "energy": "J", "force_base_z": "N", "force_arm_psi_1": "N m", "tau": "N m"}
     assert {name: units[name] for name in wanted} == wanted

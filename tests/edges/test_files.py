@@ -13,7 +13,7 @@ import time
 import pytest
 
 from harm import files_in
-from program import MODELS, REFDYN, REFERENCE, TESTS, evaluate, read_run, refdyn
+from program import MODELS, REFDYN, REFERENCE, SOURCE, TESTS, evaluate, read_run, refdyn
 
 PENDULUM = TESTS / "models" / "double_pendulum.lua"
 BRANCHED = MODELS / "branched.lua"
@@ -224,6 +224,72 @@ def test_a_link_stays_a_link(tmp_path):
     (tmp_path / "x").symlink_to("y")
     (tmp_path / "y").symlink_to("x")
     assert "the link cannot be followed" in run("eval", PENDULUM, "-o", tmp_path / "x").stderr
+
+
+def as_owner(path, owner):
+    if owner != os.geteuid():
+        os.chown(path, owner, owner, follow_symlinks=False)
+
+
+@pytest.mark.parametrize("through", ["itself", "a link to it", "a folder", "its part", "a hard link of its part"])
+@pytest.mark.parametrize("is_ours", [True, False], ids=["ours", "of another user"])
+def test_links_of_other_users(is_ours, through, tmp_path):
+    """In a folder of all users, a link leads where its owner wants. Root follows it no more than others do."""
+    if not IS_ROOT:
+        pytest.skip("needs files of two users")
+    common, private = tmp_path / "common", tmp_path / "private"
+    common.mkdir()
+    private.mkdir()
+    common.chmod(0o1777)
+    victim = private / "victim"
+    victim.write_text("kept")
+    owner = os.geteuid() if is_ours else OTHER
+    name = common / "x"
+    if through == "a folder":
+        (common / "folder").symlink_to(private)
+        as_owner(common / "folder", owner)
+        name = common / "folder" / "victim"
+    elif "part" in through:
+        part = common / "x.part"
+        os.link(victim, part) if "hard" in through else part.symlink_to(victim)
+    else:
+        name.symlink_to(victim)
+        as_owner(name, owner)
+        if through == "a link to it":
+            name = tmp_path / "ours"
+            name.symlink_to(common / "x")
+    done = run("eval", PENDULUM, "-o", name)
+    is_followed = is_ours and "part" not in through
+    assert done.returncode == (0 if is_followed else 1) and (victim.read_text() == "kept") == (not is_followed), done.stderr
+    assert is_followed or "link of another user" in done.stderr or "NAME.part exists" in done.stderr or "Too many levels" in done.stderr
+    assert not files_in(private) or files_in(private) == ["victim"]
+
+
+@pytest.mark.parametrize("name", ["z.start.json", "z.csv", "z.json"])
+def test_links_in_place_of_files_that_a_motion_adds(name, tmp_path):
+    """Also under a name that follows from that of the output. This is reported before the work."""
+    if not IS_ROOT:
+        pytest.skip("needs files of two users")
+    tmp_path.chmod(0o1777)
+    (tmp_path / name).symlink_to(tmp_path / "elsewhere")
+    as_owner(tmp_path / name, OTHER)
+    done = run("sim", SOURCE / "docs" / "drives" / "hub_link.lua", "--realise", "--until", "1", "-o", "z.csv", "--summary", "z.json", cwd=tmp_path)
+    assert done.returncode == 1 and f"{name}: output: is or passes through a link of another user" in done.stderr
+    assert sorted(os.listdir(tmp_path)) == [name]
+
+
+def test_a_motion_that_goes_to_a_device_adds_no_file(tmp_path):
+    done = run("sim", SOURCE / "docs" / "drives" / "hub_link.lua", "--realise", "--until", "1", "-o", "/dev/null", cwd=tmp_path)
+    assert done.returncode == 0 and not os.path.exists("/dev/null.start.json"), done.stderr
+
+
+def test_a_named_pipe_is_no_output(tmp_path):
+    """A shell's own pipe is one, under its name in /dev."""
+    os.mkfifo(tmp_path / "pipe")
+    done = run("eval", PENDULUM, "-o", tmp_path / "pipe")
+    assert done.returncode == 1 and "is a named pipe" in done.stderr
+    done = subprocess.run(["bash", "-c", f"{REFDYN} eval {PENDULUM} -o >(cat)"], capture_output=True, text=True)
+    assert done.returncode == 0 and json.loads(done.stdout)
 
 
 # ---- Unwritable targets ----

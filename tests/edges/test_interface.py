@@ -299,12 +299,12 @@ static void workspace_without_memory(void) {
 }
 
 static void every_status_has_a_text(void) {
-    for (int status = REFDYN_NO_DERIVATIVE; status <= REFDYN_ROWS_UNMET; status++) {
+    for (int status = REFDYN_CONTACT_PULLS; status <= REFDYN_ROWS_UNMET; status++) {
         CHECK(strcmp(refdyn_status_text(status), refdyn_status_text(1000)) != 0);
-        for (int other = REFDYN_NO_DERIVATIVE; other < status; other++)
+        for (int other = REFDYN_CONTACT_PULLS; other < status; other++)
             CHECK(strcmp(refdyn_status_text(status), refdyn_status_text(other)) != 0);
     }
-    CHECK(strcmp(refdyn_status_text(REFDYN_NO_DERIVATIVE - 1), refdyn_status_text(1000)) == 0);
+    CHECK(strcmp(refdyn_status_text(REFDYN_CONTACT_PULLS - 1), refdyn_status_text(1000)) == 0);
 }
 
 static const struct {

@@ -144,7 +144,8 @@ static inline void spring_power(const double *p, const double *x, double t, cons
 
 static const struct refdyn_name spring_coordinates[] = {
     {"cart", "m", 0.0713}, {"rod", "m", 0.9171}, {"angle", "rad", 0.5313}};
-static const struct refdyn_row spring_rows[] = {{"sweep", REFDYN_POSITION}, {"speed", REFDYN_VELOCITY}};
+static const struct refdyn_row spring_rows[] = {{"sweep", REFDYN_POSITION, 0, ""},
+                                                {"speed", REFDYN_VELOCITY, 0, ""}};
 
 static inline struct refdyn_model spring_model(int rows) {
     return (struct refdyn_model){
@@ -232,10 +233,10 @@ static const struct refdyn_name cranks_coordinates[] = {{"crank_1", "rad", 0.913
                                                         {"coupler", "rad", 0},
                                                         {"crank_2", "rad", 0.9131},
                                                         {"crank_3", "rad", 0.9131}};
-static const struct refdyn_row cranks_rows[] = {{"far_x", REFDYN_POSITION},
-                                                {"far_y", REFDYN_POSITION},
-                                                {"near_x", REFDYN_POSITION},
-                                                {"near_y", REFDYN_POSITION}};
+static const struct refdyn_row cranks_rows[] = {{"far_x", REFDYN_POSITION, 0, ""},
+                                                {"far_y", REFDYN_POSITION, 0, ""},
+                                                {"near_x", REFDYN_POSITION, 0, ""},
+                                                {"near_y", REFDYN_POSITION, 0, ""}};
 
 static inline struct refdyn_model cranks_model(void) {
     return (struct refdyn_model){
@@ -274,7 +275,7 @@ static inline void rod_energy(const double *p, const double *x, double t, const 
 
 static const struct refdyn_name rod_coordinates[] = {{"x", "m", -1}, {"y", "m", 0}};
 static const struct refdyn_name rod_parameters[] = {{"g", "m/s^2", 9.81}};
-static const struct refdyn_row rod_rows[] = {{"rod", REFDYN_POSITION}};
+static const struct refdyn_row rod_rows[] = {{"rod", REFDYN_POSITION, 0, ""}};
 static const int rod_dependent[] = {0};
 
 static inline struct refdyn_model rod_model(const int *dependent) {
@@ -336,7 +337,8 @@ static inline void axis_equations(const double *p, const double *x, double t, co
 
 static const struct refdyn_name axis_coordinates[] = {
     {"left_x", "m", 0}, {"left_y", "m", 0.5}, {"right_x", "m", 1}, {"right_y", "m", 0.5}};
-static const struct refdyn_row axis_rows[] = {{"corner", REFDYN_POSITION}, {"axis", REFDYN_POSITION}};
+static const struct refdyn_row axis_rows[] = {{"corner", REFDYN_POSITION, 0, ""},
+                                              {"axis", REFDYN_POSITION, 0, ""}};
 
 static inline struct refdyn_model axis_model(void) {
     return (struct refdyn_model){

@@ -21,10 +21,10 @@ static void given_equations(const double *p, const double *x, double t, const do
 }
 
 static const struct refdyn_name given_coordinates[N_MOST];
-static const struct refdyn_row given_rows[M_MOST] = {{"one", REFDYN_POSITION},
-                                                     {"two", REFDYN_VELOCITY},
-                                                     {"three", REFDYN_POSITION},
-                                                     {"four", REFDYN_ACCELERATION}};
+static const struct refdyn_row given_rows[M_MOST] = {{"one", REFDYN_POSITION, 0, ""},
+                                                     {"two", REFDYN_VELOCITY, 0, ""},
+                                                     {"three", REFDYN_POSITION, 0, ""},
+                                                     {"four", REFDYN_ACCELERATION, 0, ""}};
 
 static struct refdyn_model given_model(int n, int m, const int *dependent) {
     given_count = n * n + n + m * n + 4 * m;

@@ -327,7 +327,7 @@ static struct refdyn_model bead_model(void) {
     static const struct refdyn_name parameters[] = {
         {"w", "N", 3.17}, {"s", "N/m", 0}, {"R", "m", 1.3}, {"R2", "m", 1.3}, {"turn", "N/m", 0}};
     static const struct refdyn_row rows[] = {
-        {"circle", REFDYN_POSITION}, {"again", REFDYN_POSITION}, {"rate", REFDYN_VELOCITY}};
+        {"circle", REFDYN_POSITION, 0, ""}, {"again", REFDYN_POSITION, 0, ""}, {"rate", REFDYN_VELOCITY, 0, ""}};
     return (struct refdyn_model){.interface_version = REFDYN_MODEL_VERSION,
                                  .name = "bead",
                                  .hash = "",

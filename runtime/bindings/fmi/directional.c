@@ -1,17 +1,17 @@
 /*
  * Directional derivatives.
  *
- * The derivatives of accelerations and programme forces are emitted. Most others follow from functions of the
- * model without differences. Functions quadratic in the rates, such as bias accelerations d(qd) and bias
- * forces h(qd), have the symmetric bilinear form b(a, v) = (b(a + v) - b(a - v))/4, exact for any length of
- * v. With v = dq:
+ * The derivatives of accelerations, and of programme forces on coordinates that no row drives, are emitted.
+ * Most others follow from functions of the model without differences. Functions quadratic in the rates, such
+ * as bias accelerations d(qd) and bias forces h(qd), have the symmetric bilinear form b(a, v) = (b(a + v) -
+ * b(a - v))/4, exact for any length of v. With v = dq:
  *
  *   d(rd) = C dqd + d(qd, v)          since both are r'', contracted with qd and v;
  *   d(T)  = qd.M dqd - qd.h(qd, v)    by Christoffel's symbols, of which two cancel;
  *   d(V)  = power(v) - v.Q(v)         Q without its forces that have no potential, at rates v.
  *
- * Central differences are used for courses, which are arbitrary formulas, for multipliers and for event
- * indicators.
+ * Central differences are used for courses, which are arbitrary formulas, for multipliers, forces of drives
+ * and event indicators.
  */
 #include "runtime/bindings/fmi/fmi.h"
 
@@ -143,10 +143,20 @@ static double energy_change(const struct fmu_instance *instance, int index,
 
 /* ---- By central differences ---- */
 
-/* Computes courses, indicators or multipliers at the state moved by a distance along the direction; scratch
- * for inputs follows the direction. */
-static int find_moved(struct fmu_instance *instance, enum fmu_kind kind, const struct direction *direction,
-                      double step) {
+/* The force on a coordinate of the rows that drive it, from the rates of a state whose row terms are in the
+ * workspace. */
+static double drive_force(const struct refdyn_workspace *work, const double *rates, int coordinate) {
+    double force = 0;
+    for (int a = 0; a < work->m; a++)
+        if (work->model->rows[a].driven == coordinate + 1)
+            force += rates[2 * work->n + 1 + a] * work->u[a * work->n + coordinate];
+    return force;
+}
+
+/* Computes courses, indicators or multipliers, or one force of drives, at the state moved by a distance along
+ * the direction; scratch for inputs follows the direction. */
+static int find_moved(struct fmu_instance *instance, struct fmu_variable unknown,
+                      const struct direction *direction, double step) {
     struct refdyn_integrator *integrator = &instance->integrator;
     struct refdyn_motion *motion = integrator->motion;
     struct refdyn_workspace *work = &instance->work;
@@ -162,15 +172,28 @@ static int find_moved(struct fmu_instance *instance, enum fmu_kind kind, const s
         x[i] = own[i] + step * direction->x[i];
     work->x = x;
     refdyn_parameters_enter(&motion->parameters, work);
-    if (kind == FMU_COURSE)
+    if (unknown.kind == FMU_COURSE)
         model->course(work->p, x, integrator->t_right, q, qd, direction->out);
-    else if (kind == FMU_INDICATOR)
+    else if (unknown.kind == FMU_INDICATOR)
         fmu_find_indicators(instance, q, direction->out);
     else
         status = refdyn_rates(&motion->step.evaluation, integrator->t_right, q, direction->out);
+    if (unknown.kind == FMU_FORCE && !status)
+        status = refdyn_row_terms(work, integrator->t_right, q, qd);
+    if (unknown.kind == FMU_FORCE)
+        direction->out[unknown.index] = drive_force(work, direction->out, unknown.index);
     refdyn_parameters_leave(&motion->parameters, work);
     work->x = own;
     return status;
+}
+
+/* Rates may have left the row terms of a moved state in the workspace. */
+static void restore_rows(struct fmu_instance *instance) {
+    const struct refdyn_integrator *integrator = &instance->integrator;
+    struct refdyn_parameters *parameters = &integrator->motion->parameters;
+    refdyn_parameters_enter(parameters, &instance->work);
+    refdyn_row_terms(&instance->work, integrator->t_right, integrator->q, integrator->qd);
+    refdyn_parameters_leave(parameters, &instance->work);
 }
 
 static double difference(struct fmu_instance *instance, struct fmu_variable unknown,
@@ -188,10 +211,11 @@ static double difference(struct fmu_instance *instance, struct fmu_variable unkn
     if (unknown.kind == FMU_CONTACT_FORCE && !instance->integrator.forces_are_unique)
         return NAN;
     for (int sign = 1; sign >= -1; sign -= 2) {
-        if (find_moved(instance, unknown.kind, direction, sign * step))
+        if (find_moved(instance, unknown, direction, sign * step))
             return NAN;
         sum += sign * direction->out[place];
     }
+    restore_rows(instance);
     return sum / (2 * step);
 }
 
@@ -219,6 +243,13 @@ static int has_derivative(const struct refdyn_model *model, enum fmu_kind kind) 
     }
 }
 
+static int is_driven(const struct refdyn_model *model, int coordinate) {
+    for (int a = 0; a < model->m; a++)
+        if (model->rows[a].driven == coordinate + 1)
+            return 1;
+    return 0;
+}
+
 static double change_of(struct fmu_instance *instance, struct fmu_variable unknown,
                         const struct direction *direction) {
     const int n = instance->work.n, i = unknown.index;
@@ -232,6 +263,9 @@ static double change_of(struct fmu_instance *instance, struct fmu_variable unkno
         fmu_fill(instance, FMU_D_QDD);
         return emitted(instance, instance->d_qdd, i, direction);
     case FMU_FORCE:
+        fmu_fill(instance, FMU_FORCES);
+        if (is_driven(instance->work.model, i))
+            return isnan(instance->force[i]) ? NAN : difference(instance, unknown, direction);
         fmu_fill(instance, FMU_D_FORCE);
         return emitted(instance, instance->d_force, i, direction);
     case FMU_POSITION:
@@ -241,8 +275,10 @@ static double change_of(struct fmu_instance *instance, struct fmu_variable unkno
         return velocity_change(instance, i, direction);
     case FMU_ENERGY:
         return energy_change(instance, i, direction);
-    case FMU_COURSE:
     case FMU_MULTIPLIER:
+        fmu_fill(instance, FMU_FORCES);
+        return isnan(instance->lambda[i]) ? NAN : difference(instance, unknown, direction);
+    case FMU_COURSE:
     case FMU_CONTACT_FORCE:
     case FMU_INDICATOR:
         return difference(instance, unknown, direction);

@@ -85,6 +85,7 @@ struct fmu_instance {
     double *rates;                   /* (2 n + 1 + m) */
     double *r, *rd, *rdd, *C;        /* positions, velocities, accelerations and Jacobians of points */
     double *energy, *force, *course; /* (3), (n), (course_count) */
+    double *lambda;                  /* (m) NaN for rows whose multiplier is not unique */
     double *drift, *J;               /* (spatial x 6), (spatial x 6 x n) */
     double *d_qdd, *d_force;         /* (n x (2 n + inputs)) derivatives by q, qd, inputs, in this order */
     double *zeros;                   /* (indicators) value that an event has left beyond zero */

@@ -65,8 +65,10 @@ void fmu_fill(struct fmu_instance *instance, unsigned blocks) {
         fill_points(instance);
     if (missing & FMU_ENERGIES)
         fill_energy(instance);
-    if (missing & FMU_FORCES)
+    if (missing & FMU_FORCES) {
         refdyn_integrator_force(&instance->integrator, instance->force);
+        refdyn_integrator_multipliers(&instance->integrator, instance->lambda);
+    }
     if (missing & FMU_COURSES && model->course)
         call(instance, model->course, instance->course);
     if (missing & FMU_ANGULAR)
@@ -148,7 +150,7 @@ static double value_of(struct fmu_instance *instance, struct fmu_variable variab
     case FMU_FORCE:
         return from_block(instance, FMU_FORCES, instance->force, i);
     case FMU_MULTIPLIER:
-        return integrator->lambda[i];
+        return from_block(instance, FMU_FORCES, instance->lambda, i);
     case FMU_COURSE:
         return from_block(instance, FMU_COURSES, instance->course, i);
     case FMU_ANGULAR_VELOCITY:

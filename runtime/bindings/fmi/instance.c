@@ -108,14 +108,15 @@ void fmu_tell_contacts(struct fmu_instance *instance) {
     const struct refdyn_integrator *integrator = &instance->integrator;
     const struct refdyn_model *model = instance->work.model;
     for (int k = 0; k < integrator->contact_count; k++) {
-        const double since = integrator->contact_since[k], known = instance->since[k];
+        const int is_free = integrator->contact_mode[k] == REFDYN_CONTACT_FREE;
+        const double since = is_free ? NAN : integrator->contact_since[k], known = instance->since[k];
         const char *name = model->rows[model->m - integrator->contact_count + k].name;
         instance->since[k] = since;
         if (isfinite(since) && !(since == known))
             fmu_tell(instance, FMU_OK, "t = %.9g s: contact %s rests from %.12g s on", integrator->t, name,
                      since);
         else if (!isfinite(since) && isfinite(known))
-            fmu_tell(instance, FMU_OK, "t = %.9g s: contact %s lets go", integrator->t, name);
+            fmu_tell(instance, FMU_OK, "t = %.9g s: contact %s lets go", integrator->contact_left[k], name);
     }
 }
 
@@ -147,6 +148,7 @@ static size_t lay_out(struct fmu_instance *instance, char *base) {
     instance->C = layout_doubles(&layout, rows * n);
     instance->energy = layout_doubles(&layout, 3);
     instance->force = layout_doubles(&layout, n);
+    instance->lambda = layout_doubles(&layout, model->m);
     instance->course = layout_doubles(&layout, model->course_count);
     instance->drift = layout_doubles(&layout, angular);
     instance->J = layout_doubles(&layout, angular * n);

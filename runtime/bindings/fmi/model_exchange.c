@@ -207,7 +207,6 @@ static void note_due(struct fmu_instance *instance) {
 /* Records negative gaps that importers have left. */
 static void note_inside(struct fmu_instance *instance) {
     struct refdyn_contacts *contacts = &instance->integrator.motion->state_events.contacts;
-    contacts->late = 0;
     for (int k = 0; k < contacts->count; k++)
         contacts->inside[k] =
             contacts->mode[k] == REFDYN_CONTACT_FREE ? fabs(instance->zeros[contacts->event[k]]) : 0;
@@ -316,6 +315,7 @@ enum fmu_status fmu_update_events(struct fmu_instance *instance, struct fmu_even
     refdyn_parameters_leave(&motion->parameters, &instance->work);
     if (status)
         return fail_at_events(instance, status);
+    motion->state_events.contacts.late = 0;
     note_rates(instance);
     update->changes_states = memcmp(integrator->q, motion->step.state, size) != 0;
     memcpy(integrator->q, motion->step.state, size);

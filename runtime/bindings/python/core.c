@@ -9,7 +9,6 @@
  */
 #include "runtime/bindings/python/extension.h"
 
-#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -100,174 +99,58 @@ PyObject *refdyn_library_function(PyObject *self, PyObject *arguments) {
 
 /* ---- One state ---- */
 
-/* The arguments of one call: the doubles of a view, scratch, or the model's values. */
-enum { VIEW_Q, VIEW_QD, VIEW_OUT, VIEW_P, VIEW_X, VIEWS };
-
-struct call {
-    Py_buffer views[VIEWS];
-    int is_open[VIEWS];
-    const double *p, *x, *q, *qd;
-    double t, *out;
-    double *own_p, *own_x, *scratch;
-    int prepares;              /* own_p must be prepared */
-    const PyTypeObject *array; /* the only type that a row may have */
-};
-
-enum { LOCAL_DOUBLES = 512 }; /* scratch on the stack, enough for small models */
-
-static void close_views(struct call *call) {
-    for (int i = 0; i < VIEWS; i++)
-        if (call->is_open[i])
-            PyBuffer_Release(&call->views[i]);
-}
-
-/* Opens one row of `count` doubles. Returns NULL, without a Python error, for anything else. */
-static double *open_row(struct call *call, int which, PyObject *object, int count) {
-    Py_buffer *view = &call->views[which];
-    if (Py_TYPE(object) != call->array)
+/* Returns qd of the call: the rates of a quantity, or zeros for None. If `qdd` (n) follows, both in one row.
+ */
+static const double *open_rates(struct one_call *call, const struct function *function, PyObject *qd,
+                                PyObject *qdd) {
+    const int n = function->library->model->n;
+    if (qd == Py_None)
+        return qdd ? NULL : function->rest;
+    if (!qdd)
+        return refdyn_one_call_row(call, VIEW_QD, qd, function->rates);
+    const double *rates = refdyn_one_call_row(call, VIEW_QD, qd, n),
+                 *accelerations = refdyn_one_call_row(call, VIEW_QDD, qdd, n);
+    if (!rates || !accelerations || function->rates != 2 * n)
         return NULL;
-    call->is_open[which] = refdyn_open_doubles(object, view, which == VIEW_OUT ? PyBUF_WRITABLE : 0);
-    if (!call->is_open[which] || view->len != count * (Py_ssize_t)sizeof(double) ||
-        (view->ndim != 1 && which != VIEW_OUT))
-        return NULL;
-    return view->buf;
+    memcpy(call->more, rates, (size_t)n * sizeof *rates);
+    memcpy(call->more + n, accelerations, (size_t)n * sizeof *accelerations);
+    return call->more;
 }
 
-/* Reads a finite Python number. Returns 0, without a Python error, for anything else. */
-static int read_number(PyObject *object, double *number) {
-    if (!PyFloat_Check(object) && !PyLong_CheckExact(object))
+/* Returns whether the arguments have the form of `one` and the model accepts the parameters; then out has the
+ * result. */
+static int compute_one(struct one_call *call, const struct function *function, PyObject *const *given,
+                       PyObject *qdd) {
+    double t;
+    const double *q = refdyn_one_call_row(call, VIEW_Q, given[0], function->library->model->n),
+                 *qd = open_rates(call, function, given[1], qdd);
+    double *out = refdyn_one_call_row(call, VIEW_OUT, given[3], function->size);
+    if (!q || !qd || !out || !refdyn_one_call_number(given[2], &t) ||
+        !refdyn_one_call_values(call, given[4], given[5]))
         return 0;
-    *number = PyFloat_AsDouble(object);
-    if (*number == -1 && PyErr_Occurred()) { /* an integer beyond the doubles */
-        PyErr_Clear();
-        return 0;
-    }
-    return isfinite(*number);
-}
-
-/* Writes the numbers of a dictionary to their places in `to`. Returns 0, without a Python error, if it has an
- * unknown name or anything but finite numbers. */
-static int read_by_name(const struct passing *passing, PyObject *given, double *to) {
-    PyObject *name, *value;
-    Py_ssize_t position = 0;
-    double number;
-    while (PyDict_Next(given, &position, &name, &value)) {
-        PyObject *place = PyUnicode_CheckExact(name) ? PyDict_GetItem(passing->places, name) : NULL;
-        if (!place || !read_number(value, &number))
-            return 0;
-        const long index = PyLong_AsLong(place);
-        if (index > UNREAD)
-            to[index] = number;
-    }
-    return 1;
-}
-
-/* Writes the numbers of an array to their places in `to`. `free`, unless NULL, is NaN where NaN is allowed.
- * Returns 0, without a Python error, for anything but a row of such numbers. */
-static int read_row(struct call *call, int which, const struct passing *passing, PyObject *given,
-                    const double *free, double *to) {
-    const double *row = open_row(call, which, given, passing->given);
-    int is_good = row != NULL;
-    for (int i = 0; is_good && i < passing->given; i++) {
-        const int place = passing->order[i];
-        const int may_be_nan = place == FREE_UNREAD || (place >= 0 && free && isnan(free[place]));
-        is_good = isfinite(row[i]) || (isnan(row[i]) && may_be_nan);
-        if (place > UNREAD)
-            to[place] = row[i];
-    }
+    int is_good;
+    Py_BEGIN_ALLOW_THREADS;
+    is_good = refdyn_one_call_prepare(call);
+    if (is_good)
+        function->of_one(call->p, call->x, t, q, qd, out);
+    Py_END_ALLOW_THREADS;
     return is_good;
 }
 
-/* Returns the inputs of the call; NULL, without a Python error, if Python has to check them. */
-static const double *open_inputs(struct call *call, const struct library *library, PyObject *given) {
-    if (given == Py_None)
-        return library->x;
-    memcpy(call->own_x, library->x, (size_t)library->model->input_count * sizeof *call->own_x);
-    const int is_good = PyDict_CheckExact(given)
-                            ? read_by_name(&library->inputs, given, call->own_x)
-                            : read_row(call, VIEW_X, &library->inputs, given, NULL, call->own_x);
-    return is_good ? call->own_x : NULL;
-}
-
-/* Returns the parameters of the call, prepared unless call->prepares; NULL as above. */
-static const double *open_parameters(struct call *call, const struct library *library, PyObject *given) {
-    const struct refdyn_model *model = library->model;
-    call->prepares = given != Py_None || (call->x != library->x && library->inputs_move_parameters);
-    if (!call->prepares)
-        return library->prepared;
-    memcpy(call->own_p, library->free_p, (size_t)model->parameter_count * sizeof *call->own_p);
-    if (given == Py_None)
-        return call->own_p;
-    const int is_good = PyDict_CheckExact(given) ? read_by_name(&library->parameters, given, call->own_p)
-                                                 : read_row(call, VIEW_P, &library->parameters, given,
-                                                            library->free_p, call->own_p);
-    return is_good ? call->own_p : NULL;
-}
-
-static int open_call(struct call *call, const struct function *function, PyObject *const *given) {
-    const struct library *library = function->library;
-    const int is_number = PyFloat_Check(given[2]) || PyLong_Check(given[2]);
-    call->q = open_row(call, VIEW_Q, given[0], library->model->n);
-    call->qd = given[1] == Py_None ? function->rest : open_row(call, VIEW_QD, given[1], function->rates);
-    call->t = is_number ? PyFloat_AsDouble(given[2]) : 0;
-    call->out = open_row(call, VIEW_OUT, given[3], function->size);
-    call->x = open_inputs(call, library, given[4]);
-    call->p = call->x ? open_parameters(call, library, given[5]) : NULL;
-    return is_number && call->q && call->qd && call->out && call->p;
-}
-
-/* Returns whether the model accepts the parameters, and then writes the result to out. */
-static int compute_one(const struct call *call, const struct function *function) {
-    const struct library *library = function->library;
-    const double *numbers;
-    int refused = -1;
-    Py_BEGIN_ALLOW_THREADS;
-    if (call->prepares) {
-        refdyn_prepare_values(library, call->own_p, call->x, call->scratch);
-        refused = refdyn_find_refused(library->model, call->p, call->x, call->scratch, &numbers);
-    }
-    if (refused < 0)
-        function->of_one(call->p, call->x, call->t, call->q, call->qd, call->out);
-    Py_END_ALLOW_THREADS;
-    return refused < 0;
-}
-
-/* Opens the arguments and computes, with `room` as scratch. Returns whether out has the result. */
-static int call_one(struct call *call, const struct function *function, PyObject *const *given,
-                    double *room) {
-    const struct refdyn_model *model = function->library->model;
-    call->own_x = room;
-    call->own_p = call->own_x + model->input_count;
-    call->scratch = call->own_p + refdyn_parameter_width(model);
-    const int is_good = open_call(call, function, given);
-    const int is_computed = is_good && !PyErr_Occurred() && compute_one(call, function);
-    close_views(call);
-    return is_computed;
-}
-
-/* one(q, qd, t, out, inputs, parameters): writes the result at one state to out. qd None means zero rates;
- * inputs and parameters are None, a dictionary of numbers or a row in the model's order. Returns False and
- * computes nothing if t is not a number, another argument is not of this form, or the model refuses the
- * parameters. */
+/* one(q, qd, t, out, inputs, parameters[, qdd]): writes the result at one state to out. qd None means zero
+ * rates; inputs and parameters are None, a dictionary of numbers or a row in the model's order. qdd: of a
+ * quantity that expects qd and qdd in one row. Returns False and computes nothing if t is not a finite
+ * number, another argument is not of this form, or the model refuses the parameters. */
 static PyObject *function_one(PyObject *self, PyObject *const *given, Py_ssize_t count) {
     const struct function *function = (const struct function *)self;
-    const struct types *types = PyType_GetModuleState(Py_TYPE(self));
-    const struct refdyn_model *model = function->library->model;
-    struct call call = {.t = 0, .array = types->array};
-    double local[LOCAL_DOUBLES];
-    if (count != 6)
-        return PyErr_Format(PyExc_TypeError, "one: has %zd arguments; must have 6", count);
-    const size_t size =
-        (size_t)(model->input_count + refdyn_parameter_width(model)) + refdyn_prepare_scratch(model);
-    double *room = size <= LOCAL_DOUBLES ? local : malloc(size * sizeof *room);
-    if (!room)
-        return PyErr_NoMemory();
-    const int is_good = call_one(&call, function, given, room);
-    if (room != local)
-        free(room);
-    if (PyErr_Occurred())
+    struct one_call call;
+    if (count != 6 && count != 7)
+        return PyErr_Format(PyExc_TypeError, "one: has %zd arguments; must have 6 or 7", count);
+    if (!refdyn_one_call_begin(&call, function->library, self, function->rates))
         return NULL;
-    return PyBool_FromLong(is_good);
+    const int is_good = compute_one(&call, function, given, count == 7 ? given[6] : NULL);
+    refdyn_one_call_end(&call);
+    return PyErr_Occurred() ? NULL : PyBool_FromLong(is_good);
 }
 
 /* ---- Many states ---- */
@@ -419,7 +302,7 @@ static PyObject *function_many(PyObject *self, PyObject *const *given, Py_ssize_
 #define FAST(function) (PyCFunction)(void (*)(void))(function)
 
 static PyMethodDef function_methods[] = {
-    {"one", FAST(function_one), METH_FASTCALL, "one(q, qd, t, out, inputs, parameters)"},
+    {"one", FAST(function_one), METH_FASTCALL, "one(q, qd, t, out, inputs, parameters[, qdd])"},
     {"many", FAST(function_many), METH_FASTCALL, "many(count, q, qd, t, out, p, x)"},
     {NULL, NULL, 0, NULL},
 };

@@ -71,6 +71,38 @@ int refdyn_find_refused(const struct refdyn_model *model, const double *p, const
 /* Library.prepare. */
 PyObject *refdyn_library_prepare(PyObject *self, PyObject *arguments);
 
+/* ---- The arguments of a call about one state (one_call.c) ---- */
+
+/* Rows that a caller passes. OUT and OUT_QD are results. */
+enum one_call_view { VIEW_Q, VIEW_QD, VIEW_QDD, VIEW_OUT, VIEW_OUT_QD, VIEW_P, VIEW_X, ONE_CALL_VIEWS };
+enum { ONE_CALL_LOCAL = 512 }; /* doubles of scratch in the call itself, enough for small models */
+
+struct one_call {
+    const struct library *library;
+    const PyTypeObject *array; /* the only type that a row may have */
+    Py_buffer views[ONE_CALL_VIEWS];
+    int is_open[ONE_CALL_VIEWS];
+    const double *p, *x; /* the parameters and inputs that the call passes, or the library's */
+    double *own_p, *own_x, *scratch, *more;
+    int prepares; /* own_p must be prepared */
+    double local[ONE_CALL_LOCAL];
+};
+
+/* Begins a call of a method of `self`. more: numbers that the caller needs in call->more. Returns 0 with a
+ * Python error without memory. _end must follow. */
+int refdyn_one_call_begin(struct one_call *call, const struct library *library, PyObject *self, int more);
+void refdyn_one_call_end(struct one_call *call);
+/* Opens one row of `count` doubles; results may have several axes. Returns NULL, without a Python error, for
+ * anything else. */
+double *refdyn_one_call_row(struct one_call *call, enum one_call_view which, PyObject *object, int count);
+/* Reads a Python number. Returns 0, without a Python error, for anything else. */
+int refdyn_one_call_number(PyObject *object, double *number);
+/* Reads inputs and parameters. Returns 0, without a Python error, if Python has to check them. */
+int refdyn_one_call_values(struct one_call *call, PyObject *inputs, PyObject *parameters);
+/* Prepares the parameters of the call. Returns whether the model accepts them. Needs no interpreter's lock.
+ */
+int refdyn_one_call_prepare(const struct one_call *call);
+
 /* ---- Results as objects of Python (dict_writer.c) ---- */
 
 /* Builds a dictionary from the entries of a record. After an error, which remains set, further entries are

@@ -165,14 +165,16 @@ void refdyn_motion_print_failure(const struct motion *motion, FILE *out) {
 
 /* ---- A new motion ---- */
 
-/* Reads (method, tol, step, step_max, stabilise, follows_step, singular, project_start, balance). A tolerance
- * or step of 0 and a negative stabilise select the defaults of the method; a step selects fixed steps. */
+/* Reads (method, tol, step, step_max, stabilise, follows_step, singular, project_start, balance, step_limit).
+ * A tolerance or step of 0 and a negative stabilise select the defaults of the method; a step selects fixed
+ * steps. */
 static int read_options(struct refdyn_options *options, PyObject *given) {
     const char *name, *fact = "method is unknown";
     double tol, step, step_max;
     int stabilise, follows_step, singular, project_start, balance;
-    if (!PyArg_ParseTuple(given, "sdddiiiii", &name, &tol, &step, &step_max, &stabilise, &follows_step,
-                          &singular, &project_start, &balance))
+    long step_limit;
+    if (!PyArg_ParseTuple(given, "sdddiiiiil", &name, &tol, &step, &step_max, &stabilise, &follows_step,
+                          &singular, &project_start, &balance, &step_limit))
         return 0;
     const int method = refdyn_method_find(name);
     *options = refdyn_options_default((enum refdyn_method)method);
@@ -184,6 +186,7 @@ static int read_options(struct refdyn_options *options, PyObject *given) {
     options->singular = (enum refdyn_singular)singular;
     options->project_start = project_start;
     options->balance = balance;
+    options->step_limit = step_limit;
     if (refdyn_options_validate(options, &fact) == REFDYN_OK)
         return 1;
     PyErr_SetString(PyExc_ValueError, fact);
@@ -356,8 +359,10 @@ static void copy_events(struct motion *copy, const struct record_events *events)
         return;
     own->list = refdyn_motion_memory(copy, RECORD_EVENTS_KEPT * sizeof *own->list);
     own->modes = refdyn_motion_memory(copy, (contacts + 1) * sizeof *own->modes);
+    own->left = refdyn_motion_memory(copy, (contacts + 1) * sizeof *own->left);
     memcpy(own->list, events->list, RECORD_EVENTS_KEPT * sizeof *own->list);
     memcpy(own->modes, events->modes, contacts * sizeof *own->modes);
+    memcpy(own->left, events->left, contacts * sizeof *own->left);
 }
 
 static int copy_block(struct motion *copy, const struct motion *motion) {

@@ -15,7 +15,7 @@ struct columns {
 static void write_columns(void *context, const struct refdyn_batch_case *one, double *values) {
     struct record_table *table = &((struct columns *)context)->tables[one->room];
     table->integrator = one->integrator;
-    record_table_fill(table);
+    record_table_fill_row(table);
     memcpy(values, table->values, (size_t)table->count * sizeof *values);
 }
 

@@ -192,7 +192,7 @@ static void copy_row(struct motion *motion, struct rows *rows) {
 
 /* Adds a row if all its values are finite; otherwise the motion ends there. */
 static int add_row(struct motion *motion, struct rows *rows) {
-    record_table_fill(&motion->table);
+    record_table_fill_row(&motion->table);
     motion->unfit = record_table_not_finite(&motion->table);
     if (motion->unfit) {
         motion->block->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
@@ -222,7 +222,7 @@ static void add_last(struct motion *motion, struct rows *rows) {
     const int cause = integrator->cause;
     const double failed_t = integrator->failed_t;
     if (rows->count > 0 && integrator->t > rows->t && refdyn_integrator_refresh(integrator) == REFDYN_OK) {
-        record_table_fill(&motion->table);
+        record_table_fill_row(&motion->table);
         if (!record_table_not_finite(&motion->table))
             copy_row(motion, rows);
     }

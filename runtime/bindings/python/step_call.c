@@ -9,6 +9,7 @@
  */
 #include "runtime/bindings/python/extension.h"
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -259,6 +260,58 @@ static PyObject *stepper_states(PyObject *self, PyObject *const *given, Py_ssize
     return result;
 }
 
+/* Returns the number of steps, 0 for anything but a positive integer. */
+static long read_steps(PyObject *object) {
+    int is_beyond;
+    const long steps = PyLong_CheckExact(object) ? PyLong_AsLongAndOverflow(object, &is_beyond) : 0;
+    return steps > 0 ? steps : 0;
+}
+
+/* Reads the arguments of `one`, except steps. Returns 0, without a Python error, if Python has to check them.
+ */
+static int read_one(struct one_call *call, PyObject *const *given, double *t, double *h,
+                    struct states *states) {
+    const int n = call->library->model->n;
+    states->data[Q] = refdyn_one_call_row(call, VIEW_Q, given[0], n);
+    states->data[QD] = refdyn_one_call_row(call, VIEW_QD, given[1], n);
+    states->data[NEW_Q] = refdyn_one_call_row(call, VIEW_OUT, given[7], n);
+    states->data[NEW_QD] = refdyn_one_call_row(call, VIEW_OUT_QD, given[8], n);
+    states->data[T] = t;
+    return states->data[Q] && states->data[QD] && states->data[NEW_Q] && states->data[NEW_QD] &&
+           refdyn_one_call_number(given[2], t) && refdyn_one_call_number(given[3], h) && *h > 0 &&
+           isfinite(*h) && refdyn_one_call_values(call, given[5], given[6]);
+}
+
+/* one(q, qd, t, h, steps, inputs, parameters, new_q, new_qd): steps one state; inputs and parameters as those
+ * of Function.one. Returns False if an argument is not of that form, the model refuses the parameters, or the
+ * result is not finite; `states` then reports why. */
+static PyObject *stepper_one(PyObject *self, PyObject *const *given, Py_ssize_t count) {
+    const struct stepper *stepper = (const struct stepper *)self;
+    const struct refdyn_model *model = stepper->library->model;
+    const int n = model->n;
+    struct states states = {.size = {n, n, 1, parameter_count(stepper), model->input_count, n, n},
+                            .count = 1};
+    struct one_call call;
+    double t, h;
+    if (count != 9)
+        return PyErr_Format(PyExc_TypeError, "one: has %zd arguments; must have 9", count);
+    if (!refdyn_one_call_begin(&call, stepper->library, self, 0))
+        return NULL;
+    const long steps = read_steps(given[4]);
+    PyObject *report = NULL;
+    if (steps && read_one(&call, given, &t, &h, &states) && refdyn_one_call_prepare(&call)) {
+        states.data[P] = (double *)call.p;
+        states.data[X] = (double *)call.x;
+        report = compute(stepper, &states, h, steps);
+    }
+    refdyn_one_call_end(&call);
+    if (PyErr_Occurred())
+        return NULL;
+    const int is_good = report == Py_None;
+    Py_XDECREF(report);
+    return PyBool_FromLong(is_good);
+}
+
 /* ---- The type ---- */
 
 static void stepper_dealloc(PyObject *self) {
@@ -330,6 +383,8 @@ PyObject *refdyn_library_stepper(PyObject *self, PyObject *arguments) {
 static PyMethodDef stepper_methods[] = {
     {"states", (PyCFunction)(void (*)(void))stepper_states, METH_FASTCALL,
      "states(count, q, qd, t, h, steps, p, x, new_q, new_qd)"},
+    {"one", (PyCFunction)(void (*)(void))stepper_one, METH_FASTCALL,
+     "one(q, qd, t, h, steps, inputs, parameters, new_q, new_qd)"},
     {NULL, NULL, 0, NULL},
 };
 

@@ -7,7 +7,7 @@ const char *refdyn_version(void) {
     return REFDYN_VERSION;
 }
 
-enum { LOWEST = REFDYN_NO_DERIVATIVE };
+enum { LOWEST = REFDYN_CONTACT_PULLS };
 
 static const char *const texts[] = {
     [REFDYN_OK - LOWEST] = "done",
@@ -40,6 +40,8 @@ static const char *const texts[] = {
     [REFDYN_CONTACT_DRIVEN - LOWEST] = "the programme drives the bodies of a closed contact into each other",
     [REFDYN_CONTACTS_UNMET - LOWEST] = "no impulses or forces keep all closed contacts from closing further",
     [REFDYN_REFUSED - LOWEST] = "the model refuses a value of its parameters",
+    [REFDYN_CONTACT_PULLS - LOWEST] = "a contact that rests would have to pull: a step has missed where it "
+                                      "opens; take smaller steps or a smaller tolerance",
     [REFDYN_NO_DERIVATIVE - LOWEST] = "events differ when a value is slightly larger or smaller",
     [REFDYN_NOT_STARTED - LOWEST] = "the motion has not started: refdyn_integrator_init and then "
                                     "refdyn_integrator_start must succeed first",

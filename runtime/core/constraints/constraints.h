@@ -32,6 +32,22 @@ int refdyn_partition_renew(struct refdyn_workspace *work);
  * index_partition.c; workspace.c begins with the number of rows. */
 void refdyn_partition_bound_rank(struct refdyn_workspace *work, int most);
 
+/* ---- Forces of rows that depend on each other (dependent_rows.c) ---- */
+
+struct refdyn_dependence {
+    struct refdyn_workspace *work;
+    int rank;    /* number of independent rows */
+    double blur; /* a sum may depend on null vectors by this part of its largest coefficient */
+};
+/* Eliminates the rows u, whose force r is `force` (n), with the rank of the partition. Overwrites work->rows,
+ * which the functions below read. */
+void refdyn_dependence_find(struct refdyn_dependence *dependence, struct refdyn_workspace *work,
+                            const double *force);
+/* Returns the multiplier of a row, and the force on a coordinate of the rows that drive it; NAN where they
+ * are not unique. The multiplier of a free contact is 0. */
+double refdyn_dependence_multiplier(const struct refdyn_dependence *dependence, int row);
+double refdyn_dependence_drive(const struct refdyn_dependence *dependence, int coordinate);
+
 /* ---- Projection ---- */
 
 /* Returns the largest ratio of a residual (m) to the largest coefficient of its row. */

@@ -90,6 +90,19 @@ void refdyn_symmetric_eigenvalues(double *A, int n, double *values, double *vect
  * one with im > 0 first. Returns 0 where the iteration does not converge. */
 int refdyn_eigenvalues(double *A, int n, double *re, double *im);
 
+/* Scratch for matrices of up to n x n. */
+struct refdyn_rank_scratch {
+    double *factors, *scale; /* (n x n), (n) */
+    int *pivot, *order;      /* (n) each */
+};
+
+/* Returns the rank of A (n x n, column by column): the number of pivots above tol. Overwrites A and, in the
+ * scratch, all but `factors`. */
+int refdyn_rank(double *A, int n, double tol, const struct refdyn_rank_scratch *scratch);
+/* Removes an eigenvalue of A (n x n) with all its Jordan chains; pivots of A - value up to tol are 0. Returns
+ * the size of the smaller matrix in A, which has the other eigenvalues. */
+int refdyn_deflate(double *A, int n, double value, double tol, const struct refdyn_rank_scratch *scratch);
+
 /* ---- Trees of joints in O(n): chain_sweeps.c has the formulas ---- */
 
 /* The tangent as vectors of joints, and its factors. "By position" means an order in which all joints beyond

@@ -305,7 +305,7 @@ static int find_resting(struct refdyn_motion *motion, const double *qdd, int *fo
         if (!is_pressed)
             continue;
         contacts->is_at_rest[k] = 1;
-        contacts->since[k] = step->t_begin + T;
+        contacts->rest[k] = step->t_begin + T;
         (*found)++;
     }
     return status;
@@ -333,7 +333,7 @@ static void mark_at_rest(struct refdyn_contacts *contacts, double t) {
         contacts->is_at_rest[k] =
             contacts->is_closed[k] && fabs(contacts->rate[k]) <= contacts->rate_rounding[k];
         if (contacts->is_at_rest[k] && !was && contacts->mode[k] == REFDYN_CONTACT_FREE)
-            contacts->since[k] = t;
+            contacts->rest[k] = t;
     }
 }
 
@@ -342,7 +342,10 @@ static int settle(struct refdyn_motion *motion, double *qdd, int *has_rates) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     double *qd = motion->step.state + motion->step.n;
     const int rounds = ROUNDS_FREE + ROUNDS_EACH * contacts->count;
-    memset(contacts->is_at_rest, 0, (size_t)contacts->count * sizeof *contacts->is_at_rest);
+    for (int k = 0; k < contacts->count; k++) {
+        contacts->is_at_rest[k] = 0;
+        contacts->rest[k] = NAN;
+    }
     for (int round = 0; round < rounds; round++) {
         int found = 0, status = meet_impacts(motion, qd, has_rates);
         if (!status && *has_rates) /* which accelerations depend on */
@@ -404,6 +407,16 @@ static void allow(struct refdyn_contacts *contacts, int k, double t, double h) {
     contacts->allowed_until[k] = contacts->mode[k] == REFDYN_CONTACT_FREE ? t + last : INFINITY;
 }
 
+/* Contact k changes its mode at t. */
+static void change_mode(struct refdyn_contacts *contacts, int k, enum refdyn_contact_mode mode, double t) {
+    if (mode == REFDYN_CONTACT_FREE && contacts->mode[k] != REFDYN_CONTACT_FREE)
+        contacts->left[k] = t;
+    else if (mode != REFDYN_CONTACT_FREE && !isnan(contacts->rest[k]))
+        contacts->since[k] = contacts->rest[k];
+    contacts->mode[k] = mode;
+    contacts->resting += mode == REFDYN_CONTACT_RESTING;
+}
+
 /* New modes, from the forces a little later. */
 static int find_modes(struct refdyn_motion *motion, const double *qdd) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
@@ -418,22 +431,22 @@ static int find_modes(struct refdyn_motion *motion, const double *qdd) {
         rounding_digits * refdyn_largest(contacts->problem.multipliers, contacts->count, NULL);
     contacts->resting = 0;
     for (int k = 0; k < contacts->count; k++) {
-        contacts->mode[k] = mode_of(contacts, k, least);
-        contacts->resting += contacts->mode[k] == REFDYN_CONTACT_RESTING;
+        change_mode(contacts, k, mode_of(contacts, k, least), step->t_begin);
         if (contacts->is_closed[k])
             allow(contacts, k, step->t_begin, h);
-        if (contacts->mode[k] == REFDYN_CONTACT_FREE)
-            contacts->since[k] = NAN;
     }
     contacts->are_unique = are_independent(contacts);
     return REFDYN_OK;
 }
 
-/* From now on the rows of contacts that rest act. */
+/* From now on the rows of contacts that rest act, with the gains of the next step. */
 static int take_modes(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;
+    const double next = motion->control.next;
     let_act(motion, RESTING_ACT);
+    refdyn_parameters_set_gains(&motion->parameters, work->model, &motion->options,
+                                next > 0 ? next : INFINITY);
     const int status = refdyn_equations(work, step->t_begin, step->state, step->state + step->n);
     return status ? status : refdyn_partition_renew(work);
 }
@@ -474,7 +487,10 @@ static int find_inside(struct refdyn_motion *motion) {
 /* The gaps at the beginning of the step. */
 static int begin(struct refdyn_motion *motion) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
-    memset(contacts->rate_rounding, 0, (size_t)contacts->count * sizeof *contacts->rate_rounding);
+    for (int k = 0; k < contacts->count; k++)
+        contacts->rate_rounding[k] = DBL_MIN;         /* below it, products lose their digits */
+    if (motion->step.t_limit <= motion->step.t_begin) /* of a time event that has passed */
+        refdyn_step_limit(&motion->step, INFINITY);
     const int status = look(motion, motion->step.t_begin, motion->step.state);
     if (status)
         return status;

@@ -26,6 +26,9 @@ static const double force_digits = 64 * DBL_EPSILON;
 static const double difference_part = 1e-4;
 /* A column of which less than this part is orthogonal to the others depends on them. */
 static const double dependent = 1e-9;
+/* A force that pulls counts as rounding up to this part of the largest force so far. At outputs it may be as
+ * large as the second part, by errors of the interpolated state. */
+static const double pull_digits = 1e-12, pull_seen = 1e-6;
 /* Replaces the longest step before the first one [s]. */
 static const double first_step = 1e-3;
 
@@ -37,6 +40,8 @@ void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refd
     contacts->event = layout_ints(layout, count);
     contacts->mode = layout_ints(layout, count);
     contacts->since = layout_doubles(layout, count);
+    contacts->left = layout_doubles(layout, count);
+    contacts->rest = layout_doubles(layout, count);
     contacts->reach = layout_doubles(layout, count);
     contacts->allowance = layout_doubles(layout, count);
     contacts->allowed_until = layout_doubles(layout, count);
@@ -63,14 +68,14 @@ void refdyn_contacts_clear(struct refdyn_contacts *contacts, struct refdyn_works
     const struct refdyn_model *model = work->model;
     contacts->resting = 0;
     contacts->are_unique = 1;
-    contacts->longest = contacts->late = 0;
+    contacts->longest = contacts->late = contacts->force_size = 0;
     contacts->tolerance = tolerance;
     for (int i = 0; i < model->event_count; i++)
         if (model->events[i].contact > 0)
             contacts->event[model->events[i].contact - 1 - contacts->first_row] = i;
     for (int k = 0; k < contacts->count; k++) {
         contacts->mode[k] = REFDYN_CONTACT_FREE;
-        contacts->since[k] = NAN;
+        contacts->since[k] = contacts->left[k] = NAN;
         contacts->inside[k] = contacts->allowance[k] = 0;
         contacts->allowed_until[k] = -INFINITY;
         work->p[refdyn_contact_mode_place(model, contacts->event[k])] = 0;
@@ -95,6 +100,24 @@ static double *find_forces(struct refdyn_contacts *contacts, const struct refdyn
                            const double *state, int *status) {
     *status = refdyn_rates(&step->evaluation, t, state, contacts->rates);
     return contacts->rates + 2 * step->n + 1 + contacts->first_row;
+}
+
+/* The force of contact k among the multipliers (m); 0 unless it rests. */
+static double force_of(const struct refdyn_contacts *contacts, const double *multipliers, int k) {
+    return contacts->mode[k] == REFDYN_CONTACT_RESTING ? multipliers[contacts->first_row + k] : 0;
+}
+
+void refdyn_contacts_note_forces(struct refdyn_contacts *contacts, const double *multipliers) {
+    for (int k = 0; k < contacts->count && contacts->resting > 0; k++)
+        contacts->force_size = fmax(contacts->force_size, fabs(force_of(contacts, multipliers, k)));
+}
+
+int refdyn_contacts_pulling(const struct refdyn_contacts *contacts, const double *multipliers, int is_seen) {
+    const double most = (is_seen ? pull_seen : pull_digits) * contacts->force_size;
+    for (int k = 0; k < contacts->count && contacts->resting > 0; k++)
+        if (force_of(contacts, multipliers, k) < -most)
+            return k;
+    return -1;
 }
 
 int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,

@@ -52,10 +52,11 @@ static int meet_impact(struct refdyn_motion *motion, int i, struct done *done) {
     return status;
 }
 
-/* Do the rows contradict the rates by more than before? psi (m): residuals before. */
+/* Do the rows of the programme contradict the rates by more than before? psi (m): residuals before. Contacts
+ * open, or have an impact. */
 static int contradicts_rows(struct refdyn_workspace *work, const double *qd, const double *psi) {
     const int n = work->n;
-    for (int a = 0; a < work->m; a++) {
+    for (int a = 0; a < refdyn_programme_rows(work->model); a++) {
         double size = 0;
         for (int j = 0; j < n; j++)
             size += fabs(work->u[a * n + j]) * fmax(fabs(qd[j]), 1);
@@ -73,8 +74,7 @@ static int set_values(struct refdyn_motion *motion, int i, struct done *done) {
     const struct refdyn_model *model = work->model;
     const struct refdyn_event *event = &model->events[i];
     int sets_parameters = 0;
-    const double *values =
-        motion->state_events.terms + motion->state_events.count * (1 + 2 * model->n) + model->event_count;
+    const double *values = motion->state_events.terms + refdyn_event_terms_changes(model);
     for (int k = event->first_change; k < event->first_change + event->change_count; k++) {
         const struct refdyn_change *change = &model->changes[k];
         if (!isfinite(values[k]))
@@ -247,12 +247,31 @@ static int take_due(struct refdyn_motion *motion) {
         take_values(motion);
     if (!status && (done.has_rates || done.has_values)) {
         refdyn_energy_has_jumped(motion, energy);
+        if (!done.has_rates) /* impacts may turn the state before the kinks that are due */
+            refdyn_kinks_leave(events, step, 1, step->state);
         status = go_on(motion);
     } else if (!status && events->due_count > events->due_named)
         status = pass_kinks(motion);
     if (!status)
         refdyn_state_events_settle(events, step);
     return status;
+}
+
+/* Time events, kinks, other events and the caller may have changed the load: contacts that would pull open.
+ */
+int refdyn_event_actions_open_contacts(struct refdyn_motion *motion) {
+    struct refdyn_contacts *contacts = &motion->state_events.contacts;
+    const struct refdyn_step *step = &motion->step;
+    const double *multipliers = step->rates + 2 * step->n + 1;
+    int has_rates = 0;
+    refdyn_contacts_note_forces(contacts, multipliers);
+    if (refdyn_contacts_pulling(contacts, multipliers, 0) < 0)
+        return REFDYN_OK;
+    const double energy = refdyn_energy_at_begin(motion);
+    const int status = refdyn_contact_transitions_take(motion, &has_rates);
+    refdyn_energy_has_jumped(motion, energy);
+    refdyn_state_events_look_again(&motion->state_events);
+    return status ? status : go_on(motion);
 }
 
 int refdyn_event_actions_take(struct refdyn_motion *motion) {
@@ -262,6 +281,8 @@ int refdyn_event_actions_take(struct refdyn_motion *motion) {
         return REFDYN_EVENTS_ACCUMULATE;
     if (events->due_count > 0)
         status = take_due(motion);
+    if (!status)
+        status = refdyn_event_actions_open_contacts(motion);
     if (!status)
         status = refdyn_state_events_begin(events, &motion->step);
     return status ? status : refdyn_sliding_check(motion);

@@ -30,7 +30,7 @@ static const double rounding = 8 * DBL_EPSILON;
 /* Accuracy of a zero on the interpolant, relative to the step. */
 static const double zero_width = 1e-13;
 /* Zeros that are nearer to each other than this part of the step are the same. */
-static const double same_zero = 1e-12;
+static const double same_zero = 1e-10;
 /* A distance from a zero can be rounding only below this part of a step. */
 static const double rounding_part = 1e-6;
 /* A zero farther ahead than this part of the step is left to ordinary steps. */
@@ -373,6 +373,13 @@ static void note_samples(struct refdyn_state_events *events) {
         events->risen[i] = fmax(events->risen[i], events->most[i]);
 }
 
+/* The time within which value i crosses zero at the same time as another. A force that jumps at a kink is
+ * zero where the kink is, and its zero is as accurate as one on the interpolant. */
+static double together(const struct refdyn_state_events *events, int i, double t) {
+    const double located = 4 * zero_width * events->contacts.longest;
+    return refdyn_state_events_blur(t) + (refdyn_state_events_is_kink(events, i) ? located : 0);
+}
+
 /* The step is good. Values that have crossed zero in it are due, and those that are about to cross it at the
  * same time. Events wait until kinks have been passed, where their own values may turn. */
 static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *step) {
@@ -389,7 +396,7 @@ static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *
         const int is_about_to =
             !(ends_on_kink && i < events->named) && side * end.rate < 0 &&
             refdyn_state_events_watches(step, i, -side) &&
-            fabs(value_at_end(events, i)) <= fmax(end.noise, fabs(end.rate) * refdyn_state_events_blur(t));
+            fabs(value_at_end(events, i)) <= fmax(end.noise, fabs(end.rate) * together(events, i, t));
         events->side[i] = side;
         if (is_about_to)
             events->towards[i] = -side;

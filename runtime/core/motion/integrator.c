@@ -76,6 +76,7 @@ static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_
     refdyn_rows_lay_out(&motion->before, model, &layout);
     refdyn_time_events_lay_out(&motion->time_events, model, &layout);
     refdyn_state_events_lay_out(&motion->state_events, model, &layout);
+    refdyn_after_lay_out(&motion->after, model, &layout);
     refdyn_repetition_lay_out(&motion->repetition, model, &layout);
     refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
     return layout.used;
@@ -100,6 +101,7 @@ static void connect(struct refdyn_integrator *integrator) {
     integrator->contact_count = motion->state_events.contacts.count;
     integrator->contact_mode = motion->state_events.contacts.mode;
     integrator->contact_since = motion->state_events.contacts.since;
+    integrator->contact_left = motion->state_events.contacts.left;
     motion->step.linear = &motion->linear;
     motion->step.tolerance = options->tol;
     motion->step.evaluation = (struct refdyn_evaluation){work, options->stabilise, options->balance, 0, 0};
@@ -352,6 +354,18 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     return leave(integrator, status, t);
 }
 
+/* Where the caller has changed the load, contacts open at once. */
+static int open_contacts(struct refdyn_integrator *integrator) {
+    struct refdyn_step *step = &integrator->motion->step;
+    const int resting = integrator->motion->state_events.contacts.resting;
+    int status = refdyn_event_actions_open_contacts(integrator->motion);
+    if (status || integrator->motion->state_events.contacts.resting == resting)
+        return status;
+    memcpy(integrator->q, step->state, refdyn_state_bytes(step));
+    status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
+    return status ? status : solve_seen(integrator);
+}
+
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     int status = refdyn_integrator_status(integrator);
     if (status)
@@ -369,6 +383,8 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     refdyn_automatic_go_back(motion, motion->step.t_end - integrator->t);
     if (!status)
         status = begin_here(integrator);
+    if (!status)
+        status = open_contacts(integrator);
     refdyn_state_events_look_again(&motion->state_events);
     return leave(integrator, status, integrator->t);
 }
@@ -421,10 +437,11 @@ static int find_row_terms_seen(const struct refdyn_integrator *integrator) {
                : refdyn_row_terms(work, integrator->t_right, integrator->q, integrator->qd);
 }
 
-/* Accelerations and multipliers of a state of the motion, whose row terms are in the workspace. */
-static int accelerate_seen(struct refdyn_integrator *integrator) {
+/* Accelerations and multipliers of a state of the motion, whose row terms are in the workspace; is_known:
+ * they are those of the step's end. */
+static int accelerate_seen(struct refdyn_integrator *integrator, int is_known) {
     const struct refdyn_step *step = &integrator->motion->step;
-    const int n = step->n, is_known = is_complete_end(integrator);
+    const int n = step->n;
     const double *rates = is_known ? step->rates_new : step->side;
     const int status = is_known
                            ? REFDYN_OK
@@ -471,7 +488,7 @@ static int interpolate_seen(struct refdyn_integrator *integrator) {
     const double theta = refdyn_step_theta(step, integrator->t);
     int status = step->method->kind->interpolate(step, theta, integrator->q);
     if (!status)
-        refdyn_kinks_see_before(&integrator->motion->state_events, step, integrator->t, integrator->q);
+        refdyn_kinks_see_before(&integrator->motion->state_events, step, integrator->t, integrator->q, 0);
     if (!status && step->method->kind->leaves_out_work && options->balance)
         status = refdyn_find_work_done(step, theta, &integrator->q[2 * step->n]);
     if (!status && integrator->work->m > 0 && options->stabilise == REFDYN_PROJECT &&
@@ -501,12 +518,42 @@ static int show_state(struct refdyn_integrator *integrator, double t) {
     return status;
 }
 
+/* Row of the contact that pulls in the state that the caller sees; -1: none. */
+static int pulling_seen(const struct refdyn_integrator *integrator) {
+    const struct refdyn_contacts *contacts = &integrator->motion->state_events.contacts;
+    const int k = refdyn_contacts_pulling(contacts, integrator->lambda, 1);
+    return k < 0 ? -1 : contacts->first_row + k;
+}
+
+/* Where a contact opens at the end of the step, by a time event or a kink, the caller sees the state before
+ * that. Error: CONTACT_PULLS, where it pulls there, too. */
+static int accelerate_before(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    const struct refdyn_step *step = &motion->step;
+    int status = REFDYN_OK;
+    if (integrator->t >= step->t_end) {
+        integrator->t_right = refdyn_step_inside(step, integrator->t);
+        refdyn_kinks_see_before(&motion->state_events, step, integrator->t, integrator->q, 1);
+        status = refdyn_row_terms(motion->work, integrator->t_right, integrator->q, integrator->qd);
+        if (!status)
+            status = accelerate_seen(integrator, 0);
+    }
+    const int row = pulling_seen(integrator);
+    if (status || row < 0)
+        return status;
+    motion->work->fault = (struct refdyn_fault){.row = row, .coordinate = -1};
+    return REFDYN_CONTACT_PULLS;
+}
+
 /* The same with its accelerations. */
 static int show(struct refdyn_integrator *integrator, double t) {
-    const int status = show_state(integrator, t);
+    int status = show_state(integrator, t);
     if (status)
         return status;
-    return integrator->is_undetermined ? continue_seen(integrator) : accelerate_seen(integrator);
+    if (integrator->is_undetermined)
+        return continue_seen(integrator);
+    status = accelerate_seen(integrator, is_complete_end(integrator));
+    return status || pulling_seen(integrator) < 0 ? status : accelerate_before(integrator);
 }
 
 /* ---- Steps ---- */
@@ -610,6 +657,11 @@ int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out) {
     return status;
 }
 
+int refdyn_integrator_show(struct refdyn_integrator *integrator, double t) {
+    enter(integrator);
+    return leave(integrator, show(integrator, t), t);
+}
+
 /* Looks at t by one of the functions above. */
 static int look(struct refdyn_integrator *integrator, double t,
                 int (*shows)(struct refdyn_integrator *integrator, double t)) {
@@ -630,33 +682,4 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t) {
 
 int refdyn_integrator_look_at_state(struct refdyn_integrator *integrator, double t) {
     return look(integrator, t, show_state);
-}
-
-int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces) {
-    if (refdyn_integrator_status(integrator))
-        return REFDYN_NOT_STARTED;
-    const struct refdyn_workspace *work = integrator->work;
-    struct refdyn_state_events *events = &integrator->motion->state_events;
-    struct refdyn_contacts *contacts = &events->contacts;
-    memcpy(forces, integrator->lambda + contacts->first_row, (size_t)contacts->count * sizeof *forces);
-    if (contacts->are_unique)
-        return REFDYN_OK;
-    work->model->event_terms(work->p, work->x, integrator->t_right, integrator->q, integrator->qd,
-                             events->terms);
-    refdyn_contacts_spread(contacts, work->model, events->terms, forces);
-    return REFDYN_OK;
-}
-
-int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force) {
-    if (refdyn_integrator_status(integrator))
-        return REFDYN_NOT_STARTED;
-    const struct refdyn_workspace *work = integrator->work;
-    const int n = work->n;
-    if (!integrator->is_undetermined) {
-        refdyn_programme_force(work, integrator->lambda, force);
-        return REFDYN_OK;
-    }
-    for (int i = 0; i < n; i++)
-        force[i] = dense_dot(work->M + i * n, integrator->qdd, n) - work->f[i];
-    return REFDYN_OK;
 }

@@ -71,10 +71,10 @@ int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const s
            refdyn_largest(by_qd, step->n, NULL) == 0;
 }
 
-/* Moves a state in the step back before a kink of positions that it has passed only by rounding. Returns the
- * kink; -1: there is none. */
+/* Moves a state in the step back before kinks that it has passed only by rounding: those at which rows may
+ * turn, or all. Returns the last of them; -1: there is none. */
 static int move_before_kinks(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
-                             double *state) {
+                             double *state, int all_kinks) {
     int held = -1;
     if (events->named == events->count || step->evaluation.work->model->m == 0 ||
         refdyn_state_events_values(events, step, t, state, events->values))
@@ -85,12 +85,14 @@ static int move_before_kinks(struct refdyn_state_events *events, const struct re
             fabs(value) > refdyn_kinks_width(events, i))
             continue;
         refdyn_state_events_evaluate(events, step, t, state);
-        const double *by_q = events->terms + events->count + i * step->n;
+        const double *by_qd = refdyn_state_events_by_qd(events, step->n, i);
         const double before = fmax(
             fabs(value),
             margin_of(events, i, refdyn_state_events_assess(events, step, i, t, state, step->rates).noise));
-        if (refdyn_kinks_may_turn_rows(events, step, i) &&
-            refdyn_kinks_move_along(by_q, step->n, events->side[i] * before - value, state))
+        const double change = events->side[i] * before - value;
+        if ((all_kinks || refdyn_kinks_may_turn_rows(events, step, i)) &&
+            (refdyn_kinks_move_along(by_qd, step->n, change, state + step->n) ||
+             refdyn_kinks_move_along(by_qd - events->count * step->n, step->n, change, state)))
             held = i;
     }
     return held;
@@ -136,10 +138,10 @@ int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state) {
 }
 
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step) {
-    events->held = move_before_kinks(events, step, refdyn_step_inside(step, step->t_end), step->state_new);
+    events->held = move_before_kinks(events, step, refdyn_step_inside(step, step->t_end), step->state_new, 0);
 }
 
 void refdyn_kinks_see_before(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
-                             double *state) {
-    move_before_kinks(events, step, refdyn_step_inside(step, t), state);
+                             double *state, int all_kinks) {
+    move_before_kinks(events, step, refdyn_step_inside(step, t), state, all_kinks);
 }

@@ -394,9 +394,10 @@ struct refdyn_contacts {
     int count, first_row; /* contacts; their rows are the last ones of the model */
     int resting;          /* how many rest */
     int *event, *mode;    /* (count) event of the model; enum refdyn_contact_mode */
-    double *since; /* (count) when the contact came to rest, extrapolated to the last of its rebounds [s] */
-    double *reach; /* (count) error that a gap may have: the tolerance, or rounding */
-    double *allowance;     /* (count) added to the gap of a contact that touches, or has just opened, */
+    double *since;     /* (count) when it last came to rest, extrapolated to the last of its rebounds [s] */
+    double *left;      /* (count) when it last opened [s]; NaN: never, in both */
+    double *reach;     /* (count) error that a gap may have: the tolerance, or rounding */
+    double *allowance; /* (count) added to the gap of a contact that touches, or has just opened, */
     double *allowed_until; /* (count) until then [s] */
     int are_unique;        /* the motion determines the forces: no contact depends on others that rest */
     double tolerance;      /* of positions [rad, or options.length] */
@@ -407,10 +408,12 @@ struct refdyn_contacts {
     double *rates, *state;                /* (2 n + 1 + m) of a state; (2 n + 1) */
     double *force_rates;                  /* (count) change of the forces with time, */
     double force_noise, force_rate_noise; /* and rounding of the forces and of these */
+    double force_size;                    /* largest |force| at the beginning of a step so far */
 
     /* of a transition, by contact: gap, its two time derivatives (the second where all contacts are free),
      * the largest gap over coordinates, rounding of these, coefficients */
     int *is_closed, *is_at_rest;
+    double *rest; /* when it comes to rest in this transition [s]; NaN: it does not */
     double *gap, *rate, *bias, *scale, *rounding, *rate_rounding, *bias_rounding, *restitution;
     double *qdd;                     /* (n) accelerations where all contacts are free */
     struct refdyn_one_sided problem; /* of impacts, and of accelerations */
@@ -429,6 +432,12 @@ void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refd
 /* Replaces the gaps of contacts that are not free by their values. Errors: those of refdyn_rates. */
 int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                            const double *state, double *values);
+/* The multipliers (m) at the beginning of a step: notes the size of the forces. The second function returns a
+ * resting contact whose force pulls by more than rounding, or, at an output, by more than its error; -1:
+ * none.
+ */
+void refdyn_contacts_note_forces(struct refdyn_contacts *contacts, const double *multipliers);
+int refdyn_contacts_pulling(const struct refdyn_contacts *contacts, const double *multipliers, int is_seen);
 /* Ends the allowance of contacts that have clearly opened at t; `values`: of the state, as above. */
 void refdyn_contacts_end_allowances(struct refdyn_contacts *contacts, double t, double *values);
 /* The time derivatives of the forces of a state, and their rounding. Errors: those of refdyn_rates. */
@@ -567,14 +576,33 @@ static inline int refdyn_sign_of(double x) {
  * NOT_FINITE; those of interpolation. */
 int refdyn_state_events_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
 double refdyn_state_events_cause(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, int status);
+/* Places in the result of event_terms: its length, and the first of the values that events set. */
+int refdyn_event_terms_count(const struct refdyn_model *model);
+int refdyn_event_terms_changes(const struct refdyn_model *model);
+
 /* Before a step: takes the actions of due events at its beginning, including impacts. Then other events may
  * be due, which are reported to the caller first. Errors: EVENTS_ACCUMULATE; EVENT_NOT_MET; SLIDES, where
  * rows turn, or from refdyn_sliding_check; those of refdyn_accelerate and, where rows are met by projection,
  * of refdyn_project. */
 int refdyn_event_actions_take(struct refdyn_motion *motion);
+/* Opens the contacts that rest and would pull at the beginning of the step. Errors: those of
+ * refdyn_contact_transitions_take and refdyn_rates. */
+int refdyn_event_actions_open_contacts(struct refdyn_motion *motion);
 /* Lets the motion continue from the beginning of the step without what it keeps of earlier steps; is_new: as
  * in refdyn_step_break_off. */
 void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new);
+
+/* ---- The right side of an instant at which events set values (after_events.c) ---- */
+
+/* Of the caller's values, what the events are to replace. `struct refdyn_after` is written only by
+ * after_events.c. */
+struct refdyn_after {
+    double *p, *x, *qdd, *lambda; /* as in the workspace and the integrator; empty without changes */
+    double *terms;                /* of events */
+};
+
+void refdyn_after_lay_out(struct refdyn_after *after, const struct refdyn_model *model,
+                          struct layout *layout);
 
 /* ---- Kinks (kinks.c) ---- */
 
@@ -592,10 +620,11 @@ int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const s
 int refdyn_kinks_see_beyond(struct refdyn_motion *motion, double t, const double *state);
 int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state);
 /* After a step that passes kinks of positions by rounding alone: moves its end back before them, so that rows
- * that turn there are still as at its beginning. The second function moves a state at t in the step. */
+ * that turn there are still as at its beginning. The second function moves a state at t in the step; with
+ * all_kinks also back before kinks at which rows do not turn. */
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step);
 void refdyn_kinks_see_before(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
-                             double *state);
+                             double *state, int all_kinks);
 /* Moves a state at the beginning of the step to the side of the due kinks to which their crossings lead, or
  * for side -1 to the other one. Returns whether it has moved. */
 int refdyn_kinks_leave(struct refdyn_state_events *events, const struct refdyn_step *step, int side,
@@ -729,6 +758,7 @@ struct refdyn_motion {
     struct refdyn_step_control control;
     struct refdyn_time_events time_events;
     struct refdyn_state_events state_events;
+    struct refdyn_after after;
     struct refdyn_idle idle;
     struct refdyn_programme programme;
     struct refdyn_automatic automatic;
@@ -755,6 +785,9 @@ static inline int refdyn_repeats(const struct refdyn_motion *motion) {
 static inline int refdyn_integrator_status(const struct refdyn_integrator *integrator) {
     return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
 }
+
+/* As refdyn_integrator_look, anywhere in the last step, also after the shown state. */
+int refdyn_integrator_show(struct refdyn_integrator *integrator, double t);
 
 /* The time at which rates, rows and energies of t, inside the last step or at its end, are evaluated. */
 static inline double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {

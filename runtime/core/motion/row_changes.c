@@ -115,12 +115,9 @@ int refdyn_rows_jump_at(struct refdyn_motion *motion, double t) {
 
 /* The bodies on which contacts rest may have begun to move suddenly: contacts close or let go. */
 static int take_contacts(struct refdyn_motion *motion) {
-    const double energy = refdyn_energy_at_begin(motion), next = motion->control.next;
+    const double energy = refdyn_energy_at_begin(motion);
     int has_rates = 0;
-    refdyn_step_limit(&motion->step, INFINITY); /* forces are judged a little later than the event */
     const int status = refdyn_contact_transitions_take(motion, &has_rates);
-    refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options,
-                                next > 0 ? next : INFINITY);
     refdyn_energy_has_jumped(motion, energy);
     return status;
 }

@@ -26,9 +26,12 @@ static const double risen_least = 16;
 
 /* ---- Layout ---- */
 
-static int count_terms(const struct refdyn_model *model) {
-    return (model->event_count + model->kink_count) * (1 + 2 * model->n) + model->event_count +
-           model->change_count + model->event_count;
+int refdyn_event_terms_changes(const struct refdyn_model *model) {
+    return (model->event_count + model->kink_count) * (1 + 2 * model->n) + model->event_count;
+}
+
+int refdyn_event_terms_count(const struct refdyn_model *model) {
+    return refdyn_event_terms_changes(model) + model->change_count + model->event_count;
 }
 
 void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struct refdyn_model *model,
@@ -55,7 +58,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->rates = layout_doubles(layout, count);
     events->risen = layout_doubles(layout, count);
     events->visited = layout_doubles(layout, count);
-    events->terms = layout_doubles(layout, count > 0 ? count_terms(model) : 0);
+    events->terms = layout_doubles(layout, count > 0 ? refdyn_event_terms_count(model) : 0);
     events->room = layout_doubles(layout, count > 0 ? 2 * model->n + 1 : 0);
     refdyn_contacts_lay_out(&events->contacts, model, layout);
 }
@@ -105,7 +108,8 @@ struct refdyn_assessed refdyn_state_events_assess(const struct refdyn_state_even
         rate += by_qd[j] * rates[n + j];
     }
     if (i < events->named)
-        value_size = fmax(value_size, events->terms[count_terms(model_of(step)) - events->named + i]);
+        value_size =
+            fmax(value_size, events->terms[refdyn_event_terms_count(model_of(step)) - events->named + i]);
     return (struct refdyn_assessed){.noise = rounding * (value_size + fabs(rate * t)),
                                     .noise_at_time = rounding * value_size,
                                     .rate = rate,

@@ -66,6 +66,10 @@ void refdyn_balance_lay_out(struct balance *b, const struct refdyn_model *model,
     b->small_motion = layout_doubles(layout, 2 * n * n);
     b->motion = layout_doubles(layout, 4 * n * n);
     b->eigenvalues = layout_doubles(layout, 4 * n);
+    b->elimination.factors = layout_doubles(layout, 4 * n * n);
+    b->elimination.scale = layout_doubles(layout, 2 * n);
+    b->elimination.pivot = layout_ints(layout, 2 * n);
+    b->elimination.order = layout_ints(layout, 2 * n);
     refdyn_linear_lay_out(&b->linear, model, 1, 0, layout);
 }
 

@@ -4,9 +4,9 @@
  * In: the tangent H of the free directions. Out: the numbers of directions in which the stiffness
  * S = -(H + H^T)/2 is negative, or zero. Where forces have a potential, H is symmetric, and an equilibrium is
  * stable where that has a minimum (Lagrange and Dirichlet): no such direction. The signs do not depend on
- * masses (Sylvester). Where H is not symmetric, as with follower loads, the growing modes of the small motion
- * are counted. Without a tangent for them, S is used: if it is positive, the motion cannot leave the state
- * without oscillating; oscillations may still grow.
+ * masses (Sylvester). Where H is not symmetric, as with follower loads, or where dampers add energy, the
+ * growing modes of the small motion are counted. Without a tangent for them, S is used: if it is positive,
+ * the motion cannot leave the state without oscillating; oscillations may still grow.
  */
 #include "runtime/core/statics/statics.h"
 
@@ -15,132 +15,10 @@
 
 #include "runtime/core/linear/linear.h"
 
-/*
- * ---- Small motions, for forces without a potential ----
- *
- * In: the tangent H of the free directions, and in the same coordinates y the mass matrix M and the damping
- * D = -dQ/dqd. Out: the number of growing modes y e^(lambda t) of
- *     M y'' + D y' + K y = 0,   K = -H
- * With the shift s and w = y'/s this equation is E z' = A z for z = (y, w). The eigenvalues of (A - s E)^-1 E
- * are 1/(lambda - s): slow modes keep their digits among fast ones, and K may be singular. `refdyn modes`
- * computes the same eigenvalues together with shapes.
- */
-
-/* Relative to the shift: a double eigenvalue 0 splits by sqrt(DBL_EPSILON); */
-static const double zero_mode = 1e-6;
-/* a growth below these fractions of |lambda| and of |lambda - s|^2 / s is rounding. */
-static const double growth = 1e-9, rounding_of_shift = 1e-12;
-/* The shift lies between the rates of stiff and soft coordinates, at a ratio that coincides with no closed
- * form. */
-static const double shift_share = 0.6180339887498949, low_share = 1e-6;
-
-/* Returns a shift between the largest and the smallest sqrt(K_jj / M_jj). */
-static double choose_shift(const struct balance *b, const double *M) {
-    const int left = b->count - b->rank;
-    double low = INFINITY, high = 0;
-    for (int j = 0; j < left; j++) {
-        const double mass = M[j * (left + 1)], stiffness = fabs(b->stiffness[j * (left + 1)]);
-        const double rate = mass > 0 ? sqrt(stiffness / mass) : 0;
-        low = rate > 0 ? fmin(low, rate) : low;
-        high = fmax(high, rate);
-    }
-    return shift_share * (high > 0 ? sqrt(fmax(low, low_share * high)) * sqrt(high) : 1);
-}
-
-/* reduced := [1 P^T] X [1; P] for X (n x n). Returns whether it is finite. */
-static int reduce(struct balance *b, const double *X, double *reduced) {
-    const int left = b->count - b->rank;
-    for (int i = 0; i < b->count; i++)
-        for (int j = 0; j < b->count; j++)
-            b->tangent[i * b->count + j] = X[b->free[i] * b->n + b->free[j]];
-    refdyn_balance_reduce(b, b->tangent, reduced);
-    return refdyn_is_finite(reduced, left * left);
-}
-
-/* Computes M and D (left x left) at `now`. The equation of a state z is of first order: its column of M moves
- * to D, whose column is part of H. */
-static int find_matrices(struct balance *b, double *M, double *D) {
-    struct refdyn_workspace *work = b->work;
-    const int n = b->n;
-    double *mass = b->motion + n * n;
-    refdyn_balance_take_states(b, b->now.q);
-    if (refdyn_equations(work, b->t, b->now.q, b->rates))
-        return 0;
-    memcpy(mass, work->M, (size_t)(n * n) * sizeof *mass);
-    refdyn_linear_stiffness(&b->linear, work, b->t, b->now.q, b->rates, b->motion);
-    refdyn_linear_damping(&b->linear, b->motion);
-    for (int i = 0; i < n; i++)
-        for (int j = b->joints; j < n; j++) {
-            b->motion[i * n + j] = mass[i * n + j];
-            mass[i * n + j] = 0;
-        }
-    return reduce(b, mass, M) && reduce(b, b->motion, D);
-}
-
-/* Column of s (A - s E)^-1 E: y := -K_s^-1 f, K_s = K + s D + s^2 M factored, and w = y + own. */
-static void put_column(struct balance *b, double *f, int column, double own, int row_of_own) {
-    const int left = b->count - b->rank, size = 2 * left;
-    refdyn_lu_solve(0, b->H, left, b->order, f);
-    for (int i = 0; i < left; i++) {
-        b->motion[i * size + column] = -f[i];
-        b->motion[(left + i) * size + column] = -f[i] + (i == row_of_own ? own : 0);
-    }
-}
-
-/* b->motion := s (A - s E)^-1 E (2 left x 2 left). Returns whether K_s is regular. */
-static int find_pencil(struct balance *b, const double *M, const double *D, double s) {
-    const int left = b->count - b->rank;
-    for (int i = 0; i < left * left; i++)
-        b->H[i] = -b->stiffness[i] + s * D[i] + s * s * M[i];
-    if (!refdyn_lu_factor(0, b->H, left, b->order, b->scale))
-        return 0;
-    for (int j = 0; j < left; j++) {
-        for (int i = 0; i < left; i++)
-            b->y[i] = s * (D[i * left + j] + s * M[i * left + j]);
-        put_column(b, b->y, j, 1, j);
-        for (int i = 0; i < left; i++)
-            b->y[i] = s * s * M[i * left + j];
-        put_column(b, b->y, left + j, 0, -1);
-    }
-    return 1;
-}
-
-/* Counts the eigenvalue lambda = s (1 + 1/tau) of tau = re + i im. */
-static void count_mode(double re, double im, int *unstable, int *zeros) {
-    const double square = re * re + im * im;
-    if (!(square > 0) || im < 0)
-        return; /* infinite, of a coordinate without mass; or the conjugate of a counted one */
-    const double lambda_re = 1 + re / square, lambda_im = -im / square;
-    const double size = hypot(lambda_re, lambda_im);
-    if (size <= zero_mode)
-        *zeros += im > 0 ? 2 : 1;
-    else
-        *unstable += lambda_re > growth * size + rounding_of_shift / square;
-}
-
-/* Counts growing modes and neutral directions at `now`. Overwrites H, tangent and terms. Returns 0 if the
- * model has no tangent, or one that is not finite. */
-static int count_small_motions(struct balance *b, int *unstable, int *neutral) {
-    const int left = b->count - b->rank, size = 2 * left;
-    if (!refdyn_has_tangent(b->work->model))
-        return 0;
-    double *M = b->small_motion, *D = M + left * left, *re = b->eigenvalues, *im = re + size;
-    int zeros = 0;
-    if (!find_matrices(b, M, D) || !find_pencil(b, M, D, choose_shift(b, M)))
-        return 0;
-    if (!refdyn_eigenvalues(b->motion, size, re, im))
-        return 0;
-    *unstable = 0;
-    for (int i = 0; i < size; i++)
-        count_mode(re[i], im[i], unstable, &zeros);
-    *neutral = (zeros + 1) / 2;
-    return 1;
-}
-
 /* ---- The signs of the stiffness ---- */
 
-/* Relative to the terms of the entries: bounds below which an eigenvalue counts as 0 and H as symmetric, and
- * above which all pivots prove that every eigenvalue is positive. */
+/* Relative to the terms of the entries: bounds below which an eigenvalue counts as 0, and H as symmetric or D
+ * as positive; and above which all pivots prove that every eigenvalue is positive. */
 static const double zero = 1e-11, asymmetry = 1e-9, pivot_clear = 1e-6;
 
 /* size: units with H_ij of the order size_i size_j, from the diagonal or, where it is 0, from the row. */
@@ -220,15 +98,41 @@ static int most_moved(struct balance *b) {
     return most;
 }
 
+/* Returns whether the symmetric part of D is nowhere negative: no damper adds energy. */
+static int dissipates(struct balance *b, const double *D) {
+    const int left = b->count - b->rank;
+    const struct spectrum room = room_of(b);
+    for (int i = 0; i < left; i++) {
+        double largest = fabs(D[i * (left + 1)]);
+        for (int j = 0; j < left && D[i * (left + 1)] == 0; j++)
+            largest = fmax(largest, fmax(fabs(D[i * left + j]), fabs(D[j * left + i])));
+        room.size[i] = largest > 0 ? sqrt(largest) : 1;
+    }
+    for (int i = 0; i < left; i++)
+        for (int j = 0; j < left; j++)
+            b->H[i * left + j] = (D[i * left + j] + D[j * left + i]) / 2 / room.size[i] / room.size[j];
+    for (int i = 0; i < left; i++)
+        b->H[i * (left + 1)] += asymmetry;
+    return refdyn_factor(b->H, left, left) < 0;
+}
+
+/* Counts growing modes if forces have no potential, or if a damper adds energy. Returns whether they count.
+ */
+static int judge_by_modes(struct balance *b, struct refdyn_statics_result *result) {
+    const int left = b->count - b->rank;
+    return refdyn_growing_find_matrices(b) &&
+           (!result->has_potential || !dissipates(b, b->small_motion + left * left)) &&
+           refdyn_growing_count(b, &result->unstable, &result->neutral);
+}
+
 void refdyn_stability_judge(struct balance *b, struct refdyn_statics_result *result) {
     struct spectrum spectrum;
     const int is_clear = is_clearly_stable(b, result);
-    if (!result->has_potential) {
+    if (judge_by_modes(b, result)) {
         result->criterion = REFDYN_BY_LINEAR_MOTION;
-        if (count_small_motions(b, &result->unstable, &result->neutral))
-            return;
-        result->criterion = REFDYN_BY_SYMMETRIC_PART;
+        return;
     }
+    result->criterion = result->has_potential ? REFDYN_BY_POTENTIAL : REFDYN_BY_SYMMETRIC_PART;
     if (is_clear)
         return;
     refdyn_stability_find_spectrum(b, &spectrum);

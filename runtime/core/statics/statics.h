@@ -6,6 +6,7 @@
 #define REFDYN_STATICS_H
 
 #include "runtime/core/implicit/implicit.h"
+#include "runtime/core/linear/linear.h"
 
 /* ---- Balance: balance.c has the formulas, and defines F, K_d, P, g and H ---- */
 
@@ -49,10 +50,11 @@ struct balance {
     double *coupling;  /* ((count - rank) x rank) dependent columns of [1 P^T] T */
     int *order;        /* (count) row exchanges of the L U, or of the choice of rows */
 
-    double *tangent, *terms;       /* scratch: (n x n), (n x max(n, m)) */
-    double *scale, *y, *p;         /* scratch: (count), (count), (row_count) */
-    double *small_motion, *motion; /* scratch, with a tangent: (2 x n x n), (2 n x 2 n) */
-    double *eigenvalues;           /* scratch: (2 x 2 n) */
+    double *tangent, *terms;                /* scratch: (n x n), (n x max(n, m)) */
+    double *scale, *y, *p;                  /* scratch: (count), (count), (row_count) */
+    double *small_motion, *motion;          /* scratch, with a tangent: (2 x n x n), (2 n x 2 n) */
+    double *eigenvalues;                    /* scratch: (2 x 2 n) */
+    struct refdyn_rank_scratch elimination; /* with a tangent, of size 2 n */
     struct refdyn_linear linear;
 };
 
@@ -149,7 +151,14 @@ void refdyn_limit_points_lay_out(struct statics *statics, const struct refdyn_mo
  * refdyn_newton_solve. */
 int refdyn_limit_points_pass(struct statics *statics, double *q);
 
-/* ---- Stability (stability.c) ---- */
+/* ---- Stability: growing_modes.c, stability.c ---- */
+
+/* Computes the mass matrix and the damping of the free directions at `now` into small_motion. Overwrites
+ * tangent, motion and terms. Returns 0 if the model has no tangent, or one that is not finite. */
+int refdyn_growing_find_matrices(struct balance *balance);
+/* Counts growing modes with these matrices, and directions without stiffness. Overwrites H. Returns 0 if the
+ * eigenvalues cannot be computed. */
+int refdyn_growing_count(struct balance *balance, int *unstable, int *neutral);
 
 /* S = D V values V^T D, in arrays of a balance: the units D make the entries at most about 1; V has one
  * vector a column. */

@@ -196,23 +196,24 @@ static bool may_hold(const struct row *row, unsigned needs, const struct values 
     return row->level == ROW_POSITION && (is_known || needs & NEEDS_EACH_START);
 }
 
-/* Returns whether forces may have no potential, so that small motions must decide the stability of an
- * equilibrium. */
-static bool may_follow(const struct model *model) {
+/* Returns whether forces may have no potential or add energy, so that small motions must decide the stability
+ * of an equilibrium. Springs have one, and dampers are not negative. */
+static bool may_lack_potential(const struct model *model) {
     for (int i = 0; i < model->force_count; i++)
-        if (model->graph->nodes[model->forces[i].value].depends & ON_STATE)
+        if (model->graph->nodes[model->forces[i].value].depends & (ON_STATE | ON_RATE))
             return true;
     return model->load_count > 0 || model->state_count > 0;
 }
 
-/* Statics needs a tangent, of either form, for rows and for forces without a potential. */
+/* Statics needs a tangent, of either form, for rows and where the potential alone does not decide stability.
+ */
 static bool needs_statics_tangent(const struct model *model, unsigned needs, const struct values *values) {
     if (!(needs & NEEDS_STATICS))
         return false;
     for (int i = 0; i < model->row_count; i++)
         if (may_hold(&model->rows[i], needs, values))
             return true;
-    return may_follow(model);
+    return may_lack_potential(model);
 }
 
 static bool has_angular_points(const struct model *model) {

@@ -42,4 +42,4 @@ if not TYPE_CHECKING:
         return value
 
     def __dir__():
-        return sorted({*globals(), *__all__, "__version__"})
+        return sorted([*__all__, "__version__"])

@@ -10,6 +10,7 @@ import numpy as np
 from .cases import lua_text
 from .names import not_one_of, one_real
 from .program import text_of
+from .samples import is_along_t
 
 if TYPE_CHECKING:
     import xarray
@@ -139,12 +140,22 @@ def listed(argument: str, data: Any) -> list[Any]:
     return items
 
 
+def doubles(name: str, values: Any) -> np.ndarray:
+    """Converts a column of data to doubles; a missing value is NaN."""
+    try:
+        return np.asarray(values, dtype=float)
+    except OverflowError as error:
+        raise ValueError(f"{name}: contains an integer that is too large; all numbers must be finite") from error
+
+
 def write_data(argument: str, item: Any, path: str) -> str:
     """Writes columns as a CSV, in which gaps are empty; returns the path of the file of data."""
     if is_file(item):
         return os.path.abspath(item)
+    if is_along_t(item):
+        item = item.reset_index()
     names = [str(name) for name in (item.variables if hasattr(item, "variables") else item.keys())]
-    columns = {name: np.asarray(item[name], dtype=float) for name in names if not hasattr(item, "variables") or item[name].dims == ("t",)}
+    columns = {name: doubles(f"{argument}: {name}", item[name]) for name in names if not hasattr(item, "variables") or item[name].dims == ("t",)}
     if "t" not in columns:
         raise ValueError(f"{argument}: no column t; add the time of each measurement [s]")
     for name, values in columns.items():

@@ -6,7 +6,6 @@ import json
 import os
 import pathlib
 import threading
-import types
 import warnings
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import casadi_functions, cases as cases_, datasets, equilibria, fitting, inline, motion, planning, program, recorded, stepping, urdf
-from .names import ByName, by_name, by_order, common_lead, file_name, finite, finite_row, flag, in_order, nearest, one_real, suggesting, texts_of, unknown, with_names
+from .names import ByName, Fixed, by_name, by_order, common_lead, file_name, finite, finite_row, flag, in_order, nearest, one_real, suggesting, texts_of, unknown, with_names
 from .passing import Given, States
 from .quantity import Compiled, Quantity, states_of
 from .samples import of_dataset, split
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @suggesting("step")
-class Model:
+class Model(Fixed):
     """A model file with its options and parameters: `Model("models/manipulator.lua", n_rfe=4)`.
 
     Every emitted quantity is a function of the model, such as `arm.qdd(q, qd)`. `dir(arm)` lists the quantities;
@@ -36,6 +35,7 @@ class Model:
     """
 
     __module__ = "refdyn"
+    _remedy = "a model cannot be changed; create another with refdyn.Model, or pass parameters={...} to one call"
 
     coordinates: tuple[str, ...]                 # in the order of q: those of joints, then the continuous states
     state_names: tuple[str, ...]                 # continuous states: the value of a state is in qd, its rate in qdd; q has no meaning there
@@ -115,12 +115,12 @@ class Model:
             raise
 
     @classmethod
-    def _of_sources(cls, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = types.MappingProxyType({}), imported: tuple[str, ...] = ()) -> Model:
+    def _of_sources(cls, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = {}, imported: tuple[str, ...] = ()) -> Model:
         model = cls.__new__(cls)
         model._read(sources, settings, joints, imported)
         return model
 
-    def _read(self, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = types.MappingProxyType({}), imported: tuple[str, ...] = ()) -> None:
+    def _read(self, sources: Sources, settings: Mapping[str, Any], joints: urdf.Joints = {}, imported: tuple[str, ...] = ()) -> None:
         self._lock, self._settings, self._sources = threading.RLock(), dict(settings), sources
         self._libraries: dict[tuple[str | None, bool], Compiled] = {}
         self._steppers: dict[tuple[str, str | None], stepping.Stepper] = {}
@@ -138,8 +138,8 @@ class Model:
         self._fixed = {entry["name"]: entry["value"] for entry in description["parameters"] if not entry["anchored"]}
         lists = {key: tuple(description[key]) for key in ("rows", "points", "courses", "held")}
         vars(self).update(coordinates=tuple(self._units["coordinates"]), parameters=named(description["parameters"], "value", "parameter"),
-                          inputs=named(description["inputs"], "value", "input"), units=self._units["coordinates"], options=types.MappingProxyType(description["options"]),
-                          q0=constant(description["q"]), qd0=constant(description["qd"]), joints=types.MappingProxyType(ByName("joint", joints)), imported=imported,
+                          inputs=named(description["inputs"], "value", "input"), units=self._units["coordinates"], options=ByName("option", description["options"], Model._remedy),
+                          q0=constant(description["q"]), qd0=constant(description["qd"]), joints=ByName("joint", joints), imported=imported,
                           limits=urdf.Limits(tuple(self._units["coordinates"]), self._units["coordinates"], description["limits"], description["bounds"], joints),
                           state_names=tuple(description["states"]), **lists)
         self._row_starts, self._given = description["row_starts"], {entry["name"] for entry in description["parameters"] if not entry["anchored"]}
@@ -161,14 +161,6 @@ class Model:
 
     def _repr_html_(self) -> str:
         return inline.of_model(self)
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if not name.startswith("_"):
-            raise AttributeError(f"{name}: a model cannot be changed; create another with refdyn.Model, or pass parameters={{...}} to one call")
-        object.__setattr__(self, name, value)
-
-    def __delattr__(self, name: str) -> None:
-        raise AttributeError(f"{name}: a model cannot be changed; create another with refdyn.Model")
 
     def __reduce__(self) -> tuple[Any, ...]:
         return restored, (type(self), self._sources.main, self._sources.texts, self._settings, dict(self.joints), self.imported)
@@ -218,6 +210,9 @@ class Model:
         They act in addition to the model's own forces, those of the inputs included. With rows, they are the forces of drives and
         rows together: at `qdd = arm.qdd(q, qd)` the result is `arm.force(q, qd)`. Axes before the last one are a batch.
         """
+        found = self.inverse._of_accelerations(q, qd, qdd, t, inputs, parameters)
+        if found is not None:
+            return found
         n = len(self.coordinates)
         rates = {name: states_of(name, value, self) for name, value in (("qd", qd), ("qdd", qdd))}
         lead = common_lead((name, array.shape[:-1]) for name, array in rates.items())
@@ -251,13 +246,13 @@ class Model:
 
     def motion(self, q: States | None = None, qd: States | None = None, t: float = 0.0, *, method: str | None = None, tol: float | None = None,
                step: float | None = None, step_max: float | None = None, stabilise: str | None = None, singular: str | None = None, start: str | None = None,
-               inputs: Given = None, parameters: Given = None) -> motion.Motion:
+               step_limit: int | None = None, inputs: Given = None, parameters: Given = None) -> motion.Motion:
         """Begins a motion at q, qd (default: the model's initial state) and t [s]; `motion.advance(t)` computes it.
 
         The options are those of `refdyn sim`: adaptive steps with `tol`, or fixed ones of at most `step` [s], without which those of
-        rk4 are 1 ms. Inputs and parameters are constant until `motion.set(...)`.
+        rk4 are 1 ms. After `step_limit` steps, accepted or rejected, `advance` raises NumericalError. Inputs and parameters are constant until `motion.set(...)`.
         """
-        options = motion.options_of(method, tol, step, step_max, stabilise, singular, start, False)
+        options = motion.options_of(method, tol, step, step_max, stabilise, singular, start, False, step_limit)
         return motion.begin(self, q, qd, t, options, start, inputs, parameters)
 
     def step(self, q: States, qd: States, t: npt.ArrayLike, h: float, inputs: Given = None, parameters: Given = None, *,
@@ -617,7 +612,7 @@ class Model:
 
 def restored(kind: type[Model], main: str, texts: Mapping[str, bytes], settings: Mapping[str, Any], joints: urdf.Joints, imported: tuple[str, ...]) -> Model:
     """Restores a pickled model from its texts, even if the files have changed."""
-    return kind._of_sources(Sources(main, texts), settings, types.MappingProxyType(joints), imported)
+    return kind._of_sources(Sources(main, texts), settings, joints, imported)
 
 
 def check_place(argument: str, place: str, others: Sequence[str], options: Mapping[str, Any] = {}) -> None:
@@ -637,7 +632,7 @@ def shown_file(main: str) -> str:
 
 
 def named(entries: Sequence[Mapping[str, Any]], key: str, kind: str = "name") -> Mapping[str, Any]:
-    return types.MappingProxyType(ByName(kind, {entry["name"]: entry[key] for entry in entries}))
+    return ByName(kind, {entry["name"]: entry[key] for entry in entries}, Model._remedy)
 
 
 def constant(values: Sequence[float]) -> np.ndarray:

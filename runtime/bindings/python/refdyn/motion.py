@@ -1,14 +1,14 @@
 """Motions in the process: a simulator inside the caller's own loop."""
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import program
 from .core import METHODS
-from .names import finite, in_order, not_one_of, one_real, suggesting, with_names
+from .names import ByName, Fixed, finite, in_order, not_one_of, one_real, suggesting, with_names
 from .passing import Given, States
 from .wording import shown
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from .model import Model
     from .quantity import Compiled
 
+STEPS_MOST = 1e10  # as for `refdyn sim`
 DONE, REFUSED = 0, -19  # statuses of the runtime
 STABILISE = {"none": 0, "baumgarte": 1, "baumgarte-auto": 1, "project": 2}
 START = {"as-is": 0, "project": 1}
@@ -46,13 +47,24 @@ def positive(name: str, value: Any) -> float:
     return number
 
 
+def count(name: str, value: Any) -> int:
+    """A whole number from 1 to 1e10."""
+    if type(value) is not int and (isinstance(value, bool) or not isinstance(value, (int, np.integer))):
+        raise TypeError(f"{name}: {type(value).__name__}; must be a whole number")
+    if value < 1:
+        raise ValueError(f"{name}: {value}; must be at least 1")
+    if one_real(name, value) > STEPS_MOST:
+        raise ValueError(f"{name}: {value}; must be at most {STEPS_MOST:g}")
+    return int(value)
+
+
 def method_of(method: str | None, has_step: bool) -> str:
     choose("method", method, NAMES)
     return ALIASES.get(method, method) if method is not None else "rk4" if has_step else "auto"
 
 
 def options_of(method: str | None, tol: Any, step: Any, step_max: Any, stabilise: str | None, singular: str | None, start: str | None,
-               has_balance: bool) -> tuple[Any, ...]:
+               has_balance: bool, step_limit: Any = None) -> tuple[Any, ...]:
     """Returns the options of core.Library.motion, with the rules and messages of `refdyn sim`."""
     sizes = tuple(positive(name, value) for name, value in (("tol", tol), ("step", step), ("step_max", step_max)))
     name = method_of(method, sizes[1] > 0)
@@ -68,7 +80,7 @@ def options_of(method: str | None, tol: Any, step: Any, step_max: Any, stabilise
     choose("singular", singular, SINGULAR)
     choose("start", start, START)
     return (name, *sizes, -1 if stabilise is None else STABILISE[stabilise], int(stabilise == "baumgarte-auto"),
-            SINGULAR[singular or "stop"], START[start or "as-is"], int(has_balance))
+            SINGULAR[singular or "stop"], START[start or "as-is"], int(has_balance), 0 if step_limit is None else count("step_limit", step_limit))
 
 
 def values_of(compiled: Compiled, parameters: Mapping[str, float]) -> tuple[np.ndarray, bytes]:
@@ -129,7 +141,7 @@ def failure_of(model: Model, status: int, text: str, is_started: bool) -> Except
 
 
 @suggesting("advance")
-class Motion:
+class Motion(Fixed):
     """A motion in the process: `motion = arm.motion(q, qd)`, then `motion.advance(t)` in a loop.
 
     t, q, qd, state, qdd, force   time [s], coordinates, rates, both, accelerations and forces of the programme
@@ -143,6 +155,7 @@ class Motion:
     """
 
     __module__ = "refdyn"
+    _remedy = "a motion is changed by motion.advance(t) and motion.set(...)"
 
     def __init__(self, model: Model, compiled: Compiled, core: Core) -> None:
         self._model, self._compiled, self._core = model, compiled, core
@@ -172,7 +185,7 @@ class Motion:
         if parameters is not None:
             p = self._changed("parameter", parameters, self._compiled.places, self._core.parameters)
         if q is not None or qd is not None:
-            state = self.state
+            state = self._numbers((2, self._n), self._core.state)
             for row, name, value in ((state[0], "q", q), (state[1], "qd", qd)):
                 row[:] = row if value is None else row_of(name, value, self._model)
         before = (self._numbers(len(self._compiled.places), self._core.parameters), self._numbers(len(self._compiled.inputs), self._core.inputs), self.state)
@@ -205,6 +218,15 @@ class Motion:
         write(out)
         return out
 
+    def _read(self, count: Any, write: Any) -> np.ndarray:
+        """Numbers that the caller only reads."""
+        out = self._numbers(count, write)
+        out.flags.writeable = False
+        return out
+
+    def _by_name(self, kind: str, names: Iterable[str], numbers: np.ndarray) -> ByName:
+        return ByName(kind, zip(names, numbers.tolist()), f"use motion.set({kind}s={{...}})" if kind != "state" else "use motion.set(qd=...)")
+
     @property
     def t(self) -> float:
         return self._core.t
@@ -212,7 +234,7 @@ class Motion:
     @property
     def state(self) -> np.ndarray:
         """q and qd, (2, n)."""
-        return self._numbers((2, self._n), self._core.state)
+        return self._read((2, self._n), self._core.state)
 
     @property
     def q(self) -> np.ndarray:
@@ -223,26 +245,25 @@ class Motion:
         return self.state[1]
 
     @property
-    def states(self) -> dict[str, float]:
+    def states(self) -> Mapping[str, float]:
         """The continuous states by name."""
-        n = len(self._model.state_names)
-        return dict(zip(self._model.state_names, self.state[1, self._n - n:].tolist()))
+        return self._by_name("state", self._model.state_names, self.state[1, self._n - len(self._model.state_names):])
 
     @property
     def qdd(self) -> np.ndarray:
-        return self._numbers(self._n, self._core.accelerations)
+        return self._read(self._n, self._core.accelerations)
 
     @property
     def force(self) -> np.ndarray:
-        return self._numbers(self._n, self._core.force)
+        return self._read(self._n, self._core.force)
 
     @property
-    def inputs(self) -> dict[str, float]:
-        return dict(zip(self._compiled.inputs, self._numbers(len(self._compiled.inputs), self._core.inputs).tolist()))
+    def inputs(self) -> Mapping[str, float]:
+        return self._by_name("input", self._compiled.inputs, self._numbers(len(self._compiled.inputs), self._core.inputs))
 
     @property
-    def parameters(self) -> dict[str, float]:
-        return dict(zip(self._compiled.places, self._numbers(len(self._compiled.places), self._core.parameters).tolist()))
+    def parameters(self) -> Mapping[str, float]:
+        return self._by_name("parameter", self._compiled.places, self._numbers(len(self._compiled.places), self._core.parameters))
 
     @property
     def has_ended(self) -> bool:

@@ -80,15 +80,41 @@ def suggesting(*quick: str) -> Callable[[Kind], Kind]:
     return decorate
 
 
-class ByName(dict[str, Any]):
-    """Values by name; the error about an unknown name suggests the nearest one."""
+class Fixed:
+    """An object whose attributes are only read: to assign one is an error, which says what to do instead. dir() lists the public ones."""
 
-    def __init__(self, kind: str, values: Mapping[str, Any]) -> None:
+    _remedy = "these values cannot be changed"
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            raise AttributeError(f"{name}: {self._remedy}")
+        object.__setattr__(self, name, value)
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{name}: {self._remedy}")
+
+    def __dir__(self) -> list[str]:
+        return sorted(name for name in super().__dir__() if not name.startswith("_"))
+
+
+class ByName(dict[str, Any]):
+    """Values by name, which are only read. The error about an unknown name suggests the nearest one; that about an assignment ends with
+    the remedy."""
+
+    def __init__(self, kind: str, values: Mapping[str, Any] | Iterable[tuple[str, Any]], remedy: str = "copy them with dict(...)") -> None:
         super().__init__(values)
-        self.kind = kind
+        self.kind, self.remedy = kind, remedy
 
     def __missing__(self, name: str) -> Any:
         raise KeyError(unknown(self.kind, name, self))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.kind, dict(self), self.remedy)
+
+    def _refuse(self, *values: Any, **given: Any) -> Any:
+        raise TypeError(f"{self.kind}s: these values are only read; {self.remedy}")
+
+    __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
 
 
 def article(kind: str) -> str:
@@ -263,11 +289,11 @@ def finite(name: str, value: npt.ArrayLike) -> np.ndarray:
 
 
 def finite_row(name: str, value: npt.ArrayLike, allowed: str) -> np.ndarray:
-    """A finite number or a row of finite numbers; the message about another shape says what is `allowed`."""
+    """A finite number or a row of finite numbers in C order; the message about another shape says what is `allowed`."""
     array = finite(name, value)
     if array.ndim > 1:
         raise ValueError(f"{name}: has shape {array.shape}; must be {allowed}")
-    return array
+    return np.require(array, requirements="C")
 
 
 def common_lead(arguments: Iterable[tuple[str, Sequence[int]]]) -> tuple[int, ...]:

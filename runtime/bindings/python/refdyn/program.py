@@ -95,6 +95,7 @@ def text_of(name: str, value: Any) -> str:
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, (int, np.integer)):
+        one_real(name, value)  # an integer beyond the doubles is no number of the command line
         return str(int(value))
     if isinstance(value, np.ndarray) or np.ndim(value) == 0 and not isinstance(value, (str, os.PathLike)):
         return repr(one_real(name, value))
@@ -212,8 +213,9 @@ def listen(stream: IO[bytes], said: list[bytes]) -> None:
         text += part
         for pattern in (BAR, NOTICE):
             for shown in pattern.findall(text):
-                sys.stderr.write(shown.decode("utf-8", "replace"))
-                sys.stderr.flush()
+                if sys.stderr is not None:  # a program without a console has none
+                    sys.stderr.write(shown.decode("utf-8", "replace"))
+                    sys.stderr.flush()
             text = pattern.sub(b"", text)
     said.append(text)
 

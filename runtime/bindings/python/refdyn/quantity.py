@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from . import inline, program, wording
 from .core import Library
-from .names import common_lead, in_order, reals
+from .names import Fixed, common_lead, in_order, reals
 from .passing import Given, States, Values, spread
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def states_of(name: str, value: States, model: Model, size: int | None = None) -
     return array
 
 
-class Quantity:
+class Quantity(Fixed):
     """An emitted function of a model: `arm.qdd(q, qd)`.
 
     q       coordinates (..., n) in the order of `arm.coordinates`
@@ -148,6 +148,7 @@ class Quantity:
     """
 
     __module__ = "refdyn"
+    _remedy = "a quantity cannot be changed; pass inputs={...} and parameters={...} to one call"
 
     def __init__(self, name: str, model: Model, compiled: Compiled, lanes: Callable[[], Compiled]) -> None:
         self.__name__ = name
@@ -194,11 +195,21 @@ class Quantity:
     def _function(self, compiled: Compiled) -> Function:
         return compiled.library.function(self.__name__, self._rates, self._size)
 
-    def __call__(self, q: States | None = None, qd: States | None = None, t: npt.ArrayLike = 0.0, inputs: Given = None, parameters: Given = None) -> Any:
+    def _keep_up(self) -> None:
+        """Uses the optimised library as soon as it is there."""
         if self._compiled.optimised is not None:
             self._compiled.change_over()
         if self._library is not self._compiled.library:
             self._bind()
+
+    def _of_accelerations(self, q: States, qd: States, qdd: States, t: npt.ArrayLike, inputs: Given, parameters: Given) -> np.ndarray | None:
+        """Evaluates a quantity of q, qd and qdd at one state, given as rows of doubles; None for arguments of another form."""
+        self._keep_up()
+        out = np.empty(self._size)
+        return out if self._one(q, qd, t, out, inputs, parameters, qdd) else None
+
+    def __call__(self, q: States | None = None, qd: States | None = None, t: npt.ArrayLike = 0.0, inputs: Given = None, parameters: Given = None) -> Any:
+        self._keep_up()
         out = np.empty(self._shape or self._size)
         if self._one(q, qd, t, out, inputs, parameters):
             return out if self._shape else self._shaped(out)

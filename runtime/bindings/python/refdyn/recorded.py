@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 OPTIONS = ("step_max", "stabilise", "singular", "start")  # further options of arm.simulate that need no program
 OF_STATICS = ("hold", "release", "way")                  # and those of a start at the equilibrium
 OF_GSL = ("msbdf", "bsimp")                              # methods that only the program may have
-OUTPUTS_MOST, STEPS_MOST = 10_000_000, 1e10               # as for `refdyn sim`
+OUTPUTS_MOST = 10_000_000                                 # as for `refdyn sim`
 
 
 class Columns(dict[str, np.ndarray]):
@@ -81,7 +81,7 @@ def simulate(model: Model, t_end: Any, options: tuple[Any, ...], every: Any, sta
     span = until - begin
     if t is not None and t.ndim or any(row is not None and row.shape != (n,) for row in (q, qd)) or not 0 < span < np.inf:
         return None
-    if distance and span / distance > OUTPUTS_MOST or options[2] and span / options[2] > STEPS_MOST:
+    if distance and span / distance > OUTPUTS_MOST or options[2] and span / options[2] > motion.STEPS_MOST:
         return None
     model._sources.path()
     equilibrium = None

@@ -11,8 +11,16 @@ from .names import by_name, finite_row
 
 
 def of_dataset(inputs: Any) -> Any:
-    """Returns the variables of a dataset along t with its times, by name; other inputs as they are."""
+    """Returns the variables of a dataset along t with its times, by name, and a frame indexed by t with its times as a column; other
+    inputs as they are."""
+    if is_along_t(inputs):
+        return inputs.reset_index()
     return {str(name): inputs[name].values for name in inputs.variables} if hasattr(inputs, "data_vars") else inputs
+
+
+def is_along_t(data: Any) -> bool:
+    """Whether data are a frame of pandas whose index has the times."""
+    return hasattr(data, "columns") and getattr(getattr(data, "index", None), "name", None) == "t" and "t" not in data.columns
 
 
 def split(inputs: Mapping[str, npt.ArrayLike] | None, kinds: Mapping[str, Collection[str]],

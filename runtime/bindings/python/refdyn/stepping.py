@@ -12,7 +12,6 @@ from . import motion, program
 from .names import common_lead, finite, one_real, reals
 from .passing import States
 from .quantity import index_of, spread, states_of
-from .recorded import STEPS_MOST
 
 if TYPE_CHECKING:
     from .core import Report
@@ -21,17 +20,6 @@ if TYPE_CHECKING:
 
 EXPLICIT = ("rk4", "rk54", "rk8")
 REMEDY = 'use more steps, or method="ros34pw2" or "rodas5p"'
-
-
-def count_of(steps: Any) -> int:
-    """A whole number of steps."""
-    if type(steps) is not int and (isinstance(steps, bool) or not isinstance(steps, (int, np.integer))):
-        raise TypeError(f"steps: {type(steps).__name__}; must be a whole number")
-    if steps < 1:
-        raise ValueError(f"steps: {steps}; must be at least 1")
-    if steps > STEPS_MOST:
-        raise ValueError(f"steps: {steps}; must be at most {STEPS_MOST:g}")
-    return int(steps)
 
 
 def are(count: int) -> str:
@@ -66,17 +54,30 @@ class Stepper:
         return compiled.library.stepper(self._method, compiled.p, compiled.x)
 
     def __call__(self, q: States, qd: States, t: npt.ArrayLike, h: float, inputs: Any, parameters: Any, steps: int) -> tuple[np.ndarray, np.ndarray]:
-        q, qd, t = states_of("q", q, self._model), states_of("qd", qd, self._model), reals("t", t)
-        h = h if type(h) is float else one_real("h", h)
-        if not (h > 0 and math.isfinite(h)):
-            raise ValueError(f"h: {h:g} is not a positive number")
-        steps = count_of(steps)
+        self._keep_up()
+        if self._one is not None:
+            new_q, new_qd = np.empty(self._n), np.empty(self._n)
+            if self._one.one(q, qd, t, h, steps, inputs, parameters, new_q, new_qd):
+                return new_q, new_qd
+        return self._general(q, qd, t, h, inputs, parameters, steps)
+
+    def _keep_up(self) -> None:
+        """Uses the optimised library as soon as it is there."""
         compiled = self._compiled
         if compiled.optimised is not None:
             compiled.change_over()
         if compiled.library is not self._library:
             self._library, self._local = compiled.library, threading.local()
             self._one = self._direct(compiled) if self._is_direct else None
+
+    def _general(self, q: States, qd: States, t: npt.ArrayLike, h: float, inputs: Any, parameters: Any, steps: int) -> tuple[np.ndarray, np.ndarray]:
+        """Steps from arguments of any type, for one state or a batch."""
+        q, qd, t = states_of("q", q, self._model), states_of("qd", qd, self._model), reals("t", t)
+        h = h if type(h) is float else one_real("h", h)
+        if not (h > 0 and math.isfinite(h)):
+            raise ValueError(f"h: {h:g} is not a positive number")
+        steps = motion.count("steps", steps)
+        compiled = self._compiled
         x = compiled.input_rows(inputs)
         p = compiled.parameter_rows(parameters, x)
         if q.ndim == qd.ndim == x.ndim == p.ndim == 1 and t.ndim == 0:

@@ -4,14 +4,13 @@ from __future__ import annotations
 import json
 import os
 import pathlib
-import types
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import inline, program, wording
-from .names import ByName, nearest, not_one_of, unknown
+from .names import ByName, Fixed, nearest, not_one_of, unknown
 
 OF_BEAMS = ("section", "E", "tip", "nu", "eta", "rho", "rfe")  # options of a flexible link
 Joints = Mapping[str, "str | tuple[str, ...]"]
@@ -47,7 +46,7 @@ def imported(file: str | os.PathLike[str], options: Mapping[str, Any]) -> tuple[
         name = os.fspath(file)
         _, _, report = program.run("import", os.path.join(".", name) if name.startswith("-") else name, *program.arguments({**options, "output": str(model), "joints": str(joints)}), "--joint-names")
         names = {joint: tuple(coordinates) for joint, coordinates in json.loads(joints.read_text(encoding="utf-8")).items()}
-        of_joints = types.MappingProxyType({joint: of[0] if len(of) == 1 else of for joint, of in names.items()})
+        of_joints = {joint: of[0] if len(of) == 1 else of for joint, of in names.items()}
         return model.read_text(encoding="utf-8"), of_joints, tuple(wording.of_python(report).strip().splitlines())
 
 
@@ -78,7 +77,7 @@ class Bounds(NamedTuple):
     upper: float
 
 
-class Limits(Mapping[str, Limit]):
+class Limits(Fixed, Mapping[str, Limit]):
     """Limits of the coordinates, from the field `limits` of links or a URDF file: `arm.limits["elbow"].upper`. The name of a
     joint in the URDF file serves as well as that of its coordinate.
 
@@ -88,18 +87,25 @@ class Limits(Mapping[str, Limit]):
     """
 
     __module__ = "refdyn"
+    _remedy = "limits cannot be changed; set them in the model file"
+
+    coordinates: tuple[str, ...]
+    lower: np.ndarray
+    upper: np.ndarray
+    velocity: np.ndarray
+    effort: np.ndarray
+    named: Mapping[str, Bounds]
+    units: Mapping[str, Mapping[str, str]]
 
     def __init__(self, coordinates: Sequence[str], units: Mapping[str, str], entries: Sequence[Mapping[str, float]],
-                 bounds: Sequence[Mapping[str, Any]], joints: Joints = types.MappingProxyType({})) -> None:
-        self.coordinates = tuple(coordinates)
-        self._made_of = self.coordinates, dict(units), list(entries), list(bounds), dict(joints)
+                 bounds: Sequence[Mapping[str, Any]], joints: Joints = {}) -> None:
+        self._made_of = tuple(coordinates), dict(units), list(entries), list(bounds), dict(joints)
         self._joints = dict(joints)
-        self.named: Mapping[str, Bounds] = types.MappingProxyType(ByName(
-            "limit", {bound["name"]: Bounds(bound["column"], bound.get("from", -np.inf), bound.get("to", np.inf)) for bound in bounds}))
-        self.lower, self.upper, self.velocity, self.effort = (
-            fixed([entry.get(key, none) for entry in entries]) for key, none in (("from", -np.inf), ("to", np.inf), ("rate", np.inf), ("force", np.inf)))
-        self.units: Mapping[str, Mapping[str, str]] = types.MappingProxyType(
-            ByName("coordinate", {name: types.MappingProxyType(units_of(units[name])) for name in coordinates}))
+        arrays = {name: fixed([entry.get(key, none) for entry in entries])
+                  for name, key, none in (("lower", "from", -np.inf), ("upper", "to", np.inf), ("velocity", "rate", np.inf), ("effort", "force", np.inf))}
+        named = {bound["name"]: Bounds(bound["column"], bound.get("from", -np.inf), bound.get("to", np.inf)) for bound in bounds}
+        vars(self).update(coordinates=tuple(coordinates), named=ByName("limit", named, self._remedy),
+                          units=ByName("coordinate", {name: ByName("unit", units_of(units[name])) for name in coordinates}), **arrays)
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self._made_of

@@ -209,7 +209,7 @@ static int write_row(void *context, const struct refdyn_batch_case *one, int num
         simulate_table_start(&again->table, one->integrator, NULL);
         simulate_table_header(&again->table, again->rows->file);
     }
-    record_table_fill(&again->table);
+    record_table_fill_row(&again->table);
     simulate_table_row(&again->table, again->rows->file);
     return 0;
 }
@@ -244,7 +244,7 @@ static int note_end(void *context, const struct refdyn_batch_case *one,
     const struct refdyn_integrator *integrator = one->integrator;
     struct scene *scene = &again->setup.structures.list[0].scene;
     if (result->status == REFDYN_EVENT_ENDS) {
-        record_table_fill(&again->table);
+        record_table_fill_row(&again->table);
         simulate_table_row(&again->table, again->rows->file);
         return 0;
     }

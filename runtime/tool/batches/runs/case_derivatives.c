@@ -31,7 +31,7 @@ const char *runs_derivative_name(const char *column, const char *by) {
 static void write_columns(void *context, const struct refdyn_batch_case *one, double *values) {
     struct record_table *table = &((struct case_derivatives *)context)->tables[one->room];
     table->integrator = one->integrator;
-    record_table_fill(table);
+    record_table_fill_row(table);
     memcpy(values, table->values, (size_t)table->count * sizeof *values);
 }
 

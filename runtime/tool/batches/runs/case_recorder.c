@@ -166,7 +166,7 @@ void runs_recorder_take(struct recorder *recorder, int number) {
 void runs_recorder_see(struct recorder *recorder, int number) {
     if (recorder->keeps_ends_alone && number < recorder->kept->times.count - 1)
         return;
-    record_table_fill(recorder->table);
+    record_table_fill_row(recorder->table);
     runs_recorder_take(recorder, number);
 }
 
@@ -185,7 +185,7 @@ static void record_end(struct recorder *recorder, int item, double value, double
 }
 
 void runs_recorder_end(struct recorder *recorder, double t) {
-    record_table_fill(recorder->table);
+    record_table_fill_row(recorder->table);
     for (int i = 0; i < recorder->layout->item_count; i++)
         if (recorder->places[i] >= 0)
             record_end(recorder, i, recorder->table->values[recorder->places[i]], t);

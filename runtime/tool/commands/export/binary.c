@@ -230,7 +230,7 @@ bool export_binary_make(struct fmu *fmu, const struct platform *platform) {
     struct fmu_build build = {.platform = platform};
     const char *name = format_text("%s%s", fmu->name, platform->ending);
     bool is_good = compile_cache_open(&build.cache) && find_compiler(&build);
-    const bool is_open = is_good && system_scratch_open(&build.scratch, build.cache.path, "build-");
+    const bool is_open = is_good && compile_cache_scratch(&build.cache, &build.scratch);
     is_good = is_open && check_machine(&build) && write_sources(&build, fmu);
     build.is_gcc = is_good && compile_toolchain_is_gcc(&build.chain, &build.scratch);
     is_good = is_good && compile_library(&build, fmu, name) && add_library(fmu, &build, name);

@@ -33,7 +33,7 @@ static const struct role roles[FMU_KIND_COUNT] = {
     [FMU_PSI] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "row_", "residual of a row's velocity"},
     [FMU_ENERGY] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "total_", "energy"},
     [FMU_FORCE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "force_",
-                   "force of all rows on a coordinate"},
+                   "force of the drive on a coordinate, of all rows where there is none"},
     [FMU_MULTIPLIER] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "multiplier_", "multiplier of row "},
     [FMU_INPUT] = {AS_INPUT, IS_CONTINUOUS, INITIAL_EXACT, "input_", "input"},
     [FMU_COURSE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "course_", "course of the model"},
@@ -60,8 +60,6 @@ static const char *contact_name(const struct refdyn_model *model, int i) {
 struct columns {
     struct record_table table;
     const struct refdyn_model *model;
-    int points, residuals, angular, courses, accelerations, inputs, forces, states,
-        contacts; /* the first column of each kind */
 };
 
 static int count_rows(const struct refdyn_model *model, enum fmu_kind kind, int rows) {
@@ -73,26 +71,19 @@ static int count_rows(const struct refdyn_model *model, enum fmu_kind kind, int 
 
 static void find_columns(struct columns *columns, struct scene *scene) {
     static struct refdyn_integrator names_alone;
-    const struct refdyn_model *model = scene->model;
     names_alone.work = &scene->work;
     simulate_table_start(&columns->table, &names_alone, scene->compiled.spatial);
-    columns->model = model;
-    const int joints = refdyn_joint_count(model);
-    columns->points = 1 + 2 * joints;
-    columns->residuals = columns->points + 9 * model->point_count;
-    columns->forces =
-        columns->residuals + count_rows(model, FMU_PHI, model->m) + count_rows(model, FMU_PSI, model->m) + 1;
-    columns->states = columns->forces + joints;
-    columns->inputs = columns->states + model->n - joints;
-    columns->courses = columns->inputs + model->input_count;
-    columns->accelerations = columns->courses + model->course_count;
-    columns->angular = columns->accelerations + joints;
-    columns->contacts = columns->angular + (scene->compiled.spatial ? 6 * scene->compiled.spatial->count : 0);
+    columns->model = scene->model;
+}
+
+/* The first column of a block but the first. */
+static int first_of(const struct columns *columns, enum record_block block) {
+    return columns->table.ends[block - 1];
 }
 
 /* A point has nine columns: r, rd and rdd. */
 static int point_column(const struct columns *columns, int index, int rate) {
-    return columns->points + 9 * (index / 3) + 3 * rate + index % 3;
+    return first_of(columns, RECORD_POINTS) + 9 * (index / 3) + 3 * rate + index % 3;
 }
 
 /* Returns -1 if `sim` has no such column. */
@@ -103,29 +94,31 @@ static int column_of(const struct columns *columns, struct fmu_variable variable
     case FMU_COORDINATE:
         return 1 + i;
     case FMU_RATE:
-        return i < joints ? 1 + joints + i : columns->states + i - joints;
+        return i < joints ? 1 + joints + i : first_of(columns, RECORD_STATES) + i - joints;
     case FMU_ACCELERATION:
-        return i < joints ? columns->accelerations + i : -1;
+        return i < joints ? first_of(columns, RECORD_ACCELERATIONS) + i : -1;
     case FMU_POSITION:
     case FMU_VELOCITY:
     case FMU_POINT_ACCELERATION:
         return point_column(columns, i, (int)variable.kind - FMU_POSITION);
     case FMU_PHI:
-        return columns->residuals + count_rows(model, FMU_PHI, i);
+        return first_of(columns, RECORD_RESIDUALS) + count_rows(model, FMU_PHI, i);
     case FMU_PSI:
-        return columns->residuals + count_rows(model, FMU_PHI, model->m) + count_rows(model, FMU_PSI, i);
+        return first_of(columns, RECORD_RESIDUALS) + count_rows(model, FMU_PHI, model->m) +
+               count_rows(model, FMU_PSI, i);
     case FMU_FORCE:
-        return columns->forces + i;
+        return first_of(columns, RECORD_FORCES) + i;
     case FMU_INPUT:
-        return columns->inputs + i;
+        return first_of(columns, RECORD_INPUTS) + i;
     case FMU_COURSE:
-        return columns->courses + i;
+        return first_of(columns, RECORD_COURSES) + i;
     case FMU_CONTACT_FORCE:
     case FMU_CONTACT_SINCE:
-        return columns->contacts + 2 * i + (variable.kind == FMU_CONTACT_SINCE);
+        return first_of(columns, RECORD_CONTACTS) + 2 * i + (variable.kind == FMU_CONTACT_SINCE);
     case FMU_ANGULAR_VELOCITY:
     case FMU_ANGULAR_ACCELERATION:
-        return columns->angular + 6 * (i / 3) + 3 * (variable.kind == FMU_ANGULAR_ACCELERATION) + i % 3;
+        return first_of(columns, RECORD_ANGULAR) + 6 * (i / 3) +
+               3 * (variable.kind == FMU_ANGULAR_ACCELERATION) + i % 3;
     default:
         return -1;
     }
@@ -168,6 +161,8 @@ static const char *own_unit(const struct refdyn_model *model, struct fmu_variabl
         return *model->coordinates[i].unit ? format_text("%s/s", model->coordinates[i].unit) : NULL;
     case FMU_ENERGY:
         return "J";
+    case FMU_MULTIPLIER:
+        return model->rows[i].unit;
     case FMU_PARAMETER:
         return model->parameters[i].unit;
     default:

@@ -1,7 +1,7 @@
 /*
  * Compares an equilibrium with the limits of the model. Rates and accelerations are 0 there. The force on a
- * held coordinate, of its row or of its drive, is the one that holds it; other drives have the value of their
- * input.
+ * held coordinate, of its row or of its drive, is the one that holds it. Other coordinates have the force of
+ * the rows that drive them, and other drives the value of their input.
  */
 #include <math.h>
 #include <string.h>
@@ -10,21 +10,37 @@
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/support/format/format.h"
 
+static const char force_lead[] = "force_";
+
 static bool begins_with(const char *text, const char *lead) {
     return strncmp(text, lead, strlen(lead)) == 0;
 }
 
 /* The coordinate whose holding force the column is; -1 if there is none. */
 static int find_held(const struct scene *scene, const struct equilibrium *equilibrium, const char *column) {
-    static const char row[] = "force_";
     const struct model *model = &scene->generation.model;
-    int coordinate = begins_with(column, row)
-                         ? refdyn_find_name(scene->model->coordinates, scene->model->n, column + strlen(row))
-                         : -1;
+    int coordinate =
+        begins_with(column, force_lead)
+            ? refdyn_find_name(scene->model->coordinates, scene->model->n, column + strlen(force_lead))
+            : -1;
     for (int i = 0; i < model->drive_count; i++)
         if (strcmp(model->inputs[model->drives[i].input].name, column) == 0)
             coordinate = model->drives[i].coordinate;
     return coordinate >= 0 && equilibrium->held[coordinate] ? coordinate : -1;
+}
+
+/* The force of the rows that drive a coordinate, whose gradient by it is 1. */
+static double row_force(const struct scene *scene, const struct equilibrium *equilibrium,
+                        const char *column) {
+    const struct refdyn_statics_options *options = &equilibrium->options;
+    double force = 0;
+    for (int i = 0; i < options->row_count; i++) {
+        const int driven = scene->model->rows[options->rows[i]].driven - 1;
+        if (driven >= 0 &&
+            strcmp(format_text("%s%s", force_lead, scene->model->coordinates[driven].name), column) == 0)
+            force += equilibrium->result.lambda[i];
+    }
+    return force;
 }
 
 static double course_of(const struct scene *scene, int course) {
@@ -65,7 +81,7 @@ static double value_at_rest(const struct scene *scene, const struct equilibrium 
     if (input >= 0)
         return scene->work.x[input];
     find_position(scene, column, &value);
-    return value;
+    return begins_with(column, force_lead) ? row_force(scene, equilibrium, column) : value;
 }
 
 static void put_bound(struct document *document, const char *key, double bound) {

@@ -198,7 +198,7 @@ static void write_signals(void *context, const struct refdyn_batch_case *one, do
     const struct fit *fit = context;
     struct record_table *table = &fit->tables[one->room];
     table->integrator = one->integrator;
-    record_table_fill(table);
+    record_table_fill_row(table);
     for (int k = 0; k < fit->signal_count; k++)
         values[k] = table->values[fit->signals[k].column];
 }

@@ -65,7 +65,7 @@ static int run(struct plan *plan, const struct plan_point *point, double every, 
     table->integrator = &motion.integrator;
     for (long i = 0; i < rows->outputs && status == REFDYN_OK; i++) {
         status = i > 0 ? simulate_to(&motion, i, NULL) : REFDYN_OK;
-        record_table_fill(table);
+        record_table_fill_row(table);
         for (int k = 0; k < rows->count; k++)
             rows->values[i * rows->count + k] = table->values[rows->columns[k]];
     }

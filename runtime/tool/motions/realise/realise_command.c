@@ -121,19 +121,20 @@ static enum status write_summary(const struct realise_work *work, const struct o
     return system_target_finish(target) ? STATUS_DONE : STATUS_FAULT;
 }
 
-/* RUN.csv or RUN.h5 becomes RUN.start.json. */
-static enum status write_start(struct realise_work *work) {
-    struct scene *scene = work->scene;
-    const char *output = options_text(work->options, "output");
-    if (!output || strcmp(output, "-") == 0)
+/* RUN.csv or RUN.h5 becomes RUN.start.json; there is none (NULL) if the motion does not go to a file. */
+static enum status open_start(struct scene *scene, struct target **start) {
+    *start = NULL;
+    if (!scene->result->path)
         return STATUS_DONE;
-    const char *dot = strrchr(output, '.'), *slash = strrchr(output, '/');
+    const char *output = scene->result->name, *dot = strrchr(output, '.'), *slash = strrchr(output, '/');
     const int length = dot && (!slash || dot > slash) ? (int)(dot - output) : (int)strlen(output);
-    struct target *target =
-        system_target_open(&scene->targets, format_text("%.*s.start.json", length, output));
+    *start = system_target_open(&scene->targets, format_text("%.*s.start.json", length, output));
+    return *start ? STATUS_DONE : STATUS_FAULT;
+}
+
+static enum status write_start(struct realise_work *work, struct target *target) {
+    struct scene *scene = work->scene;
     struct document document;
-    if (!target)
-        return STATUS_FAULT;
     scene->state.t = work->solution.motion.t[0];
     scene_document_open(&document);
     scene_put_state(&document, scene);
@@ -146,7 +147,7 @@ static enum status write_start(struct realise_work *work) {
 
 /* ---- The command ---- */
 
-static enum status finish(struct realise_work *work) {
+static enum status finish(struct realise_work *work, struct target *start) {
     struct scene *scene = work->scene;
     const struct task task = {.scene = scene, .options = work->options, .until = work->until};
     const char *path = options_text(work->options, "output");
@@ -160,7 +161,8 @@ static enum status finish(struct realise_work *work) {
     if (status != STATUS_DONE)
         return status;
     print_summary(work, &output);
-    status = write_start(work);
+    if (start)
+        status = write_start(work, start);
     if (status == STATUS_DONE && scene->summary)
         status = write_summary(work, &output, scene->summary);
     return status;
@@ -192,15 +194,18 @@ enum status realise_run(const struct options *options) {
     struct refdyn_options integration;
     struct scene scene;
     struct realise_work work;
+    struct target *start;
     enum status status = simulate_options(options, &integration);
     if (status != STATUS_DONE)
         return status;
     status = scene_open(&scene, options, NEEDS_RESULT | simulate_needs(options) | REALISE_NEEDS,
                         realise_state_path(options));
     if (status == STATUS_DONE)
+        status = open_start(&scene, &start);
+    if (status == STATUS_DONE)
         status = realise_find(&work, &scene, NULL, options, &integration);
     if (status == STATUS_DONE)
-        status = finish(&work);
+        status = finish(&work, start);
     scene_close(&scene);
     return status;
 }

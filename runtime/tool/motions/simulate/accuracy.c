@@ -188,7 +188,7 @@ bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct record_ta
 static void add_output(struct trial *trial, struct record_table *table, struct row_sink *rows) {
     struct refdyn_integrator *integrator = &trial->motion.integrator;
     if (rows) {
-        record_table_fill(table);
+        record_table_fill_row(table);
         const char *unfit = record_table_not_finite(table);
         if (unfit) {
             trial->unfit = unfit;
@@ -212,7 +212,7 @@ static void add_last(struct trial *trial, struct record_table *table, struct row
     if (trial->track.count == 0 || integrator->t > trial->track.t[trial->track.count - 1]) {
         const bool is_seen = refdyn_integrator_refresh(integrator) == REFDYN_OK;
         if (is_seen)
-            record_table_fill(table);
+            record_table_fill_row(table);
         if (is_seen && !record_table_not_finite(table))
             rows->form->put(rows, table);
     }

@@ -134,7 +134,7 @@ static void write_columns(void *context, const struct refdyn_batch_case *one, do
     struct columns *columns = context;
     struct record_table *table = &columns->tables[one->room];
     table->integrator = one->integrator;
-    record_table_fill(table);
+    record_table_fill_row(table);
     memcpy(values, table->values, (size_t)table->count * sizeof *values);
 }
 

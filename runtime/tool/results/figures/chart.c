@@ -337,15 +337,26 @@ static void put_axes(FILE *out, const struct box *box, const struct chart *chart
 /* ---- Curves */
 
 /* Writes each point relative to the one before, in whole tenths of a pixel, so that rounding does not add up.
- * Repeated points are omitted. */
+ * Repeated points are omitted, and so are points without a value, where the curve is broken. */
 static void put_way(FILE *out, const struct box *box, const struct chart *chart, const struct curve *curve) {
     const double unit = 10;
     double x = 0, y = 0;
+    bool is_first = true, is_broken = true; /* where the value is not known */
     for (long i = 0; i < curve->count; i++) {
+        const double value = y_of(chart, curve, i);
         const double new_x = round(unit * pixel_x(box, scale_place(&box->x, curve->x[i * curve->stride])));
-        const double new_y = round(unit * pixel_y(box, scale_place(&box->y, y_of(chart, curve, i))));
-        if (i == 0 || new_x != x || new_y != y)
-            fprintf(out, i == 0 ? "M%g %gh0" : "l%g %g", (new_x - x) / unit, (new_y - y) / unit);
+        const double new_y = round(unit * pixel_y(box, scale_place(&box->y, value)));
+        if (isnan(value)) {
+            is_broken = true;
+            continue;
+        }
+        if (is_broken || new_x != x || new_y != y)
+            fprintf(out,
+                    is_first    ? "M%g %gh0"
+                    : is_broken ? "m%g %gh0"
+                                : "l%g %g",
+                    (new_x - x) / unit, (new_y - y) / unit);
+        is_first = is_broken = false;
         x = new_x;
         y = new_y;
     }

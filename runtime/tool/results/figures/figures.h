@@ -115,6 +115,7 @@ struct run {
     double *kept;                  /* (kept_count x column_count) rows at equal distances, and the last row */
     long kept_count, stride, room; /* every stride-th row is kept */
     double *largest;               /* (column_count) largest absolute values */
+    bool *is_open;                 /* (column_count) a value is not unique, and NaN */
     int column_count;
     long rows;
 

@@ -87,8 +87,10 @@ static void thin_out(struct run *run) {
 
 /* Keeps the row, which follows the kept ones in memory, if it is one of the equally spaced ones. */
 static void take_row(struct run *run, const double *row) {
-    for (int i = 0; i < run->column_count; i++)
+    for (int i = 0; i < run->column_count; i++) {
         run->largest[i] = fmax(run->largest[i], fabs(row[i]));
+        run->is_open[i] |= isnan(row[i]);
+    }
     if (run->rows++ % run->stride == 0 && ++run->kept_count == run->room)
         thin_out(run);
 }
@@ -99,6 +101,11 @@ static bool warn_of_cut(const struct csv *csv) {
     return true;
 }
 
+/* A force that is not unique is written as nan. */
+static bool is_open(const struct run *run, int column) {
+    return strcmp(run->csv.fields[column], "nan") == 0 && record_may_be_open(run->columns[column]);
+}
+
 /* Like motion_next. */
 static int next_line(struct run *run, double *row) {
     struct csv *csv = &run->csv;
@@ -106,7 +113,9 @@ static int next_line(struct run *run, double *row) {
     if (answer <= 0 || (csv->is_cut && warn_of_cut(csv)))
         return answer < 0 ? -1 : 0;
     for (int i = 0; i < run->column_count; i++)
-        if (!format_csv_number(csv, i, &row[i]))
+        if (is_open(run, i))
+            row[i] = NAN;
+        else if (!format_csv_number(csv, i, &row[i]))
             return -1;
     return 1;
 }
@@ -130,6 +139,7 @@ static void get_room(struct run *run) {
     const size_t width = (size_t)run->column_count;
     run->stride = 1;
     run->largest = format_allocate(width, sizeof *run->largest);
+    run->is_open = format_allocate(width, sizeof *run->is_open);
     run->room = RUN_NUMBERS_MOST / run->column_count;
     run->room = run->room > RUN_ROWS_MOST    ? RUN_ROWS_MOST
                 : run->room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST

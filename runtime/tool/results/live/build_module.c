@@ -235,7 +235,7 @@ char *live_module_make(const struct live *live, size_t *size) {
         char *own = own_text(live), *texts = model_texts(live, own, &length);
         const char *key = make_key(&build, texts, length);
         module = compile_cache_read(&build.cache, key, size);
-        if (!module && system_scratch_open(&build.scratch, build.cache.path, "build-")) {
+        if (!module && compile_cache_scratch(&build.cache, &build.scratch)) {
             if (compile_module(&build, live, own, key))
                 module = compile_cache_read(&build.cache, key, size);
             system_scratch_close(&build.scratch);

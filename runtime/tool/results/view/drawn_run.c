@@ -5,8 +5,9 @@
  *     "q": [{"unit": , "steps": }, ...]                   by frame; turns to 1e-5 rad or less, slides to five
  *                                                         digits of the largest
  *     "courses": [{"name": , "kind": , "unit": , "steps": }, ...]
- *                                                         residuals, energy, programme forces that are not 0,
- *                                                         inputs and courses, to four digits of the largest
+ *                                                         residuals, energy, programme forces that are not 0
+ *                                                         and always unique, inputs and courses, to four
+ *                                                         digits of the largest
  *     "applied": [{"name": , "kind": "drive", "frame": , "parts": [{"unit": , "steps": }]},
  *                 {"name": , "kind": "force" or "torque", "frame": , "at": [x, y, z], "parts": [3 of them]}]
  */
@@ -95,7 +96,7 @@ static const char *kind_of(const struct run *run, int column) {
     const char *name = run->columns[column];
     const bool is_force = column >= run->forces && column < run->forces + run->force_count;
     if (is_force)
-        return run->largest[column] > 0 ? "force" : NULL;
+        return run->largest[column] > 0 && !run->is_open[column] ? "force" : NULL;
     if (column == run->energy)
         return "energy";
     if (column >= run->inputs)

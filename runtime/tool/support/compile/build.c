@@ -126,11 +126,8 @@ static bool run_first(const struct build *build, const struct toolchain *first,
     return compile_job_succeeds(&build->scratch, &job, format_text("compiling %s", emitted->name));
 }
 
-static bool open_build(struct build *build, const char *parent, const char *prefix) {
-    if (!system_scratch_open(&build->scratch, parent, prefix))
-        return false;
-    build->library = system_scratch_file(&build->scratch, "model.so");
-    return true;
+static const char *library_of(const struct build *build) {
+    return system_scratch_file(&build->scratch, "model.so");
 }
 
 static enum build_outcome run_tier(struct build *build, const struct toolchain *chain,
@@ -145,8 +142,9 @@ static enum build_outcome run_tier(struct build *build, const struct toolchain *
 enum build_outcome compile_build(const struct cache *cache, const char *key, const struct toolchain *chain,
                                  const struct emitted *emitted, bool is_first) {
     struct build build = {.lanes = emitted->lanes};
-    if (!open_build(&build, cache->path, "build-"))
+    if (!compile_cache_scratch(cache, &build.scratch))
         return BUILD_FAILED;
+    build.library = library_of(&build);
     enum build_outcome outcome = run_tier(&build, chain, emitted, is_first);
     if (outcome == BUILD_DONE && !compile_cache_add(cache, key, build.library))
         outcome = BUILD_FAILED;
@@ -157,8 +155,10 @@ enum build_outcome compile_build(const struct cache *cache, const char *key, con
 bool compile_measure(const struct emitted *emitted, struct build_cost *cost) {
     struct toolchain chain;
     struct build build = {.lanes = 0};
-    if (!compile_toolchain_find(&chain) || !open_build(&build, system_scratch_parent(), "refdyn-build-"))
+    if (!compile_toolchain_find(&chain) ||
+        !system_scratch_open(&build.scratch, system_scratch_parent(), "refdyn-build-"))
         return false;
+    build.library = library_of(&build);
     const bool is_good = build_run(&build, &chain, emitted, cost);
     system_scratch_close(&build.scratch);
     return is_good;

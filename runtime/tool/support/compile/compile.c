@@ -84,21 +84,22 @@ static const char *key_of(const struct toolchain *chain, bool is_first, const ch
 
 static const double look_seconds = 0.05; /* between two looks for the optimised library */
 
-const struct compiled compile_nothing = {.cache = {.folder = -1}, .libraries = {{.file = -1}, {.file = -1}}};
+const struct compiled compile_nothing = {.cache = {.folder = -1}};
 
 static bool load(struct compiled *compiled, const struct emitted *emitted, const char *key) {
-    struct library *library = &compiled->libraries[0];
-    library->handle = compile_cache_load(&compiled->cache, key, &library->file);
-    if (!library->handle)
+    void *library = compile_cache_load(&compiled->cache, key);
+    if (!library)
         return false;
     compiled->path = format_text("%s/%s.so", compiled->cache.path, key);
-    compiled->model = dlsym(library->handle, format_text("%s_model", emitted->name));
-    compiled->spatial = dlsym(library->handle, format_text("%s_spatial", emitted->name));
+    compiled->model = dlsym(library, format_text("%s_model", emitted->name));
+    compiled->spatial = dlsym(library, format_text("%s_spatial", emitted->name));
     if (emitted->lanes)
-        compiled->lanes = dlsym(library->handle, format_text("%s_lanes_%d", emitted->name, emitted->lanes));
-    if (compiled->model && (compiled->lanes || !emitted->lanes))
+        compiled->lanes = dlsym(library, format_text("%s_lanes_%d", emitted->name, emitted->lanes));
+    if (compiled->model && (compiled->lanes || !emitted->lanes)) {
+        compiled->libraries[0] = library;
         return true;
-    compile_library_close(library);
+    }
+    dlclose(library);
     return false;
 }
 
@@ -124,10 +125,12 @@ static enum build_outcome report_unloadable(const struct compiled *compiled, con
     const char *reason = dlerror();
     fprintf(stderr, "refdyn: %s/%s.so: cannot be loaded: %s\n", compiled->cache.path, key,
             reason ? reason : "it is not as it was written");
+    compile_cache_drop(&compiled->cache, key);
     return BUILD_FAILED;
 }
 
-/* Loads a library, and builds it before if no other program has done so meanwhile. */
+/* Loads a library, and builds it before if no other program has done so meanwhile. Drops one that cannot be
+ * loaded. */
 static enum build_outcome provide(struct compiled *compiled, const struct emitted *emitted,
                                   const struct toolchain *chain, const char *key, bool is_first) {
     struct scratch claimed;
@@ -142,6 +145,19 @@ static enum build_outcome provide(struct compiled *compiled, const struct emitte
     is_loaded = is_loaded || (outcome == BUILD_DONE && load(compiled, emitted, key));
     compile_cache_unclaim(&claimed);
     return outcome == BUILD_DONE && !is_loaded ? report_unloadable(compiled, key) : outcome;
+}
+
+/* The optimised library, for a process in the background. */
+struct optimised {
+    const struct toolchain *chain;
+    const struct emitted *emitted;
+    const char *key;
+};
+
+static bool provide_optimised(const struct cache *cache, void *what) {
+    const struct optimised *optimised = what;
+    struct compiled compiled = {.cache = *cache};
+    return provide(&compiled, optimised->emitted, optimised->chain, optimised->key, false) == BUILD_DONE;
 }
 
 /* Loads the optimised library if it is there, otherwise the first tier; or builds what the tier says. */
@@ -160,8 +176,9 @@ static bool load_or_build(struct compiled *compiled, const struct emitted *emitt
     if (outcome != BUILD_DONE)
         return false;
     compiled->awaited = format_text("%s.so", key);
+    struct optimised optimised = {.chain = &chain, .emitted = emitted, .key = key};
     if (tier == COMPILE_FIRST)
-        compile_in_background(&chain, key, emitted);
+        compile_in_background(&compiled->cache, key, emitted->name, provide_optimised, &optimised);
     return true;
 }
 
@@ -178,8 +195,10 @@ static bool choose_tier(enum compile_tier *tier) {
 
 bool compile_load(struct compiled *compiled, const struct emitted *emitted, enum compile_tier tier) {
     *compiled = compile_nothing;
-    return choose_tier(&tier) && compile_cache_open(&compiled->cache) &&
-           load_or_build(compiled, emitted, tier);
+    if (!choose_tier(&tier) || !compile_cache_open(&compiled->cache))
+        return false;
+    compile_cache_clean(&compiled->cache);
+    return load_or_build(compiled, emitted, tier);
 }
 
 const char *compile_awaited_path(const struct compiled *compiled) {
@@ -187,7 +206,6 @@ const char *compile_awaited_path(const struct compiled *compiled) {
 }
 
 const struct refdyn_model *compile_follow(struct compiled *compiled) {
-    struct library *library = &compiled->libraries[1];
     const double now = compiled->awaited ? system_wall_seconds() : 0;
     if (now < compiled->next_look || !compiled->awaited)
         return NULL;
@@ -196,13 +214,15 @@ const struct refdyn_model *compile_follow(struct compiled *compiled) {
         return NULL;
     const char *key = format_text("%.*s", (int)strlen(compiled->awaited) - 3, compiled->awaited);
     compiled->awaited = NULL;
-    library->handle = compile_cache_load(&compiled->cache, key, &library->file);
-    return library->handle ? dlsym(library->handle, format_text("%s_model", compiled->model->name)) : NULL;
+    void *library = compile_cache_load(&compiled->cache, key);
+    compiled->libraries[1] = library;
+    return library ? dlsym(library, format_text("%s_model", compiled->model->name)) : NULL;
 }
 
 void compile_release(struct compiled *compiled) {
     for (int i = 0; i < LIBRARIES; i++)
-        compile_library_close(&compiled->libraries[i]);
+        if (compiled->libraries[i])
+            dlclose(compiled->libraries[i]);
     if (compiled->cache.path)
         compile_cache_close(&compiled->cache);
     *compiled = compile_nothing;

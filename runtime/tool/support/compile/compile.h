@@ -41,11 +41,6 @@ enum compile_tier {
 
 enum { LIBRARIES = 2 /* of a model: the one that was loaded first, and the optimised one after it */ };
 
-struct library {
-    void *handle; /* of dlopen; NULL if it is not loaded */
-    int file;     /* descriptor that it was loaded from */
-};
-
 struct compiled {
     const char *path; /* of the library in the cache */
     const struct refdyn_model *model;
@@ -54,7 +49,7 @@ struct compiled {
     const char *awaited; /* file of the optimised library, which may appear; NULL if it is loaded */
     double next_look;    /* when compile_follow looks for it again: wall clock [s] */
     struct cache cache;
-    struct library libraries[LIBRARIES];
+    void *libraries[LIBRARIES]; /* handles of dlopen; NULL if not loaded */
 };
 
 /* Without a library, as compile_release leaves it. */
@@ -82,8 +77,10 @@ enum build_outcome {
 /* Compiles into the cache as KEY.so: a first tier, or optimised. */
 enum build_outcome compile_build(const struct cache *cache, const char *key, const struct toolchain *chain,
                                  const struct emitted *emitted, bool is_first);
-/* Compiles the optimised library in a background process. Does nothing if that is not possible. */
-void compile_in_background(const struct toolchain *chain, const char *key, const struct emitted *emitted);
+/* Calls `provide` in a process in the background, with the cache, to compile KEY.so of the model `name`. Does
+ * nothing if that is not possible. If it fails, the next call for this library warns, once. */
+void compile_in_background(const struct cache *cache, const char *key, const char *name,
+                           bool (*provide)(const struct cache *cache, void *what), void *what);
 
 struct build_cost {
     double seconds;    /* wall clock time of compiling and linking */
@@ -133,17 +130,21 @@ bool compile_toolchain_is_gcc(const struct toolchain *chain, const struct scratc
 
 /* Reports on stderr if there is no folder. Call compile_cache_close in any case. */
 bool compile_cache_open(struct cache *cache);
-/* Loads the library KEY.so with dlopen and sets the descriptor that it came from, to be closed after dlclose.
- * Returns NULL if it is missing, incomplete or not this user's. */
-void *compile_cache_load(const struct cache *cache, const char *key, int *file);
+/* Loads the library KEY.so with dlopen. Returns NULL if it is missing, incomplete or not this user's. */
+void *compile_cache_load(const struct cache *cache, const char *key);
 /* The path of KEY.so for a linker, checked as for loading; NULL as above. */
 const char *compile_cache_find(const struct cache *cache, const char *key);
 /* The content of KEY.so without its seal, checked as for loading, in heap memory; NULL as above. */
 char *compile_cache_read(const struct cache *cache, const char *key, size_t *size);
-void compile_library_close(struct library *library);
 /* Seals the library and moves it into the cache as KEY.so. Reports on stderr if it cannot. */
 bool compile_cache_add(const struct cache *cache, const char *key, const char *library);
+/* Removes KEY.so. */
+void compile_cache_drop(const struct cache *cache, const char *key);
 void compile_cache_close(struct cache *cache);
+/* Makes a temporary folder in the cache, in which a library is built. Reports an error on stderr. */
+bool compile_cache_scratch(const struct cache *cache, struct scratch *scratch);
+/* Removes folders of builds that were killed. */
+void compile_cache_clean(const struct cache *cache);
 /* Claims the build of KEY.so: returns false while another program builds it. If the cache cannot be written,
  * every program may claim it. */
 bool compile_cache_claim(const struct cache *cache, const char *key, struct scratch *claimed);

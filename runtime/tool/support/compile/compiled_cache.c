@@ -129,10 +129,21 @@ void compile_cache_close(struct cache *cache) {
 
 /* ---- Who builds ---- */
 
-/* The claim is a locked folder, named like those of builds, so that the next build removes it if its owner
+/* Of folders in which libraries are built, and of claims. */
+static const char build_prefix[] = "build-";
+
+bool compile_cache_scratch(const struct cache *cache, struct scratch *scratch) {
+    return system_scratch_open(scratch, cache->path, build_prefix);
+}
+
+void compile_cache_clean(const struct cache *cache) {
+    system_scratch_remove_dead(cache->path, build_prefix);
+}
+
+/* The claim is a locked folder, named like those of builds, so that the next command removes it if its owner
  * was killed. */
 bool compile_cache_claim(const struct cache *cache, const char *key, struct scratch *claimed) {
-    return system_scratch_claim(claimed, cache->path, "build-", key) != SCRATCH_BUSY;
+    return system_scratch_claim(claimed, cache->path, build_prefix, key) != SCRATCH_BUSY;
 }
 
 void compile_cache_unclaim(struct scratch *claimed) {
@@ -188,24 +199,12 @@ static int open_library(const struct cache *cache, const char *key) {
     return -1;
 }
 
-/* Loads by the descriptor, so that nobody can replace the file between the check and the loading. */
-void *compile_cache_load(const struct cache *cache, const char *key, int *file) {
-    *file = open_library(cache, key);
-    if (*file < 0)
+/* Loads through the descriptor of the folder, in which nobody else can replace a file. The loader takes two
+ * files of one name for one library; this name ends with the key. */
+void *compile_cache_load(const struct cache *cache, const char *key) {
+    if (!compile_cache_find(cache, key))
         return NULL;
-    const char *path = format_text("/proc/self/fd/%d", *file);
-    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-    if (!library)
-        close(*file);
-    return library;
-}
-
-void compile_library_close(struct library *library) {
-    if (library->handle) {
-        dlclose(library->handle);
-        close(library->file);
-    }
-    *library = (struct library){.file = -1};
+    return dlopen(format_text("/proc/self/fd/%d/%s.so", cache->folder, key), RTLD_NOW | RTLD_LOCAL);
 }
 
 const char *compile_cache_find(const struct cache *cache, const char *key) {
@@ -234,23 +233,33 @@ char *compile_cache_read(const struct cache *cache, const char *key, size_t *siz
     return content;
 }
 
-/* Appends the seal to the library, and makes it read-only for others. */
-static bool seal(const char *library) {
+/* Appends the seal to the library, and makes it read-only for others. A link that the compiler has left leads
+ * to another file, which stays as it is. Returns the reason if that fails. */
+static const char *seal(const char *library) {
     char text[SEAL_LENGTH];
     struct stat status;
-    const int file = open(library, O_RDWR | O_CLOEXEC);
-    bool is_good = file >= 0 && fstat(file, &status) == 0 && make_seal(file, status.st_size, text) &&
-                   pwrite(file, text, SEAL_LENGTH, status.st_size) == SEAL_LENGTH &&
-                   fchmod(file, status.st_mode & (S_IRWXU | S_IRGRP | S_IXGRP | S_IROTH | S_IXOTH)) == 0;
-    if (file >= 0)
-        is_good = close(file) == 0 && is_good;
-    return is_good;
+    const int file = open(library, O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    if (file < 0)
+        return errno == ELOOP ? "the compiler has made a link" : strerror(errno);
+    const char *reason = NULL;
+    if (fstat(file, &status) != 0 || !S_ISREG(status.st_mode) || status.st_nlink != 1)
+        reason = "the compiler has made a link or a device";
+    else if (!make_seal(file, status.st_size, text) ||
+             pwrite(file, text, SEAL_LENGTH, status.st_size) != SEAL_LENGTH ||
+             fchmod(file, status.st_mode & (S_IRWXU | S_IRGRP | S_IXGRP | S_IROTH | S_IXOTH)) != 0)
+        reason = strerror(errno);
+    return close(file) == 0 || reason ? reason : strerror(errno);
 }
 
 bool compile_cache_add(const struct cache *cache, const char *key, const char *library) {
-    const char *name = format_text("%s.so", key);
-    const bool is_good = seal(library) && renameat(AT_FDCWD, library, cache->folder, name) == 0;
-    if (!is_good)
-        fprintf(stderr, "refdyn: %s/%s: cannot be made: %s\n", cache->path, name, strerror(errno));
-    return is_good;
+    const char *name = format_text("%s.so", key), *reason = seal(library);
+    if (!reason && renameat(AT_FDCWD, library, cache->folder, name) != 0)
+        reason = strerror(errno);
+    if (reason)
+        fprintf(stderr, "refdyn: %s/%s: cannot be made: %s\n", cache->path, name, reason);
+    return !reason;
+}
+
+void compile_cache_drop(const struct cache *cache, const char *key) {
+    unlinkat(cache->folder, format_text("%s.so", key), 0);
 }

@@ -23,6 +23,7 @@
 #include "gen/base/base.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/hdf5/hdf5_private.h"
+#include "runtime/tool/support/system/system.h"
 
 /* ---- Answers ---- */
 
@@ -573,15 +574,13 @@ static bool get_request(int socket, struct gate_request *request) {
 
 /* A signal that ends the program closes the other end of the socket, which ends this process. The user does
  * not see what the library and the allocator print about a damaged file. */
-static void part_from_program(void) {
+static void part_from_program(int socket) {
     const int ignored[] = {SIGHUP, SIGINT, SIGPIPE}, ending[] = {SIGTERM, SIGXCPU, SIGXFSZ};
-    const int nowhere = open("/dev/null", O_RDWR);
     for (size_t i = 0; i < sizeof ignored / sizeof ignored[0]; i++)
         signal(ignored[i], SIG_IGN);
     for (size_t i = 0; i < sizeof ending / sizeof ending[0]; i++)
         signal(ending[i], SIG_DFL);
-    for (int descriptor = STDIN_FILENO; nowhere >= 0 && descriptor <= STDERR_FILENO; descriptor++)
-        dup2(nowhere, descriptor);
+    system_process_leave_descriptors(socket);
 }
 
 static void open_file(struct gate *gate, const char *path) {
@@ -601,7 +600,7 @@ void hdf5_gate_serve(const char *path, int socket) {
     struct gate gate = {.answers = &answers};
     struct gate_request request;
     answers_start(&answers, path, socket);
-    part_from_program();
+    part_from_program(socket);
     open_file(&gate, path);
     send_entries(&gate);
     while (get_request(socket, &request)) {

@@ -202,10 +202,11 @@ const char *const *hdf5_motion_names(const struct motion_reader *reader, int *co
     return reader->names;
 }
 
-/* Written motions are finite, and their time advances, or stands still at an event. */
+/* Written motions are finite apart from forces that are not unique, and their time advances, or stands still
+ * at an event. */
 static bool check_row(struct motion_reader *reader, const double *row) {
     for (int i = 0; i < reader->count; i++)
-        if (!isfinite(row[i]))
+        if (!isfinite(row[i]) && !(isnan(row[i]) && record_may_be_open(reader->names[i])))
             return hdf5_input_refuse(&reader->input, "%s: row %ld has no finite number", reader->names[i],
                                      reader->next);
     if (row[0] < reader->t)

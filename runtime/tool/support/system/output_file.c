@@ -3,8 +3,8 @@
  *
  * They are opened before the work, so that the user learns at once what cannot be written. Each grows as
  * NAME.part, which is locked, so that two programs never write one file, and gets its name when it is
- * complete. Links are followed and stay links. A path that is not a plain file, such as /dev/null or a pipe,
- * is written directly.
+ * complete. Links of this user and of root are followed and stay links; others could lead anywhere. A device,
+ * such as /dev/null, is written directly.
  */
 #include "runtime/tool/support/system/system.h"
 #include "runtime/tool/support/format/format.h"
@@ -47,26 +47,57 @@ static bool is_of_system(const char *path) {
     return strncmp(path, "/dev/", strlen("/dev/")) == 0 || strncmp(path, "/proc/", strlen("/proc/")) == 0;
 }
 
-/* Sets target->path, or leaves it NULL for a file that is written directly. */
-static bool find_path(struct target *target) {
-    char *path = format_text("%s", target->name);
-    struct stat status = {.st_mode = S_IFREG};
-    int links = 0;
-    while (lstat(path, &status) == 0 && S_ISLNK(status.st_mode) && !is_of_system(path)) {
-        errno = ELOOP;
-        path = links++ < LINKS_MOST ? follow(path) : NULL;
-        if (!path)
-            return refuse_for(target->name, "the link cannot be followed");
-        status.st_mode = S_IFREG;
-    }
-    if (S_ISREG(status.st_mode) || S_ISDIR(status.st_mode))
-        target->path = path;
-    return S_ISDIR(status.st_mode) ? refuse(target->name, "is a folder; must be a file") : true;
-}
-
 /* A folder with the sticky bit, in which files belong to their users. */
 static bool is_in_common_folder(const char *path, struct stat *folder) {
     return stat(dirname(format_text("%s", path)), folder) == 0 && (folder->st_mode & S_ISVTX);
+}
+
+static bool is_link_of_another(const char *path) {
+    struct stat status;
+    return lstat(path, &status) == 0 && S_ISLNK(status.st_mode) && status.st_uid != geteuid() &&
+           status.st_uid != 0;
+}
+
+/* Returns whether a folder on the way to the file is another user's link in a common folder. The kernel may
+ * be set to follow such links (sysctl fs.protected_symlinks). */
+static bool passes_foreign_link(const char *path) {
+    char *part = format_text("%s", path);
+    for (char *slash = strchr(part, '/'); slash; slash = strchr(slash + 1, '/')) {
+        struct stat folder;
+        *slash = '\0';
+        if (is_link_of_another(part) && is_in_common_folder(part, &folder))
+            return true;
+        *slash = '/';
+    }
+    return false;
+}
+
+/* Reports a link that could lead the output to where another user wants it. */
+static bool check_links(const struct target *target, const char *path) {
+    return !(is_link_of_another(path) || passes_foreign_link(path)) ||
+           refuse(target->name, "is or passes through a link of another user; give another name");
+}
+
+/* Sets target->path, or leaves it NULL for a device, which is written directly and whose path is returned in
+ * any case; NULL if it cannot be an output, which is reported. */
+static const char *find_path(struct target *target) {
+    char *path = format_text("%s", target->name);
+    struct stat status = {.st_mode = S_IFREG};
+    bool is_good = check_links(target, path);
+    for (int links = 0;
+         is_good && lstat(path, &status) == 0 && S_ISLNK(status.st_mode) && !is_of_system(path); links++) {
+        errno = ELOOP;
+        path = links < LINKS_MOST ? follow(path) : NULL;
+        is_good = path ? check_links(target, path) : refuse_for(target->name, "the link cannot be followed");
+        status.st_mode = S_IFREG;
+    }
+    if (is_good && S_ISFIFO(status.st_mode))
+        is_good = refuse(target->name, "is a named pipe; must be a file; -o /dev/stdout writes to a pipe");
+    if (is_good && S_ISDIR(status.st_mode))
+        is_good = refuse(target->name, "is a folder; must be a file");
+    if (is_good && S_ISREG(status.st_mode))
+        target->path = path;
+    return is_good ? path : NULL;
 }
 
 /* Reports a file that renaming may not replace. */
@@ -76,7 +107,7 @@ static bool check_present(const struct target *target) {
         return true;
     if (faccessat(AT_FDCWD, target->path, W_OK, AT_EACCESS) != 0)
         return refuse_for(target->name, "is there and may not be written");
-    if (is_in_common_folder(target->path, &folder) && geteuid() != 0 && status.st_uid != geteuid() &&
+    if (is_in_common_folder(target->path, &folder) && status.st_uid != geteuid() &&
         folder.st_uid != geteuid())
         return refuse(target->name, "is another user's, in a folder in which files belong to their users");
     return true;
@@ -142,7 +173,7 @@ static int open_part(const struct target *target) {
             refuse_part(target);
             return -1;
         }
-        const bool is_plain = S_ISREG(status.st_mode) &&
+        const bool is_plain = S_ISREG(status.st_mode) && status.st_nlink <= 1 && /* 0: meanwhile removed */
                               (status.st_uid == geteuid() || !is_in_common_folder(target->part, &folder));
         const bool is_busy = is_plain && flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
         if (is_plain && !is_busy && is_still(target->part, file))
@@ -197,8 +228,9 @@ static bool open_stdout(struct target *target) {
     return true;
 }
 
-static bool open_itself(struct target *target) {
-    const int file = open(target->name, O_WRONLY | O_APPEND | O_CLOEXEC | O_NOCTTY);
+static bool open_itself(struct target *target, const char *path) {
+    const int link = is_of_system(path) ? 0 : O_NOFOLLOW;
+    const int file = open(path, O_WRONLY | O_APPEND | O_CLOEXEC | O_NOCTTY | link);
     target->file = file < 0 ? NULL : fdopen(file, "w");
     return target->file || refuse_for(target->name, "cannot be written");
 }
@@ -206,10 +238,11 @@ static bool open_itself(struct target *target) {
 static bool open_target(const struct targets *targets, struct target *target, const char *path) {
     if (!path)
         return open_stdout(target);
-    if (!find_path(target))
+    const char *found = find_path(target);
+    if (!found)
         return false;
     if (!target->path)
-        return open_itself(target);
+        return open_itself(target, found);
     if (!check_present(target))
         return false;
     sigset_t before;

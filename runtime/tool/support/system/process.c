@@ -206,28 +206,40 @@ pid_t system_process_fork(void) {
 
 enum { NICENESS = 5 /* a third of the share of other processes: somebody may wait for the result */ };
 
-/* Standard descriptors lead nowhere; all others are closed, so that locks and pipes of this program end with
- * it. */
-static void leave_descriptors(void) {
+/* Standard descriptors lead nowhere; all others but `kept` are closed, so that locks and pipes of the program
+ * end with it. */
+void system_process_leave_descriptors(int kept) {
     const int nowhere = open("/dev/null", O_RDWR);
     DIR *list = opendir("/proc/self/fd");
     for (int i = STDIN_FILENO; nowhere >= 0 && i <= STDERR_FILENO; i++)
         dup2(nowhere, i);
     for (struct dirent *entry; list && (entry = readdir(list));) {
         const int file = atoi(entry->d_name);
-        if (file > STDERR_FILENO && file != dirfd(list))
+        if (file > STDERR_FILENO && file != dirfd(list) && file != kept)
             close(file);
     }
     if (list)
         closedir(list);
 }
 
+/* A fork has the descriptors of this program until it has closed them, and with them its locks. The pipe lets
+ * this program wait until then: its end is read when nobody has it open for writing. */
 void system_process_start_background(void (*work)(void *what), void *what) {
-    if (system_process_fork() != 0)
+    int ends[2];
+    if (pipe(ends) != 0)
         return;
-    setsid();
-    setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + NICENESS);
-    leave_descriptors();
-    work(what);
-    _exit(0);
+    const pid_t child = system_process_fork();
+    if (child == 0) {
+        setsid();
+        setpriority(PRIO_PROCESS, 0, getpriority(PRIO_PROCESS, 0) + NICENESS);
+        system_process_leave_descriptors(ends[1]);
+        close(ends[1]);
+        work(what);
+        _exit(0);
+    }
+    char none;
+    close(ends[1]);
+    while (read(ends[0], &none, 1) < 0 && errno == EINTR)
+        continue;
+    close(ends[0]);
 }

@@ -98,7 +98,7 @@ void system_unmake_folder(char **made);
 char *system_shared_path(const char *name);
 
 /* A temporary folder, in which other programs work. A signal that ends this program kills the programs and
- * removes the folder. After SIGKILL the folder stays until the next start removes it. */
+ * removes the folder. After SIGKILL the folder stays until another program removes it. */
 struct scratch {
     char *path;
     int lock; /* descriptor of the folder */
@@ -108,6 +108,8 @@ struct scratch {
 /* Makes PREFIXxxxxxx in folder `parent`, and removes folders there that dead programs have left. Reports an
  * error on stderr. */
 bool system_scratch_open(struct scratch *scratch, const char *parent, const char *prefix);
+/* Removes the folders PREFIXxxxxxx in `parent` that dead programs have left. */
+void system_scratch_remove_dead(const char *parent, const char *prefix);
 /* A temporary folder whose name follows from `key`: only one program at a time has it. */
 enum scratch_claim { SCRATCH_CLAIMED, SCRATCH_BUSY /* another program has it */, SCRATCH_IMPOSSIBLE };
 /* Reports nothing. scratch->path is NULL unless it is claimed; then call system_scratch_close. */
@@ -150,9 +152,12 @@ void system_process_kill_all(void);
 
 /* Like fork. If a signal ends the child, it removes no files and kills no programs of the parent. */
 pid_t system_process_fork(void);
+/* In a process that has just been forked: closes all descriptors except `kept`, and with them the locks and
+ * pipes of the program. Standard descriptors lead nowhere. */
+void system_process_leave_descriptors(int kept);
 /* Calls `work` in a process in the background, which ends afterwards: in its own session, with low priority,
- * without descriptors, output and temporary folders of this program. Does nothing if there can be no process.
- */
+ * without descriptors, output and temporary folders of this program. Returns when it has left them. Does
+ * nothing if there can be no process. */
 void system_process_start_background(void (*work)(void *what), void *what);
 
 /* A line on stderr about what the program waits for, if stderr is a terminal and the wait takes more than

@@ -91,7 +91,7 @@ static int lock_folder(const char *path) {
     return -1;
 }
 
-static void remove_dead(const char *parent, const char *prefix) {
+void system_scratch_remove_dead(const char *parent, const char *prefix) {
     const size_t length = strlen(prefix);
     DIR *folder = opendir(parent);
     for (struct dirent *entry; folder && (entry = readdir(folder));) {
@@ -143,7 +143,7 @@ bool system_scratch_open(struct scratch *scratch, const char *parent, const char
     *scratch = (struct scratch){.lock = -1};
     char *folder = realpath(parent, NULL); /* an absolute path, so that no name begins like an option */
     if (folder)
-        remove_dead(folder, prefix);
+        system_scratch_remove_dead(folder, prefix);
     system_interrupt_hold(&before);
     const bool is_open = folder && make_locked(scratch, folder, prefix);
     if (is_open)

@@ -111,7 +111,7 @@ static void make_room(struct live *live) {
 
 /* Adds a row at the integrator's state. Returns a status of the runtime. */
 static int add_row(struct live *live) {
-    record_table_fill(&live->table);
+    record_table_fill_row(&live->table);
     live->unfit = record_table_not_finite(&live->table);
     if (live->unfit) {
         live->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};

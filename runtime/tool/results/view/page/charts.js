@@ -63,7 +63,7 @@ function listCharts(runs, up) {
         {title: "Position residuals", isPower: true, curves: logarithmic(timeCurves(runs, "phi"))},
         {title: "Velocity residuals", isPower: true, curves: logarithmic(timeCurves(runs, "psi"))},
     ];
-    return charts.filter((chart) => chart.curves.length > 0 && chart.curves.some((curve) => curve.y.some((y) => y !== 0)));
+    return charts.filter((chart) => chart.curves.length > 0 && chart.curves.some((curve) => curve.y.some((y) => y !== 0 && !Number.isNaN(y))));
 }
 
 /* ---- Scales ---- */
@@ -72,6 +72,8 @@ function rangeOf(lists) {
     let low = Infinity, high = -Infinity;
     for (const list of lists)
         for (const value of list) {
+            if (Number.isNaN(value)) /* a force that is not unique */
+                continue;
             low = Math.min(low, value);
             high = Math.max(high, value);
         }

@@ -1,0 +1,103 @@
+/*
+ * Forces of rows that depend on each other.
+ *
+ * In: the rows u of the workspace and their force r = u^T lambda (n). A null vector v with u^T v = 0 may be
+ * added to lambda without a change of r, so that lambda is not unique. Out: sums g . lambda, which are unique
+ * if and only if g . v = 0 for each v.
+ *
+ * Elimination with full pivoting, P K^T = L U with U = [U_1 U_2], where the columns of K^T are the rows
+ * divided by their largest entries. With y = U_1^-T g_1 the sum is y . (L^-1 P r), and row o beyond the first
+ * ones, which has the null vector e_o - U_1^-1 U_2o, changes it by g_o - y . U_2o.
+ */
+#include "runtime/core/constraints/constraints.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/core/linear/linear.h"
+
+/* A sum counts as unique up to this part of its largest coefficient, and this multiple of the residual of the
+ * rows: off the programme, dependent rows are nearly so. */
+static const double blur = 1e-7, misses = 100;
+
+/* work->rows := K^T. The coordinates keep the weights of the last choice of the partition, which stay as they
+ * are. */
+static void gather(struct refdyn_workspace *work) {
+    const int n = work->n;
+    for (int a = 0; a < work->m; a++) {
+        double *row = work->rows + a * n;
+        for (int j = 0; j < n; j++)
+            row[j] = work->u[a * n + j] * work->weight[j];
+        const double size = work->row_size[a] = refdyn_largest(row, n, NULL);
+        for (int j = 0; j < n && size > 0; j++)
+            row[j] /= size;
+        work->mark[a] = a;
+    }
+    for (int j = 0; j < n; j++)
+        work->scale[j] = 1;
+}
+
+/* work->side := L^-1 P r */
+static void reduce(struct refdyn_workspace *work, const double *force, int rank) {
+    const int n = work->n;
+    double *z = work->side;
+    for (int j = 0; j < n; j++)
+        z[j] = force[j] * work->weight[j];
+    for (int k = 0; k < rank; k++) {
+        const double kept = z[k];
+        z[k] = z[work->exchange[k]];
+        z[work->exchange[k]] = kept;
+    }
+    for (int k = 0; k < rank; k++)
+        dense_add(z + k + 1, -z[k], work->rows + k * n + k + 1, n - k - 1);
+}
+
+void refdyn_dependence_find(struct refdyn_dependence *dependence, struct refdyn_workspace *work,
+                            const double *force) {
+    const int n = work->n;
+    gather(work);
+    const int most = refdyn_eliminate(work->rows, n, work->m, work->exchange, work->mark, work->scale);
+    const int rank = work->partition.rank < most ? work->partition.rank : most;
+    *dependence = (struct refdyn_dependence){
+        .work = work, .rank = rank, .blur = blur + misses * refdyn_distance(work, work->phi)};
+    reduce(work, force, rank);
+}
+
+/* The sum whose coefficients g, in the order of elimination, are in work->lambda. */
+static double sum_of(const struct refdyn_dependence *dependence) {
+    const struct refdyn_workspace *work = dependence->work;
+    const int n = work->n, rank = dependence->rank;
+    double *y = work->lambda;
+    const double allowed = dependence->blur * refdyn_largest(y, work->m, NULL);
+    for (int k = 0; k < work->m; k++) {
+        const double *column = work->rows + k * n, left = y[k] - dense_dot(y, column, k < rank ? k : rank);
+        if (k >= rank && fabs(left) > allowed)
+            return NAN;
+        if (k < rank)
+            y[k] = left * column[k];
+    }
+    return dense_dot(y, work->side, rank);
+}
+
+/* A row whose gradient is 0 adds nothing to a sum. */
+static double coefficient(const struct refdyn_workspace *work, int row, double of_row) {
+    return work->row_size[row] > 0 ? of_row / work->row_size[row] : 0;
+}
+
+double refdyn_dependence_multiplier(const struct refdyn_dependence *dependence, int row) {
+    struct refdyn_workspace *work = dependence->work;
+    if (work->row_size[row] == 0)
+        return row < refdyn_programme_rows(work->model) ? NAN : 0;
+    for (int k = 0; k < work->m; k++)
+        work->lambda[k] = work->mark[k] == row ? coefficient(work, row, 1) : 0;
+    return sum_of(dependence);
+}
+
+double refdyn_dependence_drive(const struct refdyn_dependence *dependence, int coordinate) {
+    struct refdyn_workspace *work = dependence->work;
+    for (int k = 0; k < work->m; k++) {
+        const int row = work->mark[k], is_drive = work->model->rows[row].driven == coordinate + 1;
+        work->lambda[k] = is_drive ? coefficient(work, row, work->u[row * work->n + coordinate]) : 0;
+    }
+    return sum_of(dependence);
+}
