@@ -73,7 +73,7 @@ enum refdyn_status {
     REFDYN_BAD_OPTION = -3,       /**< an option is out of range; refdyn_options_validate says which */
     REFDYN_BAD_MEMORY = -4,       /**< memory is NULL or misaligned, or an initialisation has failed */
     REFDYN_FUNCTION_MISSING = -5, /**< the model lacks an emitted function that this call needs */
-    REFDYN_TOO_MANY_STEPS = -6,   /**< options.step_limit reached */
+    REFDYN_TOO_MANY_STEPS = -6,   /**< more steps than options.step_limit */
     REFDYN_UNKNOWN_NAME = -7,     /**< no value has this name, or no emitted function reads it */
     REFDYN_BAD_VALUE = -8,        /**< a given value is infinite or NaN */
     REFDYN_OTHER_VERSION = -9,    /**< model and library differ in REFDYN_MODEL_VERSION */
@@ -403,7 +403,8 @@ struct refdyn_options {
     int balance;                   /**< 1: integrate the work of non-conservative and programme forces
                                         (integrator.work_done) */
     long step_limit;               /**< largest number of steps tried since the start, accepted and rejected
-                                        ones; 0: no limit */
+                                        ones; 0: no limit. A motion with refdyn_integrator_until also ends if
+                                        10,000 steps show that it would need more */
 };
 
 /** Defaults of a method: step 1e-3 s and Baumgarte for rk4; adaptive steps, tol 1e-6 and projection for the
@@ -614,10 +615,11 @@ int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force)
  * [N for a gap in m]; 0 for contacts that do not rest. If forces are not unique, these are the smallest ones,
  * unless one of them would pull. Error: NOT_STARTED. */
 int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
-/** Continues from changed values: evaluates the shown state again. Call it after changing the integrator's q
- * and qd between steps. After changes of work->x or work->p (then refdyn_prepare), the next call that
- * advances the motion does the same; call it to have the accelerations before that. The gains are those that
- * options.stabilise requests. Errors: NOT_FINITE, REFUSED, those of refdyn_accelerate; NOT_STARTED. */
+/** Continues from changed values: evaluates the shown state again. What the last step has found after that
+ * state, such as events, has not happened. Call it after changing the integrator's q and qd between steps.
+ * After changes of work->x or work->p (then refdyn_prepare), the next call that advances the motion does the
+ * same; call it to have the accelerations before that. The gains are those that options.stabilise requests.
+ * Errors: NOT_FINITE, REFUSED, those of refdyn_accelerate; NOT_STARTED. */
 int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
 
 /** refdyn_exchange_model for a motion: its next step evaluates the functions of the other table. Call it

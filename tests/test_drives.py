@@ -494,3 +494,56 @@ def test_models_without_drives_are_the_same(tmp_path):
     refdyn("gen", MODELS / "manipulator.lua", "-o", tmp_path)
     header = (tmp_path / "manipulator.h").read_text()
     assert "drive_" not in header.replace("drive_input", "") and "manipulator_input_count = 0" in header
+
+
+# ---- The bound on work ----
+
+@pytest.mark.parametrize("model, arguments, fact", [
+    (HUB, ["--mesh", "1e-9"], r"--mesh 1e-09: 1\.\d+e\+09 intervals of the mesh; must be at most \d+"),
+    (HUB, ["--mesh", "5e-324"], r"--mesh 4\.94066e-324: inf intervals of the mesh; must be at most \d+"),
+    (HUB, ["--before", "1e9"], r"--before 1e\+09: 2e\+11 outputs; must be at most 1000000"),
+    (HUB, ["--before", "1e20"], r"--before 1e\+20: 2e\+22 outputs; must be at most 1000000"),
+    (HUB, ["--after", "1e300"], r"--after 1e\+300: 2e\+302 outputs; must be at most 1000000"),
+    (HUB, ["--before", "4000"], r"--before 4000: 8e\+04 intervals of the mesh; must be at most \d+"),
+    (HUB, ["--every", "1e-7"], r"--every 1e-07: 1e\+07 outputs; must be at most 1000000"),
+], ids=lambda value: " ".join(value) if isinstance(value, list) else None)
+def test_too_much_work_is_refused_before_it(model, arguments, fact, tmp_path):
+    done = refdyn("sim", model, "--realise", "--until", 1, *arguments, "-o", tmp_path / "run.csv", status=2)
+    assert re.match(f"refdyn sim: {fact}\n", done.stderr) and not list(tmp_path.iterdir()), done.stderr
+
+
+@pytest.mark.parametrize("mesh", [0.2, 1, 1e9, 1e10, 1e300])
+def test_a_long_mesh_is_divided(mesh, tmp_path):
+    """No step is longer than a 20th of the motion: one interval had no forces with which another could agree."""
+    run, report, _ = realise(HUB, tmp_path, "--until", 1, "--every", 1e-2, "--mesh", mesh)
+    usual, _, _ = realise(HUB, tmp_path, "--until", 1, "--every", 1e-2)
+    assert report["playback_error"] < 1e-3
+    check([close("forces", run["drive_hub_psi"], usual["drive_hub_psi"], 1e-3)])
+
+
+# A rod upright on a cart, which falls when the forces are played back; its torque is undefined below.
+FALLING = """local rd = require "refdyn"
+local p = rd.parameters { { "T", 1, "s" } }
+return rd.model {
+  name = "falling", gravity = { 0, -9.81, 0 },
+  links = { { "cart", joint = "x", mass = 2 },
+            { "rod", on = "cart", joint = "psi", mass = 1, center = { 0, 0.5, 0 }, inertia = { zz = 0.01 } } },
+  points = { E = { on = "rod", at = { 0, 1, 0 } } },
+  drives = { "cart_x" },
+  forces = function(s) return { rod_psi = 0.01 * (rd.sqrt(rd.cos(s.q.rod_psi) + 0.5) - rd.sqrt(1.5)) } end,
+  constraints = function(s) return { rd.position { s.points.E.x - 0.3 * rd.smoothstep(s.t, 0, p.T, 9) } } end,
+}
+"""
+
+
+def test_forces_that_cannot_be_played_back(tmp_path):
+    """The played motion reaches a state without forces: exit status 3, and no files. Without that torque it only misses the programme."""
+    model = tmp_path / "falling.lua"
+    model.write_text(FALLING)
+    done = refdyn("sim", model, "--realise", "--until", 3, "-o", tmp_path / "run.csv", status=3)
+    assert "could not be played back" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["falling.lua"]
+    model.write_text(re.sub("  forces.*\n", "", FALLING))
+    said = realise(model, tmp_path, "--until", 3)[2]
+    assert "played back from rest, these forces miss the motion by up to 2" in said
+    assert "miss" not in realise(model, tmp_path, "--until", 1)[2]

@@ -222,7 +222,7 @@ WRONG = {
     "data: NoneType; must be a motion of arm.simulate or an equilibrium of arm.statics": (TypeError, lambda m: m.states(None)),
     "data: no rod_psi; must have all coordinates of this model, as a motion of arm.simulate does": (ValueError, lambda m: m.states(xarray.Dataset({"arm_psi": 1.0}))),
     "data: no tip_psi; must have all coordinates of this model, as a motion of arm.simulate does": (ValueError, lambda m: m.states({"rod_psi": [1.0]})),
-    f"steps: {2 ** 70}; must be at most 1e+10": (ValueError, lambda m: m.step(Q, QD, 0, 0.1, steps=2 ** 70)),
+    f"steps: {2 ** 70}; must be at most 1e+09": (ValueError, lambda m: m.step(Q, QD, 0, 0.1, steps=2 ** 70)),
     "parameter load: values of <U4; must be real numbers": (TypeError, lambda m: type(m).from_text(SWING, load="2e-1")),
     "input push: values of <U1; must be real numbers": (TypeError, lambda m: type(m).from_text(SWING, push="3")),
     "load: value \"heavy\"; must be a number": (ValueError, lambda m: type(m).from_text(SWING, load="heavy")),

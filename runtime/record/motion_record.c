@@ -17,7 +17,7 @@ double record_distance(double span, double every) {
 }
 
 long record_count_outputs(double span, double every) {
-    return (long)ceil(span / every - end_slack) + 1;
+    return (long)fmax(ceil(span / every - end_slack), 1) + 1;
 }
 
 /* The number of parameters, derived ones included, and inputs; *parameters without inputs. */

@@ -240,6 +240,10 @@ void record_limits_put(const struct record_limits *limits, const struct record_w
 
 /* ---- The motion from start to end, output by output (motion_record.c) ---- */
 
+/* The bound on the work of one motion: outputs that are written as they are computed; outputs, samples and
+ * numbers of a kind that are kept in memory; steps. */
+enum { RECORD_OUTPUTS_MAX = 10000000, RECORD_KEPT_MAX = 1000000, RECORD_STEPS_MAX = 1000000000 };
+
 /* Further statuses, beyond the runtime's. */
 enum { RECORD_INTERRUPTED = 1000, RECORD_TOO_SLOW, RECORD_NOT_WRITTEN };
 

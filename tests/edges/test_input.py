@@ -97,7 +97,7 @@ USAGE = {
     "modes without number": (["modes", "--modes", "1e12"], "--modes: 1e12 is not a whole number up to 1000000"),
     "modes in parts": (["modes", "--modes", "2.5"], "--modes: 2.5 is not a whole number up to 1000000"),
     "outputs without number": (["sim", "--until", "1", "--every", "1e-300"], "--every 1e-300: 1e+300 outputs; must be at most 10000000"),
-    "steps without number": (["sim", "--until", "1", "--step", "1e-12"], "--step 1e-12: 1e+12 steps; must be at most 1e+10"),
+    "steps without number": (["sim", "--until", "1", "--step", "1e-12"], "--step 1e-12: 1e+12 steps; must be at most 1000000000"),
     "state empty": (["eval", "--state", ""], "--state: the value is empty"),
     "method empty": (["sim", "--until", "1", "--method", ""], "--method: the value is empty"),
 }

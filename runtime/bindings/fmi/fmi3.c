@@ -549,12 +549,18 @@ fmi3Status FMI3(fmi3DoStep)(fmi3Instance component, fmi3Float64 t_now, fmi3Float
                             fmi3Float64 *t_last) {
     struct fmu_instance *instance =
         fmu_enter_steps(instance_of(component), FMU_MODE(STEP_MODE), "fmi3DoStep");
+    fmi3Boolean *const results[] = {needs_event_mode, terminates, is_early};
     (void)is_final;
-    *needs_event_mode = *terminates = *is_early = false;
+    for (int i = 0; i < 3; i++)
+        if (results[i])
+            *results[i] = false;
     if (!instance)
         return fmi3Error;
     const enum fmu_status status = fmu_step(instance, t_now, t_now + step);
-    *terminates = instance->mode == FMU_ENDED;
-    *t_last = instance->integrator.t;
-    return *terminates ? fmi3OK : (fmi3Status)status;
+    const bool has_ended = instance->mode == FMU_ENDED;
+    if (terminates)
+        *terminates = has_ended;
+    if (t_last)
+        *t_last = instance->integrator.t;
+    return has_ended ? fmi3OK : (fmi3Status)status;
 }

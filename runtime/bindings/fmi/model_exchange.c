@@ -9,7 +9,6 @@
 #include "runtime/bindings/fmi/fmi.h"
 
 #include <float.h>
-#include <limits.h>
 #include <math.h>
 #include <string.h>
 
@@ -193,15 +192,13 @@ static int does_not_hold(const struct fmu_instance *instance, int i) {
            fabs(instance->zeros[i]) > 2 * noise_of(instance, i);
 }
 
-static void note_due(struct fmu_instance *instance) {
-    struct refdyn_motion *motion = instance->integrator.motion;
-    struct refdyn_state_events *events = &motion->state_events;
-    int holds = 1;
+/* Returns whether all due events keep their bodies out. */
+static int all_hold(const struct fmu_instance *instance) {
+    const struct refdyn_state_events *events = &instance->integrator.motion->state_events;
     for (int k = 0; k < events->due_named; k++)
-        holds &= !does_not_hold(instance, events->due[k]);
-    refdyn_state_events_note_due(events, &motion->step, motion->step.t_begin);
-    if (!holds)
-        events->repeats = INT_MAX / 2;
+        if (does_not_hold(instance, events->due[k]))
+            return 0;
+    return 1;
 }
 
 /* Records negative gaps that importers have left. */
@@ -213,15 +210,16 @@ static void note_inside(struct fmu_instance *instance) {
 }
 
 /* Marks the events that have happened as due. Other events and kinks move to the side of their values; those
- * of contacts stay above zero. */
-static void find_due(struct fmu_instance *instance) {
+ * of contacts stay above zero. Forces of contacts are without stabilising gains, as in the indicators. Error:
+ * EVENTS_ACCUMULATE. */
+static int find_due(struct fmu_instance *instance) {
     const struct refdyn_motion *motion = instance->integrator.motion;
     struct refdyn_state_events *events = &instance->integrator.motion->state_events;
     const struct refdyn_step *step = &motion->step;
     refdyn_state_events_forget(events);
     note_inside(instance);
     if (events->count == 0)
-        return;
+        return REFDYN_OK;
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     for (int i = 0; i < events->count; i++) {
         const int now = (events->values[i] > 0) - (events->values[i] < 0);
@@ -233,7 +231,7 @@ static void find_due(struct fmu_instance *instance) {
             events->side[i] = now;
     }
     events->due_named = events->due_count;
-    note_due(instance);
+    return all_hold(instance) ? REFDYN_OK : REFDYN_EVENTS_ACCUMULATE;
 }
 
 /* Records the rates at which values of events that have just happened leave zero. */
@@ -306,7 +304,7 @@ enum fmu_status fmu_update_events(struct fmu_instance *instance, struct fmu_even
     place_time(instance);
     int status = place_integrator(instance);
     if (!status && !instance->has_events_due)
-        find_due(instance); /* without stabilising gains, so that forces of contacts equal the indicators */
+        status = find_due(instance);
     refdyn_parameters_enter(&motion->parameters, &instance->work);
     if (!status)
         status = take_due(motion, &update->ends);

@@ -1,6 +1,7 @@
 /* The start of a motion, and its rows and summary, as `sim` records them. */
 #include "runtime/bindings/python/extension.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -120,6 +121,8 @@ static int begin(struct motion *motion, const struct start *start) {
     record->from = start->t;
     record->until = start->until;
     record->every = start->every;
+    if (isfinite(start->until) && record->integrator->options.step_limit == 0)
+        record->integrator->options.step_limit = RECORD_STEPS_MAX;
     record->q = state;
     record->qd = state + work->n;
     return record_start(record, (struct record_memory){refdyn_motion_memory, motion});

@@ -136,6 +136,9 @@ void refdyn_step_complete(struct refdyn_step *step, double t);
 void refdyn_step_limit(struct refdyn_step *step, double t);
 /* Returns the time at which rates for time t are evaluated, inside this limit. */
 double refdyn_step_inside(const struct refdyn_step *step, double t);
+/* Returns whether t lies before the end of a step that was taken; t may be left of its beginning, at a time
+ * event there. */
+int refdyn_step_is_inside(const struct refdyn_step *step, double t);
 /* Returns the end as callers see it: before the first attempt from a time event, the time of the event. */
 double refdyn_step_seen_end(const struct refdyn_step *step);
 /* Returns theta of a time between the ends. */

@@ -119,6 +119,10 @@ double refdyn_step_inside(const struct refdyn_step *step, double t) {
     return t < step->t_limit ? t : step->t_limit;
 }
 
+int refdyn_step_is_inside(const struct refdyn_step *step, double t) {
+    return t < step->t_end && step->t_begin < step->t_end;
+}
+
 double refdyn_step_seen_end(const struct refdyn_step *step) {
     return step->t_end > step->t_begin ? step->t_end : step->t_from;
 }

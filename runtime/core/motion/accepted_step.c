@@ -32,7 +32,8 @@ static void go_on_from_end(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     const double t = refdyn_time_events_right_of(&motion->time_events, step->t_end);
     if (t != step->t_end)
-        refdyn_state_events_look_again(&motion->state_events);
+        refdyn_state_events_look_again(&motion->state_events, step, refdyn_step_inside(step, step->t_end),
+                                       step->state_new);
     refdyn_step_next(step, t);
     refdyn_linear_leave_begin(&motion->linear);
 }
@@ -177,10 +178,23 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
     refdyn_control_refused(&motion->control, motion->step.method, attempt->h, status ? INFINITY : error);
 }
 
-int refdyn_step_limit_reached(const struct refdyn_motion *motion) {
-    const struct refdyn_statistics *statistics = &motion->statistics;
+/* Returns whether the steps tried last cover so little of the time that the motion would need more than
+ * step_limit of them. */
+static int is_too_slow(struct refdyn_motion *motion, long tried) {
+    enum { TRIED = 10000 }; /* no transient takes as many at such a pace */
+    struct refdyn_pace *pace = &motion->pace;
+    const double t = motion->step.t_begin, covered = t - pace->t;
+    if (tried > 0 && tried < pace->tried + TRIED)
+        return 0;
+    *pace = (struct refdyn_pace){.t = t, .tried = tried};
+    return tried > 0 && isfinite(motion->t_final) &&
+           (double)tried + TRIED * ((motion->t_final - t) / covered) > (double)motion->options.step_limit;
+}
+
+int refdyn_step_limit_reached(struct refdyn_motion *motion) {
+    const long tried = motion->statistics.steps + motion->statistics.rejected;
     return motion->options.step_limit > 0 &&
-           statistics->steps + statistics->rejected >= motion->options.step_limit;
+           (tried >= motion->options.step_limit || is_too_slow(motion, tried));
 }
 
 /* Proposes the first attempt, or takes a special step. */

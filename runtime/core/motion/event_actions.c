@@ -239,6 +239,8 @@ static int take_due(struct refdyn_motion *motion) {
     int status = note_rows(motion);
     refdyn_state_events_note(events, step);
     refdyn_sliding_note_due(events);
+    if (!status && refdyn_state_events_accumulate(events))
+        status = REFDYN_EVENTS_ACCUMULATE;
     if (!status)
         status = act_on_all(motion, &done);
     if (!status)
@@ -268,17 +270,15 @@ int refdyn_event_actions_open_contacts(struct refdyn_motion *motion) {
     if (refdyn_contacts_pulling(contacts, multipliers, 0) < 0)
         return REFDYN_OK;
     const double energy = refdyn_energy_at_begin(motion);
+    refdyn_state_events_look_again(&motion->state_events, step, step->t_begin, step->state);
     const int status = refdyn_contact_transitions_take(motion, &has_rates);
     refdyn_energy_has_jumped(motion, energy);
-    refdyn_state_events_look_again(&motion->state_events);
     return status ? status : go_on(motion);
 }
 
 int refdyn_event_actions_take(struct refdyn_motion *motion) {
     struct refdyn_state_events *events = &motion->state_events;
     int status = REFDYN_OK;
-    if (refdyn_state_events_accumulate(events))
-        return REFDYN_EVENTS_ACCUMULATE;
     if (events->due_count > 0)
         status = take_due(motion);
     if (!status)

@@ -403,7 +403,6 @@ static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *
         if (has_crossed || is_about_to || i == events->target)
             refdyn_state_events_add_due(events, i);
     }
-    refdyn_state_events_note_due(events, step, step->t_end);
 }
 
 /* No step leads away from zero. */
@@ -413,7 +412,6 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
     events->side[target] = -events->towards[target];
     refdyn_state_events_add_due(events, target);
     refdyn_step_give_up(step);
-    refdyn_state_events_note_due(events, step, step->t_begin);
     *t_event = step->t_begin;
 }
 
@@ -437,6 +435,32 @@ static void keep_sides(struct refdyn_state_events *events) {
     note_samples(events);
     for (int i = 0; i < events->count; i++)
         events->side[i] = events->side_end[i];
+}
+
+/* The side of a value that is on `side` and then on side `now`, in a step without an event of it: a crossing
+ * in the event's direction is rounding. */
+static int side_after(const struct refdyn_step *step, int i, int side, int now) {
+    return now != 0 && !refdyn_state_events_watches(step, i, now) ? now : side;
+}
+
+/* The side of value i at theta of the last step, where it is `value`. */
+static int side_until(const struct refdyn_state_events *events, const struct refdyn_step *step, int i,
+                      double theta, double value) {
+    int side = events->side_begin[i];
+    for (int k = 1; k < theta * SAMPLES; k++)
+        side = side_after(step, i, side, side_at(events, k, i));
+    return side_after(step, i, side, refdyn_sign_of(value));
+}
+
+void refdyn_state_events_stop(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                              const double *state) {
+    const double theta = refdyn_step_theta(step, t);
+    refdyn_state_events_look_again(events, step, refdyn_step_inside(step, t), state);
+    if (!refdyn_step_is_inside(step, t))
+        return;
+    refdyn_state_events_clear_due(events);
+    for (int i = 0; i < events->count; i++)
+        events->side[i] = side_until(events, step, i, theta, events->samples[i] - events->zeros[i]);
 }
 
 /* Is the end as near to the zero as it can be? */

@@ -354,6 +354,46 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     return leave(integrator, status, t);
 }
 
+/* The state that the caller saw before it has changed it. */
+static const double *find_seen(struct refdyn_motion *motion, double t) {
+    struct refdyn_step *step = &motion->step;
+    double *state = motion->state_events.room;
+    if (!refdyn_step_is_inside(step, t))
+        return step->state_new;
+    if (motion->before.are_seen)
+        return motion->before.state;
+    return step->method->kind->interpolate(step, refdyn_step_theta(step, t), state) ? step->state_new : state;
+}
+
+/* The caller changes values at the state that it sees, and the last step counts only until there. Events take
+ * their values of this state with the inputs and parameters before the change. */
+static void stop_here(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    struct refdyn_workspace *work = integrator->work;
+    double *changed = work->x;
+    refdyn_idle_start(motion);
+    if (refdyn_step_is_inside(&motion->step, integrator->t)) /* it is no reason for a longer one */
+        refdyn_control_bound(&motion->control, motion->control.last);
+    if (motion->state_events.count == 0)
+        return;
+    work->x = refdyn_parameters_inputs(&motion->parameters, work->model);
+    refdyn_state_events_stop(&motion->state_events, &motion->step, integrator->t,
+                             find_seen(motion, integrator->t));
+    work->x = changed;
+}
+
+/* Events that are due at the state that the caller sees stay due if the change permits it. The workspace has
+ * the row terms of that state again afterwards. */
+static int keep_due(struct refdyn_integrator *integrator) {
+    struct refdyn_motion *motion = integrator->motion;
+    struct refdyn_workspace *work = integrator->work;
+    const long before = work->row_evaluations;
+    refdyn_state_events_go_on(&motion->state_events, &motion->step);
+    return work->row_evaluations == before
+               ? REFDYN_OK
+               : refdyn_row_terms(work, integrator->t_right, integrator->q, integrator->qd);
+}
+
 /* Where the caller has changed the load, contacts open at once. */
 static int open_contacts(struct refdyn_integrator *integrator) {
     struct refdyn_step *step = &integrator->motion->step;
@@ -371,6 +411,7 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     if (status)
         return status;
     struct refdyn_motion *motion = enter(integrator);
+    stop_here(integrator);
     refdyn_partition_bound_rank(integrator->work, integrator->work->m);
     take_parameters(integrator);
     status = check_state(integrator);
@@ -384,8 +425,9 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     if (!status)
         status = begin_here(integrator);
     if (!status)
+        status = keep_due(integrator);
+    if (!status)
         status = open_contacts(integrator);
-    refdyn_state_events_look_again(&motion->state_events);
     return leave(integrator, status, integrator->t);
 }
 
@@ -505,10 +547,10 @@ static int show_state(struct refdyn_integrator *integrator, double t) {
     integrator->t = t;
     integrator->t_right = refdyn_rows_side_of(motion, t);
     integrator->is_undetermined = refdyn_crossing_is_near(motion, t) || refdyn_fading_is_near(motion, t);
-    if (t >= step->t_end || step->t_begin == step->t_end) /* steps may begin right of t, at a time event */
-        memcpy(integrator->q, step->state_new, refdyn_state_bytes(step));
-    else
+    if (refdyn_step_is_inside(step, t))
         status = interpolate_seen(integrator);
+    else
+        memcpy(integrator->q, step->state_new, refdyn_state_bytes(step));
     integrator->work_done = integrator->q[2 * step->n];
     if (!status)
         status = find_row_terms_seen(integrator);
@@ -591,7 +633,7 @@ static int is_before(const struct refdyn_motion *motion, double t_out) {
 static int tell_events(struct refdyn_integrator *integrator) {
     struct refdyn_state_events *events = &integrator->motion->state_events;
     int ends = 0;
-    if (events->due_named == 0 || integrator->t < refdyn_step_seen_end(&integrator->motion->step))
+    if (events->due_named == 0 || refdyn_step_is_inside(&integrator->motion->step, integrator->t))
         return REFDYN_OK;
     for (int k = 0; k < events->due_named; k++)
         ends |= integrator->work->model->events[events->due[k]].ends;

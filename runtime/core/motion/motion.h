@@ -74,8 +74,14 @@ void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_a
 void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int taken);
 /* After an accepted step: calls the watch; a copy compares the step with its pattern. */
 void refdyn_step_over(struct refdyn_motion *motion, const struct refdyn_attempt *attempt);
-/* Returns whether options.step_limit steps have been tried. */
-int refdyn_step_limit_reached(const struct refdyn_motion *motion);
+/* A time of the motion, and how many steps were tried until then. `struct refdyn_pace` is written only by
+ * accepted_step.c. */
+struct refdyn_pace {
+    double t; /* [s] */
+    long tried;
+};
+/* Returns whether options.step_limit steps have been tried, or would be before the end. */
+int refdyn_step_limit_reached(struct refdyn_motion *motion);
 
 /* Calls refdyn_integrator_refresh if the caller has changed inputs or parameters since they were taken. */
 int refdyn_integrator_notice(struct refdyn_integrator *integrator);
@@ -259,6 +265,9 @@ void refdyn_parameters_leave(struct refdyn_parameters *parameters, struct refdyn
 void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_workspace *work, int place,
                            double value);
 void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_workspace *work);
+/* The inputs (input_count) when they were taken. */
+double *refdyn_parameters_inputs(const struct refdyn_parameters *parameters,
+                                 const struct refdyn_model *model);
 /* Returns whether the caller has changed a parameter or an input since then. Call it outside the two calls.
  */
 int refdyn_parameters_have_changed(const struct refdyn_parameters *parameters,
@@ -279,8 +288,8 @@ struct refdyn_time_events {
 
 void refdyn_time_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
                                 struct layout *layout);
-/* Computes the known events for the present parameters and inputs. No event counts as passed. t, q and qd:
- * any. */
+/* Computes the known events for the present parameters and inputs; none of them counts as passed. The motion
+ * stays on the right side of another event where it is. t, q and qd: any. */
 void refdyn_time_events_take(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
                              const double *q, const double *qd);
 /* t, or the right side of a time event that is there: where functions have the values with which the motion
@@ -290,6 +299,7 @@ double refdyn_time_events_right_of(const struct refdyn_time_events *events, doub
 double refdyn_time_events_near(struct refdyn_motion *motion, double t);
 /* Entry in the list of obstacles: the next time event after the beginning of the step. The step evaluates
  * nothing after it, and does not extrapolate across a time event at its beginning. */
+void refdyn_time_events_start(struct refdyn_motion *motion);
 double refdyn_time_events_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead);
 
 /* Three places where a value is positive, and the values. Between them it may be below zero. */
@@ -468,7 +478,8 @@ enum { REFDYN_EVENT_SAMPLES = 8 }; /* of a step or of a piece of it, after its b
 struct refdyn_state_events {
     int count, named; /* values: events of the model, then kinks; of them, events */
     int *side;        /* (count) of zero where each value is: -1, 1; 0: on zero, and the rate is unclear */
-    int *side_from, *side_end; /* (count) the same at the beginning and end of the piece that is examined */
+    int *side_begin;  /* (count) the same at the beginning of the last step, */
+    int *side_from, *side_end; /* and at the beginning and end of the piece that is examined */
     int *towards;              /* (count) the side to which the last crossing that was found leads */
     int *due;                  /* (due_count) those that happen at the end of the last step, ascending */
     int due_count, due_named;  /* of those due, events */
@@ -478,9 +489,8 @@ struct refdyn_state_events {
     int *returns;  /* (count) steps that have stayed at a kink whose jump leads back */
     double *begin; /* (count) values at the beginning of the step */
     int places;    /* samples of a step, at least */
-    /* The piece of the step that is examined: samples `first` to `last` are new. Where they are, and the
-     * values,
-     * ((REFDYN_EVENT_SAMPLES + 1) x count) there; distance to the next one. */
+    /* The piece of the step that is examined: samples `first` to `last` are new. Where they are, the values
+     * there ((REFDYN_EVENT_SAMPLES + 1) x count), and the distance to the next one. */
     int first, last;
     double thetas[REFDYN_EVENT_SAMPLES + 1], *samples, apart;
     double *offsets; /* (count) what is subtracted from values: `zeros`, until a value has left zero */
@@ -506,7 +516,8 @@ struct refdyn_state_events {
     double t_last; /* of the last event [s], */
     int repeats;   /* and how many followed each other without time between, or with values within rounding */
 
-    /* written only by state_events.c: the caller knows of the due events; values may have jumped */
+    /* written only by state_events.c: the caller knows of the due events; values may have jumped from those
+     * in the first samples */
     int is_told, looks_again;
 };
 
@@ -539,21 +550,24 @@ struct refdyn_assessed refdyn_state_events_assess(const struct refdyn_state_even
 void refdyn_state_events_clear_due(struct refdyn_state_events *events);
 void refdyn_state_events_add_due(struct refdyn_state_events *events, int i);
 void refdyn_state_events_forget(struct refdyn_state_events *events);
-/* Call it if values may have jumped, because inputs, parameters, the state or formulas of time have: the next
- * step begins by examining them again. */
-void refdyn_state_events_look_again(struct refdyn_state_events *events);
+/* Call it before values may jump from those of a state at t, because inputs, parameters, the state or
+ * formulas of time do: the next step begins by examining them again. */
+void refdyn_state_events_look_again(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                    double t, const double *state);
+/* Call them where the caller continues from a state at t, inside the last step or at its end: the first
+ * before, the second after it has changed anything. What the step has found after t has not happened. What is
+ * due at t stays so, unless the change moves its value back to where it came from. */
+void refdyn_state_events_stop(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
+                              const double *state);
+void refdyn_state_events_go_on(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* The number of due events to report to the caller: each once, those that end the motion at each call. */
 int refdyn_state_events_report(struct refdyn_state_events *events, int ends);
-/* Records that the due events have happened at t, the beginning of the step or its end. `values` and `terms`
- * must belong to that state, and `risen` must be up to date. */
-void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step,
-                                  double t);
 int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i);
 /* Returns whether a crossing to that side of zero is an event of value i. */
 int refdyn_state_events_watches(const struct refdyn_step *step, int i, int side);
 /* Returns whether so many events have followed each other at one time that they will not end. */
 int refdyn_state_events_accumulate(const struct refdyn_state_events *events);
-/* Call it before due events happen at the beginning of the step: records the values and their rates. */
+/* Call it before due events happen at the beginning of the step: records them, the values and their rates. */
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step);
 /* Call it afterwards: sets the sides of the values, and what is due because other values have jumped. */
 void refdyn_state_events_settle(struct refdyn_state_events *events, const struct refdyn_step *step);
@@ -769,6 +783,7 @@ struct refdyn_motion {
     const struct refdyn_step_watch *watch; /* NULL: nobody watches */
     struct refdyn_statistics statistics;
     struct refdyn_failure failure;
+    struct refdyn_pace pace;
     enum refdyn_method ordinary; /* method of ordinary steps, while a special step is on */
     int rows_change;             /* at the time event where the last step ended */
     double t_final, t_most;      /* end of the motion and limit: refdyn_integrator_until, _limit [s] */

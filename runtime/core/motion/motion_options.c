@@ -97,6 +97,11 @@ void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct r
            (size_t)work->model->input_count * sizeof(double));
 }
 
+double *refdyn_parameters_inputs(const struct refdyn_parameters *parameters,
+                                 const struct refdyn_model *model) {
+    return parameters->taken + parameter_bytes(model) / sizeof(double);
+}
+
 int refdyn_parameters_have_changed(const struct refdyn_parameters *parameters,
                                    const struct refdyn_workspace *work) {
     const size_t bytes = parameter_bytes(work->model);

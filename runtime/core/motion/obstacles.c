@@ -87,7 +87,7 @@ static const struct kind kinds[] = {
      .find = refdyn_crossing_find,
      .step = refdyn_crossing_step,
      .seen = refdyn_crossing_seen},
-    {.find = refdyn_time_events_find, .leave = refdyn_rows_take_new},
+    {.start = refdyn_time_events_start, .find = refdyn_time_events_find, .leave = refdyn_rows_take_new},
     {.seen = refdyn_state_events_seen,
      .cause = refdyn_state_events_cause,
      .leave = refdyn_event_actions_take},

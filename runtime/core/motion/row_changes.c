@@ -258,11 +258,10 @@ int refdyn_rows_meet(struct refdyn_motion *motion) {
 
 int refdyn_rows_meet_seen(struct refdyn_motion *motion) {
     const struct refdyn_step *step = &motion->step;
-    struct refdyn_residuals_before *before = &motion->before;
+    const struct refdyn_residuals_before *before = &motion->before;
     const int is_that =
         before->are_seen && memcmp(before->state, step->state, (size_t)(2 * step->n) * sizeof(double)) == 0;
     int have = 0, status = REFDYN_OK;
-    before->are_seen = 0;
     if (is_that)
         status = refdyn_rows_have_jumped(motion, &have);
     return status || !have ? status : refdyn_rows_meet(motion);

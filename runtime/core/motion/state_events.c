@@ -41,6 +41,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->named = model->event_count;
     events->side = layout_ints(layout, count);
     events->side_from = layout_ints(layout, count);
+    events->side_begin = layout_ints(layout, count);
     events->side_end = layout_ints(layout, count);
     events->towards = layout_ints(layout, count);
     events->due = layout_ints(layout, count);
@@ -129,14 +130,6 @@ void refdyn_state_events_evaluate(struct refdyn_state_events *events, const stru
     refdyn_state_events_evaluate_terms(events, step, t, state);
 }
 
-void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step) {
-    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
-    memcpy(events->begin, events->values, (size_t)events->count * sizeof(double));
-    for (int i = 0; i < events->count; i++)
-        events->rates[i] =
-            refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates).rate;
-}
-
 double refdyn_state_events_blur(double t) {
     return 16 * refdyn_time_resolution(t);
 }
@@ -159,8 +152,14 @@ void refdyn_state_events_forget(struct refdyn_state_events *events) {
     events->looks_again = 0;
 }
 
-void refdyn_state_events_look_again(struct refdyn_state_events *events) {
+void refdyn_state_events_look_again(struct refdyn_state_events *events, const struct refdyn_step *step,
+                                    double t, const double *state) {
+    if (events->looks_again || events->count == 0)
+        return;
     events->looks_again = 1;
+    if (refdyn_state_events_values(events, step, t, state, events->begin))
+        for (int i = 0; i < events->count; i++)
+            events->begin[i] = NAN; /* the values after it are compared with zero alone */
 }
 
 int refdyn_state_events_report(struct refdyn_state_events *events, int ends) {
@@ -169,32 +168,40 @@ int refdyn_state_events_report(struct refdyn_state_events *events, int ends) {
     return count;
 }
 
-/* Has one of the due events left zero, beyond rounding, since it last happened? The values and their terms
- * are those of this state. */
-static int one_has_risen(const struct refdyn_state_events *events, const struct refdyn_step *step, double t,
-                         const double *state, const double *rates) {
+/* Has one of the due events left zero, beyond rounding, since it last happened? The terms are those of the
+ * beginning of the step. */
+static int one_has_risen(const struct refdyn_state_events *events, const struct refdyn_step *step) {
     for (int k = 0; k < events->due_named; k++) {
         const int i = events->due[k];
         if (events->risen[i] >
-            risen_least * refdyn_state_events_assess(events, step, i, t, state, rates).noise)
+            risen_least *
+                refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates).noise)
             return 1;
     }
     return 0;
 }
 
 /* Impacts that follow each other within the rounding of a distance would never end: they count as repeats. */
-void refdyn_state_events_note_due(struct refdyn_state_events *events, const struct refdyn_step *step,
-                                  double t) {
-    const int is_end = t == step->t_end;
+static void note_due(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    const double t = step->t_begin;
     if (events->due_named == 0)
         return;
-    const int goes_on = fabs(t - events->t_last) > 4 * refdyn_time_resolution(t) &&
-                        one_has_risen(events, step, t, is_end ? step->state_new : step->state,
-                                      is_end ? step->rates_new : step->rates);
+    const int goes_on =
+        fabs(t - events->t_last) > 4 * refdyn_time_resolution(t) && one_has_risen(events, step);
     events->repeats = goes_on ? 0 : events->repeats + 1;
     events->t_last = t;
     for (int k = 0; k < events->due_named; k++)
         events->risen[events->due[k]] = 0;
+}
+
+void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
+    if (!events->looks_again)
+        memcpy(events->begin, events->values, (size_t)events->count * sizeof(double));
+    for (int i = 0; i < events->count; i++)
+        events->rates[i] =
+            refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates).rate;
+    note_due(events, step);
 }
 
 int refdyn_state_events_is_due(const struct refdyn_state_events *events, int i) {
@@ -222,20 +229,26 @@ static int is_moved_by_state(const struct refdyn_state_events *events, const str
     return 0;
 }
 
-/* A value that is clear of zero, maybe on another side than before, without a step there. */
-static void jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double value) {
-    const int before = events->side[i], now = refdyn_sign_of(value);
+/* Value i has changed from `before`, without a step. It may be clear of zero now, maybe on another side. If
+ * it was beyond zero by an error, it counted as zero there, and only the change from there counts. */
+static void jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double before,
+                 double noise) {
+    const int side = events->side[i], is_kink = refdyn_state_events_is_kink(events, i);
+    const double value = events->values[i], clear = !is_kink && side * before < 0 ? value - before : value;
+    const int now = refdyn_sign_of(clear);
+    if (!(fabs(clear) > noise))
+        return;
     events->side[i] = events->towards[i] = now;
-    if (before != now && !refdyn_state_events_is_kink(events, i) && refdyn_state_events_watches(step, i, now))
+    if (side != now && !is_kink && refdyn_state_events_watches(step, i, now))
         refdyn_state_events_add_due(events, i);
 }
 
 /* The values and terms are those of the beginning of the step. */
-static void look_for_jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i) {
+static void look_for_jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i,
+                          double before) {
     const struct refdyn_assessed now =
         refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates);
-    if (fabs(events->values[i]) > (is_moved_by_state(events, step, i) ? now.noise : now.noise_at_time))
-        jump(events, step, i, events->values[i]);
+    jump(events, step, i, before, is_moved_by_state(events, step, i) ? now.noise : now.noise_at_time);
 }
 
 /* ---- The start ---- */
@@ -307,8 +320,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
         else if (events->side[i] == 0)
             start_on_zero(events, step, i);
         else
-            look_for_jump(events, step, i);
-    refdyn_state_events_note_due(events, step, step->t_begin);
+            look_for_jump(events, step, i, 0);
     return REFDYN_OK;
 }
 
@@ -317,8 +329,7 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
 static void look_for_jumps(struct refdyn_state_events *events, const struct refdyn_step *step) {
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     for (int i = 0; i < events->count; i++)
-        look_for_jump(events, step, i);
-    refdyn_state_events_note_due(events, step, step->t_begin);
+        look_for_jump(events, step, i, events->begin[i]);
 }
 
 /* A value that crossed zero before the step may still be beyond it, by rounding or by the error of the step
@@ -335,9 +346,10 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
     events->tries = events->early_tries = events->passed_count = 0;
     if (events->count == 0)
         return REFDYN_OK;
-    if (events->looks_again && events->due_count == 0)
+    if (events->looks_again)
         look_for_jumps(events, step);
     events->looks_again = 0;
+    memcpy(events->side_begin, events->side, (size_t)events->count * sizeof *events->side);
     const int status = refdyn_state_events_values(events, step, step->t_begin, step->state, events->begin);
     if (!status)
         refdyn_contacts_end_allowances(&events->contacts, step->t_begin, events->begin);
@@ -345,6 +357,23 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
         events->sizes[i] = fmax(events->sizes[i], fabs(events->begin[i]));
     place_zeros(events);
     return status;
+}
+
+void refdyn_state_events_go_on(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    const int due_count = events->due_count, is_told = events->is_told;
+    if (due_count == 0)
+        return;
+    refdyn_state_events_clear_due(events);
+    refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
+    for (int k = 0; k < due_count; k++) {
+        const int i = events->due[k];
+        const struct refdyn_assessed now =
+            refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates);
+        const double blur = fabs(now.rate) * refdyn_state_events_blur(step->t_begin);
+        if (!(-events->towards[i] * (events->values[i] - events->begin[i]) > fmax(now.noise, blur)))
+            refdyn_state_events_add_due(events, i);
+    }
+    events->is_told = is_told && events->due_named > 0;
 }
 
 /* Has its action changed the value that was due, by more than rounding? */
@@ -399,8 +428,8 @@ void refdyn_state_events_settle(struct refdyn_state_events *events, const struct
             events->side[i] = side_behind(events, step, i, &now);
         else if (was_due)
             events->side[i] = refdyn_sign_of(value);
-        else if (fabs(value) > now.noise)
-            jump(events, step, i, value);
+        else
+            jump(events, step, i, before[i], now.noise);
     }
-    refdyn_state_events_note_due(events, step, step->t_begin);
+    events->looks_again = 0;
 }

@@ -36,11 +36,14 @@ void refdyn_time_events_lay_out(struct refdyn_time_events *events, const struct 
     events->switches = layout_doubles(layout, (ROWS + 1) * model->switch_count);
 }
 
+void refdyn_time_events_start(struct refdyn_motion *motion) {
+    motion->time_events.switched = -INFINITY;
+}
+
 void refdyn_time_events_take(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
                              const double *q, const double *qd) {
     double *times = events->times;
     events->next = 0;
-    events->switched = -INFINITY;
     if (!work->model->breaks)
         return;
     work->model->breaks(work->p, work->x, t, q, qd, times);

@@ -105,8 +105,11 @@ static int are_position_rows(const struct refdyn_model *model, const int *rows, 
 
 /* Increases the load from 0 to 1; q keeps the last equilibrium. */
 static int raise_load(struct statics *statics, double *q) {
+    enum { TRIED_MOST = 20000 /* from a start that is so many lengths away nothing is followed */ };
     double load = 0, step = statics->options->load_step;
-    while (load < 1) {
+    for (int tried = 0; load < 1; tried++) {
+        if (tried == TRIED_MOST)
+            return REFDYN_NO_CONVERGENCE;
         const double load_next = load + step < 1 ? load + step : 1;
         const int status = refdyn_newton_solve(statics, load_next, q);
         if (status) {

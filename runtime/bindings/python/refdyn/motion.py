@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .model import Model
     from .quantity import Compiled
 
-STEPS_MOST = 1e10  # as for `refdyn sim`
+STEPS_MOST = 1e9  # as for `refdyn sim`
 DONE, REFUSED = 0, -19  # statuses of the runtime
 STABILISE = {"none": 0, "baumgarte": 1, "baumgarte-auto": 1, "project": 2}
 START = {"as-is": 0, "project": 1}
@@ -48,7 +48,7 @@ def positive(name: str, value: Any) -> float:
 
 
 def count(name: str, value: Any) -> int:
-    """A whole number from 1 to 1e10."""
+    """A whole number from 1 to 1e9."""
     if type(value) is not int and (isinstance(value, bool) or not isinstance(value, (int, np.integer))):
         raise TypeError(f"{name}: {type(value).__name__}; must be a whole number")
     if value < 1:

@@ -261,7 +261,7 @@ enum runs_present_result runs_present_result(const struct batch_setup *setup, co
     return other ? PRESENT_OTHER : is_complete ? PRESENT_COMPLETE : PRESENT_NONE;
 }
 
-enum { OUTPUTS_MAX = 1000000, THREADS_MAX = 1024 };
+enum { THREADS_MAX = 1024 };
 
 /* ---- Setup ---- */
 
@@ -386,12 +386,9 @@ static enum status check_times(const struct batch_setup *setup) {
     const struct scene *scene = &setup->structures.list[0].scene;
     const struct keep *keep = &setup->sweep.keep;
     const double t = scene->state.t, every = options_number(options, "every");
-    const enum status status = simulate_check_times(scene, options);
+    const enum status status = simulate_check_times(scene, options, RECORD_KEPT_MAX);
     if (status != STATUS_DONE)
         return status;
-    if (every > 0 && (until - t) / every > OUTPUTS_MAX)
-        return options_error(options, "every", " %g: %.3g outputs; a batch allows at most %d", every,
-                             (until - t) / every, OUTPUTS_MAX);
     if (every > (until - t) * (1 + 1e-9))
         return options_error(options, "every",
                              " %g: longer than the motions, which last %g s; must not be longer", every,
@@ -414,7 +411,9 @@ static enum status lay_out(struct batch_setup *setup) {
     setup->sweep.keep.realise = options_has(options, "realise");
     if (setup->sweep.keep.realise) { /* an output is where a cell of the drive forces begins */
         every = record_distance(until - t, every);
-        realise_tails(options, every, &before, &after);
+        const enum status checked = realise_tails(options, until - t, every, &before, &after);
+        if (checked != STATUS_DONE)
+            return checked;
     }
     setup->kept.times =
         runs_seen_times_make(&setup->memory, &setup->sweep.keep, t - before, until + after, every);

@@ -147,13 +147,14 @@ static enum status export_scene(struct scene *scene, const struct options *optio
         status = simulate_place(scene, options);
     if (status != STATUS_DONE)
         return status;
+    fmu->options.step_limit = 0; /* it runs as long as its importer wants */
     fmu->scene = scene;
     fmu->name = scene->model->name;
     fmu->has_start = from && strcmp(from, "initial") != 0;
     fmu->until = until > 0 ? until : scene->state.t + default_span;
     struct options timed = *options;
     options_set_number(&timed, "until", fmu->until);
-    status = simulate_check_times(scene, &timed);
+    status = simulate_check_times(scene, &timed, RECORD_OUTPUTS_MAX);
     if (status == STATUS_DONE)
         status = write_fmu(fmu, platforms);
     if (status == STATUS_DONE)

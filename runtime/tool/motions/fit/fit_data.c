@@ -4,6 +4,7 @@
  * columns, times that do not ascend, files whose times have different units.
  */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "runtime/tool/motions/fit/fit.h"
@@ -190,6 +191,43 @@ static bool refuse_clock(const struct fit *fit, const struct fit_data *data) {
     return false;
 }
 
+static int ascending(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* The usual time between rows: the median. *last: the row after the longest time. */
+static double usual_spacing(const struct fit_data *data, int *last) {
+    const int count = data->rows - 1;
+    double *gaps = format_allocate_large((size_t)count, sizeof *gaps);
+    *last = 1;
+    for (int i = 0; i < count; i++) {
+        gaps[i] = data->t[i + 1] - data->t[i];
+        *last = gaps[i] > gaps[*last - 1] ? i + 1 : *last;
+    }
+    qsort(gaps, (size_t)count, sizeof *gaps, ascending);
+    const double median = gaps[count / 2];
+    free(gaps);
+    return median;
+}
+
+/* Refuses a stray time, to which the motion would be far longer than the data. */
+static bool refuse_stray_time(const struct fit_data *data) {
+    enum { LONGER = 100 };
+    int last;
+    const double usual = usual_spacing(data, &last), ratio = length_of(data) / usual;
+    if (ratio <= fmax(RECORD_KEPT_MAX, (double)LONGER * data->rows))
+        return true;
+    format_complain_line(
+        data->path, 1,
+        format_text("data: t = %.9g follows %.9g, and the data are %.3g times as long as the usual time "
+                    "between rows, %.3g s; must be at most %.3g times; correct the time, or give each "
+                    "recording its own file",
+                    data->t[last], data->t[last - 1], ratio, usual,
+                    fmax(RECORD_KEPT_MAX, (double)LONGER * data->rows)));
+    return false;
+}
+
 /* Files whose rows are a hundred times further apart than those of the first have times in other units. */
 static bool refuse_time_base(const struct fit *fit, const struct fit_data *data) {
     const double ratio = spacing(data) / spacing(&fit->data[0]);
@@ -210,7 +248,7 @@ static bool read_file(struct fit *fit, struct fit_data *data) {
     format_csv_close(&reading.csv);
     if (is_good && data->has_inputs)
         is_good = scene_inputs_read(&data->inputs, data->path, fit->scene->model);
-    return is_good && refuse_clock(fit, data) && refuse_time_base(fit, data);
+    return is_good && refuse_stray_time(data) && refuse_clock(fit, data) && refuse_time_base(fit, data);
 }
 
 static long count_measurements(const struct fit_data *data, int width, int column) {
@@ -239,16 +277,22 @@ static bool refuse_missing(const struct fit *fit) {
 }
 
 enum status fit_data_read(struct fit *fit) {
-    for (int i = 0; i < fit->data_count; i++)
+    double last = 0;
+    for (int i = 0; i < fit->data_count; i++) {
         if (!read_file(fit, &fit->data[i]))
             return STATUS_FAULT;
+        last = fmax(last, fit->data[i].t[fit->data[i].rows - 1]);
+    }
+    const enum status status = simulate_check_steps(fit->options, last - fit->scene->state.t);
+    if (status != STATUS_DONE)
+        return status;
     return refuse_missing(fit) ? STATUS_DONE : STATUS_FAULT;
 }
 
 enum status fit_data_imagine(struct fit *fit) {
     const struct options *options = fit->options;
     const double begin = fit->scene->state.t, length = options_number(options, "until") - begin;
-    const enum status status = simulate_check_times(fit->scene, options);
+    const enum status status = simulate_check_times(fit->scene, options, RECORD_KEPT_MAX);
     if (status != STATUS_DONE)
         return status;
     const double every = record_distance(length, options_number(options, "every"));

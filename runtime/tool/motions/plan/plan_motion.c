@@ -78,6 +78,13 @@ double plan_end(const struct plan *plan) {
     return plan->courses[plan->end_course];
 }
 
+double plan_longest(const struct plan *plan) {
+    for (int k = 0; k < plan->count && plan->end_parameter >= 0; k++)
+        if (strcmp(plan->values[k].name, plan->file->end_name) == 0)
+            return plan->values[k].to;
+    return plan_end(plan);
+}
+
 void plan_describe(const struct plan *plan, const double *x, int points, struct motions *motions) {
     const int varied_count = plan->file->varied_count, count = plan->count, width = count + varied_count,
               total = points * plan->case_count, samples = plan->scene->inputs != NULL;

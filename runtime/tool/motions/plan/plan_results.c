@@ -57,6 +57,8 @@ static int run(struct plan *plan, const struct plan_point *point, double every, 
     struct motion motion;
     double end;
     int status = place(plan, point, &end);
+    if (status == REFDYN_OK && every > 0 && (end - plan->batch.t) / every > RECORD_KEPT_MAX)
+        status = REFDYN_BAD_OPTION; /* of an end that follows from the values of the plan */
     if (status != REFDYN_OK)
         return status;
     status = simulate_start(&motion, plan->scene, &plan->integration, end, every);
@@ -81,6 +83,13 @@ enum status plan_reference_open(struct plan *plan) {
         return options_has(plan->options, "every")
                    ? options_usage_error(plan->options->command, "--every: applies to --reference; add it")
                    : STATUS_DONE;
+    const double every = options_number(plan->options, "every");
+    const enum status status =
+        every > 0 ? simulate_check_count(plan->options, "every", (plan_longest(plan) - plan->batch.t) / every,
+                                         "outputs", RECORD_KEPT_MAX)
+                  : STATUS_DONE;
+    if (status != STATUS_DONE)
+        return status;
     plan->reference = system_target_open(&plan->scene->targets, path);
     return plan->reference ? STATUS_DONE : STATUS_FAULT;
 }

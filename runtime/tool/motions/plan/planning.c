@@ -326,6 +326,8 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     plan.integration.balance = 0;
     enum status status = prepare(&plan, &motion, &inputs);
     if (status == STATUS_DONE)
+        status = simulate_check_steps(options, plan_longest(&plan) - plan.batch.t);
+    if (status == STATUS_DONE)
         status = plan_reference_open(&plan);
     if (status == STATUS_DONE && options_has(options, "resume"))
         status = plan_resume(&plan);

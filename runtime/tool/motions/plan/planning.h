@@ -179,6 +179,8 @@ void plan_describe(const struct plan *plan, const double *x, int points, struct 
 void plan_set_values(const struct plan *plan, const struct motions *motions, int number);
 /* The end of a motion with the values of the scene [s]. */
 double plan_end(const struct plan *plan);
+/* The latest end that a varied parameter allows; otherwise the end as it is now [s]. */
+double plan_longest(const struct plan *plan);
 /* Sets the scene to the start of a case's motion. Returns a status of the runtime. */
 int plan_place(struct plan *plan, const struct motions *motions, int one);
 /* The same, and lists the stretches in scratch memory. */

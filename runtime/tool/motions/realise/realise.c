@@ -12,7 +12,7 @@
 static const double tail_decay = 23, tail_least = 0.1, tail_most = 2;
 /* Steps of the first guess, as multiples of 1/(slowest growth). */
 static const double guess_growth = 4;
-/* Steps of the mesh: at most this part of the motion, and this length [s]. */
+/* Steps of the mesh: at most this part of the motion, and by default this length [s]. */
 static const double mesh_part = 0.05, mesh_most = 0.05;
 /* Its part for the least effort of a mechanism with coordinates that have no drive. */
 static const double mesh_of_effort = 0.5;
@@ -147,25 +147,50 @@ static double whole_cells(double before, double every) {
     return every * ceil(before / every - 1e-9);
 }
 
-void realise_tails(const struct options *options, double every, double *before, double *after) {
-    *before = whole_cells(options_number(options, "before"), every);
-    *after = options_number(options, "after");
+/* The option that makes the motion long: a tail, or another one by which it is divided. */
+static const char *name_of_length(const struct options *options, double length, const char *division) {
+    const double before = options_number(options, "before"), after = options_number(options, "after");
+    return fmax(before, after) <= length ? division : before > after ? "before" : "after";
 }
 
-static void choose_times(struct realise_work *work) {
+enum status realise_tails(const struct options *options, double length, double every, double *before,
+                          double *after) {
+    *before = whole_cells(options_number(options, "before"), every);
+    *after = options_number(options, "after");
+    const char *name = name_of_length(options, length, "every");
+    return simulate_check_count(options, name, (*before + length + *after) / every, "outputs",
+                                RECORD_KEPT_MAX);
+}
+
+/* Bounds the numbers of the linearised intervals. */
+static enum status check_mesh(const struct realise_work *work, double length) {
+    enum { NUMBERS_MAX = 20 * RECORD_KEPT_MAX };
+    const struct realise_problem *problem = &work->problem;
+    const double n = problem->n, width = problem->width, choices = REALISE_STAGES * problem->spare;
+    const double numbers = REALISE_STAGES * width * (2 * n + 1 + choices) + 2 * n * (2 * n + choices);
+    const char *division = options_has(work->options, "mesh") ? "mesh" : "until";
+    return simulate_check_count(work->options, name_of_length(work->options, length, division),
+                                (work->before + length + work->after) / work->mesh, "intervals of the mesh",
+                                floor(NUMBERS_MAX / numbers));
+}
+
+static enum status choose_times(struct realise_work *work) {
     const struct options *options = work->options;
     const double length = work->until - work->scene->state.t;
     const struct realise_modes *modes = &work->modes;
     const double tail =
         modes->growing ? fmin(fmax(tail_decay / modes->slowest, tail_least), tail_most) : tail_least;
-    work->mesh = options_has(options, "mesh") ? options_number(options, "mesh")
-                                              : (is_resolved_more(&work->problem) ? mesh_of_effort : 1) *
-                                                    fmin(mesh_most, mesh_part * length);
+    const double mesh = (is_resolved_more(&work->problem) ? mesh_of_effort : 1) * mesh_most;
+    work->mesh =
+        fmin(options_has(options, "mesh") ? options_number(options, "mesh") : mesh, mesh_part * length);
     work->every = record_distance(length, options_number(options, "every"));
-    realise_tails(options, work->every, &work->before, &work->after);
+    const enum status status = realise_tails(options, length, work->every, &work->before, &work->after);
+    if (status != STATUS_DONE)
+        return status;
     work->before = options_has(options, "before") ? work->before : whole_cells(tail, work->every);
     work->after = options_has(options, "after") ? work->after : tail;
     work->cells = (int)floor((work->before + length + work->after) / work->every + 1e-9);
+    return check_mesh(work, length);
 }
 
 static enum status report_failure(const struct realise_work *work, enum realise_outcome outcome) {
@@ -439,23 +464,23 @@ enum status realise_open_played(struct scene *played, const struct options *opti
                       realise_state_path(options));
 }
 
-static void play_in(struct realise_work *work, struct scene *played,
-                    const struct refdyn_options *integration) {
+static enum status play_in(struct realise_work *work, struct scene *played,
+                           const struct refdyn_options *integration) {
     struct refdyn_options own = *integration;
     own.tol = fmin(own.tol > 0 ? own.tol : 1e-10, 1e-10);
     const int result = play(work, played, &own);
-    if (result != REFDYN_OK) {
-        fprintf(stderr, "refdyn: %s: the forces that were found could not be played back: %s\n",
-                played->model->name, refdyn_status_text(result));
-        work->playback = INFINITY;
-    }
+    if (result == REFDYN_OK)
+        return STATUS_DONE;
+    fprintf(stderr, "refdyn: %s: the forces that were found could not be played back: %s\n",
+            played->model->name, refdyn_status_text(result));
+    return STATUS_NUMBERS;
 }
 
 static enum status play_back(struct realise_work *work, const struct refdyn_options *integration) {
     struct scene played;
-    const enum status status = realise_open_played(&played, work->options, 0);
+    enum status status = realise_open_played(&played, work->options, 0);
     if (status == STATUS_DONE)
-        play_in(work, &played, integration);
+        status = play_in(work, &played, integration);
     scene_close(&played);
     return status;
 }
@@ -510,8 +535,8 @@ static enum status find_forces(struct realise_work *work) {
                 scene->model->name);
         return STATUS_NUMBERS;
     }
-    choose_times(work);
-    return solve(work);
+    const enum status chosen = choose_times(work);
+    return chosen == STATUS_DONE ? solve(work) : chosen;
 }
 
 enum status realise_find(struct realise_work *work, struct scene *scene, struct scene *played,
@@ -519,7 +544,7 @@ enum status realise_find(struct realise_work *work, struct scene *scene, struct 
     const double began = system_cpu_seconds();
     enum status status = realise_check_model(scene);
     if (status == STATUS_DONE)
-        status = simulate_check_times(scene, options);
+        status = simulate_check_times(scene, options, RECORD_KEPT_MAX);
     if (status != STATUS_DONE)
         return status;
     start(work, scene, options);
@@ -531,10 +556,7 @@ enum status realise_find(struct realise_work *work, struct scene *scene, struct 
     if (status != STATUS_DONE)
         return status;
     find_peaks(work);
-    if (!played)
-        return play_back(work, integration);
-    play_in(work, played, integration);
-    return STATUS_DONE;
+    return played ? play_in(work, played, integration) : play_back(work, integration);
 }
 
 /* ---- The motion that was found ---- */

@@ -20,12 +20,15 @@ const struct option_rule realise_rules[] = {
     {"after", "T2", OPTION_POSITIVE,
      "with --realise: time after the end for which they act [s] (default: from the growth of modes)", NULL,
      NULL},
-    {"mesh", "H", OPTION_POSITIVE, "with --realise: largest step of the mesh [s] (default: 0.05, or T/20)",
-     NULL, NULL},
+    {"mesh", "H", OPTION_POSITIVE,
+     "with --realise: largest step of the mesh [s] (default 0.05; at most T/20)", NULL, NULL},
     {"play", "RUN", OPTION_TEXT,
      "apply the drive forces of a --realise run, CSV or HDF5, with the programme's rows released", NULL,
      NULL},
     {.name = NULL}};
+
+/* A larger error of the playback, as a part of the model's length, is warned of. */
+static const double missed_part = 0.02;
 
 /* ---- Output ---- */
 
@@ -62,6 +65,7 @@ static enum status write_motion(struct realise_work *work, struct output *output
 
 static void print_summary(const struct realise_work *work, const struct output *output) {
     const struct realise_modes *modes = &work->modes;
+    const double length = work->scene->model->length;
     fprintf(stderr, "method       collocation at %d Gauss points, %d intervals from t = %.6g to %.6g s\n",
             REALISE_STAGES, work->solution.motion.count, work->solution.motion.t[0],
             work->solution.motion.t[work->solution.motion.count]);
@@ -83,6 +87,11 @@ static void print_summary(const struct realise_work *work, const struct output *
             work->mesh_change);
     fprintf(stderr, "playback     from rest, error at most %.3g\n", work->playback);
     fprintf(stderr, "time         %.3g s CPU\n", work->cpu_s);
+    if (work->playback > missed_part * (length > 0 ? length : 1))
+        fprintf(stderr,
+                "refdyn: warning: played back from rest, these forces miss the motion by up to %.3g: shorten "
+                "--every, over which they are constant; a motion that is not stable needs feedback\n",
+                work->playback);
     record_limits_print(&output->limits, stderr);
 }
 

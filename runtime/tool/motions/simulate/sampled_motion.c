@@ -81,10 +81,6 @@ static void gsl_close(struct refdyn_gsl *gsl) {
 
 #endif
 
-static const double steps_max = 1e10; /* some hours with the smallest model */
-
-enum { OUTPUTS_MAX = 10000000 };
-
 /* ---- Options ---- */
 
 const char *simulate_methods(bool is_explicit) {
@@ -221,6 +217,7 @@ enum status simulate_options(const struct options *options, struct refdyn_option
     integration->singular = (enum refdyn_singular)way;
     integration->project_start = start;
     integration->balance = 1;
+    integration->step_limit = RECORD_STEPS_MAX;
     return validate(options, integration);
 }
 
@@ -299,20 +296,34 @@ enum status simulate_place(struct scene *scene, const struct options *options) {
     return status;
 }
 
-enum status simulate_check_times(const struct scene *scene, const struct options *options) {
-    const double until = options_number(options, "until"), every = options_number(options, "every"),
-                 step = options_number(options, "step");
+enum status simulate_check_count(const struct options *options, const char *name, double count,
+                                 const char *what, double most) {
+    if (count <= most)
+        return STATUS_DONE;
+    return options_error(options, name, " %g: %.3g %s; must be at most %.0f", options_number(options, name),
+                         count, what, most);
+}
+
+enum status simulate_check_steps(const struct options *options, double span) {
+    static const char *const names[] = {"step", "step-max"};
+    enum status status = STATUS_DONE;
+    for (int i = 0; i < 2 && status == STATUS_DONE; i++)
+        if (options_number(options, names[i]) > 0)
+            status = simulate_check_count(options, names[i], span / options_number(options, names[i]),
+                                          "steps", RECORD_STEPS_MAX);
+    return status;
+}
+
+enum status simulate_check_times(const struct scene *scene, const struct options *options, double most) {
+    const double until = options_number(options, "until"), every = options_number(options, "every");
     const double from = scene->state.t, span = until - from;
-    if (span <= 0)
+    if (!(span > 0))
         return options_error(options, "until", " %g: must be after the start of the motion at t = %g", until,
                              from);
-    if (every > 0 && span / every > OUTPUTS_MAX)
-        return options_error(options, "every", " %g: %.3g outputs; must be at most %d", every, span / every,
-                             OUTPUTS_MAX);
-    if (step > 0 && span / step > steps_max)
-        return options_error(options, "step", " %g: %.3g steps; must be at most %.3g", step, span / step,
-                             steps_max);
-    return STATUS_DONE;
+    enum status status = STATUS_DONE;
+    if (every > 0)
+        status = simulate_check_count(options, "every", span / every, "outputs", most);
+    return status == STATUS_DONE ? simulate_check_steps(options, span) : status;
 }
 
 /* ---- A motion ---- */

@@ -230,7 +230,10 @@ static enum status run_task(const struct task *task, const struct refdyn_options
     const struct target *target = task->scene->result;
     struct row_sink rows = wants_hdf5(options) ? simulate_row_sink_hdf5(target->part, task)
                                                : simulate_row_sink_csv(target->file);
-    const enum status status = simulate_check_times(task->scene, options);
+    const bool is_kept = options_has(options, "verify") || options_has(options, "derivatives") ||
+                         options_number(options, "accuracy") > 0;
+    const enum status status =
+        simulate_check_times(task->scene, options, is_kept ? RECORD_KEPT_MAX : RECORD_OUTPUTS_MAX);
     if (status != STATUS_DONE)
         return status;
     record_print_gains(&task->scene->work, integration, stderr);

@@ -124,9 +124,15 @@ unsigned simulate_needs(const struct options *options);
 /* Sets the scene's q, qd and t to the start that --from selects, and computes the anchored parameters from
  * it. */
 enum status simulate_place(struct scene *scene, const struct options *options);
-/* Reports an error if the motion from the scene's t to --until has no length, or too many outputs or steps.
- */
-enum status simulate_check_times(const struct scene *scene, const struct options *options);
+/* Reports that a number of this option asks for too much work: for `count` things (`what`, in the plural), of
+ * which at most `most` are possible. */
+enum status simulate_check_count(const struct options *options, const char *name, double count,
+                                 const char *what, double most);
+/* Reports a --step or --step-max of which a motion of this length [s] needs too many. */
+enum status simulate_check_steps(const struct options *options, double span);
+/* Reports an error if the motion from the scene's t to --until has no length, too many steps, or more than
+ * `most` outputs. */
+enum status simulate_check_times(const struct scene *scene, const struct options *options, double most);
 /* Starts at the scene's state. Returns a status of the runtime; call simulate_release in any case, which also
  * restores the parameters and inputs of the scene. */
 int simulate_start(struct motion *motion, struct scene *scene, const struct refdyn_options *integration,

@@ -176,7 +176,7 @@ static enum status run_study(struct report *report, struct study *study, const s
     if (status == STATUS_DONE)
         status = simulate_place(&scene, options);
     if (status == STATUS_DONE)
-        status = simulate_check_times(&scene, options);
+        status = simulate_check_times(&scene, options, RECORD_KEPT_MAX);
     if (status == STATUS_DONE) {
         plan.every = every > 0 ? every : (options_number(options, "until") - scene.state.t) / REPORT_OUTPUTS;
         list_settings(&plan);
