@@ -72,7 +72,7 @@ def pattern(name, seed, event_times=()):
     for t in choose.sample(event_times, min(len(event_times), 5)):
         times.append(t * (1 + choose.choice([0, 0, 1e-15, -1e-15, 1e-12, -1e-12, 1e-9, -1e-9])))
     u, stops = 0.0, []
-    for t in sorted(t for t in times if 0 < t < until):
+    for t in sorted({t for t in times if 0 < t < until}):
         u = choose.uniform(-1, 1) if choose.random() < 2 / len(times) else u
         stops.append((t, choose.choice(TOUCHES), u))
     return stops

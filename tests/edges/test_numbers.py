@@ -234,6 +234,7 @@ BOUNDS = {
             r"stray\.csv:1: data: t = 1e\+09 follows 0\.95, and the data are 2e\+10 times as long as the usual time between rows, 0\.05 s"),
     "fit, check": (["fit", "cart.lua", "--check", "--vary", "m", "--noise", "a_x=0.01", "--until", "1", "--every", "1e-8", "-o", "found.json"], 2, r"1e\+08 outputs"),
     "report": (["report", "cart.lua", "--until", "1", "--every", "1e-8", "-o", "report"], 2, r"--every 1e-08: 1e\+08 outputs"),
+    "live": (["view", "cart.lua", "--live", "--step", "1e-300", "-o", "page.html"], 2, r"--step 1e-300: 1e\+300 steps"),
     "batch": (["batch", "driven.lua", "--table", "driven.csv", "--until", "1", "--realise", "--before", "1e9", "-o", "runs.h5"], 2, r"--before 1e\+09: 2e\+11 outputs"),
 }
 

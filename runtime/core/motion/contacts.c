@@ -27,7 +27,7 @@ static const double difference_part = 1e-4;
 /* A column of which less than this part is orthogonal to the others depends on them. */
 static const double dependent = 1e-9;
 /* A force that pulls counts as rounding up to this part of the largest force so far. At outputs it may be as
- * large as the second part, by errors of the interpolated state. */
+ * large as the second part, or as the tolerance, by errors of the interpolated state. */
 static const double pull_digits = 1e-12, pull_seen = 1e-6;
 /* Replaces the longest step before the first one [s]. */
 static const double first_step = 1e-3;
@@ -112,12 +112,10 @@ void refdyn_contacts_note_forces(struct refdyn_contacts *contacts, const double 
         contacts->force_size = fmax(contacts->force_size, fabs(force_of(contacts, multipliers, k)));
 }
 
-int refdyn_contacts_pulling(const struct refdyn_contacts *contacts, const double *multipliers, int is_seen) {
-    const double most = (is_seen ? pull_seen : pull_digits) * contacts->force_size;
-    for (int k = 0; k < contacts->count && contacts->resting > 0; k++)
-        if (force_of(contacts, multipliers, k) < -most)
-            return k;
-    return -1;
+int refdyn_contacts_pulls(const struct refdyn_contacts *contacts, const double *multipliers, int k,
+                          int is_seen) {
+    const double part = is_seen ? fmax(pull_seen, contacts->tolerance) : pull_digits;
+    return force_of(contacts, multipliers, k) < -part * contacts->force_size;
 }
 
 int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,

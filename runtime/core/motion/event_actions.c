@@ -265,9 +265,11 @@ int refdyn_event_actions_open_contacts(struct refdyn_motion *motion) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const struct refdyn_step *step = &motion->step;
     const double *multipliers = step->rates + 2 * step->n + 1;
-    int has_rates = 0;
+    int has_rates = 0, pulls = 0;
     refdyn_contacts_note_forces(contacts, multipliers);
-    if (refdyn_contacts_pulling(contacts, multipliers, 0) < 0)
+    for (int k = 0; k < contacts->count; k++)
+        pulls |= refdyn_contacts_pulls(contacts, multipliers, k, 0);
+    if (!pulls)
         return REFDYN_OK;
     const double energy = refdyn_energy_at_begin(motion);
     refdyn_state_events_look_again(&motion->state_events, step, step->t_begin, step->state);

@@ -31,6 +31,8 @@ static const double rounding = 8 * DBL_EPSILON;
 static const double zero_width = 1e-13;
 /* Zeros that are nearer to each other than this part of the step are the same. */
 static const double same_zero = 1e-10;
+/* A force that jumps is zero at the kink within this part of the step. */
+static const double jump_width = 1e-9;
 /* A distance from a zero can be rounding only below this part of a step. */
 static const double rounding_part = 1e-6;
 /* A zero farther ahead than this part of the step is left to ordinary steps. */
@@ -376,7 +378,7 @@ static void note_samples(struct refdyn_state_events *events) {
 /* The time within which value i crosses zero at the same time as another. A force that jumps at a kink is
  * zero where the kink is, and its zero is as accurate as one on the interpolant. */
 static double together(const struct refdyn_state_events *events, int i, double t) {
-    const double located = 4 * zero_width * events->contacts.longest;
+    const double located = 8 * zero_width * events->contacts.longest;
     return refdyn_state_events_blur(t) + (refdyn_state_events_is_kink(events, i) ? located : 0);
 }
 
@@ -416,15 +418,18 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
 }
 
 /* Do the last two samples of a value show that it is about to cross zero at the end of the step, where it is
- * zero except for rounding? Kinks count where the step was cut to end on one. */
+ * zero except for rounding? Kinks count where the step was cut to end on one,
+ * or loads of contacts may jump. */
 static int ends_before_zero(const struct refdyn_state_events *events, const struct refdyn_step *step) {
     const int last = events->last;
     const double time = (events->thetas[last] - events->thetas[last - 1]) * (step->t_end - step->t_begin);
     const double near = refdyn_state_events_blur(step->t_end) / time;
-    const int count = events->early_tries > 0 ? events->count : events->named;
+    const int count = events->contacts.count > 0 || events->early_tries > 0 ? events->count : events->named;
     for (int i = 0; i < count; i++) {
         const double end = sample(events, last, i), change = end - sample(events, last - 1, i);
-        if (events->side_end[i] * change < 0 && fabs(end) <= 2 * near * fabs(change))
+        const int may_jump = events->contacts.count > 0 && refdyn_state_events_is_kink(events, i);
+        const double width = may_jump ? refdyn_kinks_width(events, i) : 0;
+        if (events->side_end[i] * change < 0 && fabs(end) <= fmax(2 * near * fabs(change), width))
             return 1;
     }
     return 0;
@@ -471,11 +476,34 @@ static int is_met(const struct refdyn_state_events *events, const struct refdyn_
     return distance <= same_time(step) || no_longer_falls || events->tries >= TRIES_MOST;
 }
 
+/* Loads of contacts may jump at kinks. Steps to a kink at t end before it by this time, which exceeds
+ * rounding and the error of a zero on the interpolant, so that no stage sees the load after it. Short steps
+ * end on it.
+ */
+static double before_kink(const struct refdyn_state_events *events, const struct refdyn_step *step,
+                          double t) {
+    const double back = 4 * fmax(same_time(step), zero_width * (step->t_end - step->t_begin));
+    const int is_long = t - step->t_begin > 1000 * back;
+    return refdyn_state_events_is_kink(events, events->target) && events->contacts.count > 0 && is_long ? back
+                                                                                                        : 0;
+}
+
 /* The step is taken again, to t. */
 static void try_again(struct refdyn_state_events *events, double distance, double t, double *t_event) {
     events->missed = distance;
     events->tries++;
     *t_event = t;
+}
+
+/* The step ends on the zero of its target. A last one ends just before a kink. */
+static void end_on_target(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
+    const double back = before_kink(events, step, step->t_end);
+    if (back == 0 || events->tries >= TRIES_MOST) {
+        end_on_zero(events, step);
+        return;
+    }
+    events->tries = TRIES_MOST;
+    try_again(events, 0, step->t_end - back, t_event);
 }
 
 /* The value of the target has crossed zero at t. */
@@ -485,7 +513,7 @@ static void step_back(struct refdyn_state_events *events, struct refdyn_step *st
     if (t - step->t_begin < least)
         stay_on_zero(events, step, t_event);
     else if (is_met(events, step, distance, 1))
-        end_on_zero(events, step);
+        end_on_target(events, step, t_event);
     else {
         events->t_high = step->t_end;
         try_again(events, distance, t, t_event);
@@ -519,9 +547,17 @@ static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *s
     if (distance > far_short * (step->t_end - step->t_begin) && events->tries < TRIES_MOST)
         keep_sides(events);
     else if (is_met(events, step, fabs(distance), is_newton))
-        end_on_zero(events, step);
+        end_on_target(events, step, t_event);
     else
         try_again(events, fabs(distance), step->t_end + distance, t_event);
+}
+
+/* Is kink i, at theta, the reason for the zero of the target? The force of a contact that rests jumps there.
+ */
+static int makes_target_jump(const struct refdyn_state_events *events, int i, double theta, double first) {
+    const int contact = isfinite(first) ? refdyn_contact_of(&events->contacts, events->target) : -1;
+    return refdyn_state_events_is_kink(events, i) && contact >= 0 &&
+           events->contacts.mode[contact] == REFDYN_CONTACT_RESTING && theta <= first + jump_width;
 }
 
 /* *first: theta of the first zero in the piece, of the value events->target; INFINITY: there is none. A kink
@@ -534,7 +570,8 @@ static int find_first_in_piece(struct refdyn_state_events *events, struct refdyn
         status = find_first(events, step, i, &theta);
         if (!status && is_passed(events, step, i, theta, least))
             status = find_first(events, step, i, &theta);
-        if (theta < *first || (refdyn_state_events_is_kink(events, i) && theta <= *first + same_zero)) {
+        if (theta < *first || makes_target_jump(events, i, theta, *first) ||
+            (refdyn_state_events_is_kink(events, i) && theta <= *first + same_zero)) {
             *first = theta;
             events->target = i;
         }
@@ -592,7 +629,8 @@ static double look_early(struct refdyn_state_events *events, struct refdyn_step 
     events->tries = 0;
     if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first, &reached))
         return INFINITY;
-    return first * h >= least && first < near_end ? step->t_begin + first * h : INFINITY;
+    const double t = step->t_begin + first * h;
+    return first * h >= least && first < near_end ? t - before_kink(events, step, t) : INFINITY;
 }
 
 /* ---- Their entry in the list of obstacles ---- */

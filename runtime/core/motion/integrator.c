@@ -560,11 +560,16 @@ static int show_state(struct refdyn_integrator *integrator, double t) {
     return status;
 }
 
-/* Row of the contact that pulls in the state that the caller sees; -1: none. */
-static int pulling_seen(const struct refdyn_integrator *integrator) {
-    const struct refdyn_contacts *contacts = &integrator->motion->state_events.contacts;
-    const int k = refdyn_contacts_pulling(contacts, integrator->lambda, 1);
-    return k < 0 ? -1 : contacts->first_row + k;
+/* Row of a contact that pulls in the state that the caller sees; -1: none. is_end: except for those that open
+ * there, since the state is the end of the step. */
+static int pulling_seen(const struct refdyn_integrator *integrator, int is_end) {
+    const struct refdyn_state_events *events = &integrator->motion->state_events;
+    const struct refdyn_contacts *contacts = &events->contacts;
+    for (int k = 0; k < contacts->count; k++)
+        if (refdyn_contacts_pulls(contacts, integrator->lambda, k, 1) &&
+            !(is_end && refdyn_state_events_is_due(events, contacts->event[k])))
+            return contacts->first_row + k;
+    return -1;
 }
 
 /* Where a contact opens at the end of the step, by a time event or a kink, the caller sees the state before
@@ -572,15 +577,16 @@ static int pulling_seen(const struct refdyn_integrator *integrator) {
 static int accelerate_before(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     const struct refdyn_step *step = &motion->step;
+    const int is_end = integrator->t >= step->t_end;
     int status = REFDYN_OK;
-    if (integrator->t >= step->t_end) {
+    if (is_end) {
         integrator->t_right = refdyn_step_inside(step, integrator->t);
         refdyn_kinks_see_before(&motion->state_events, step, integrator->t, integrator->q, 1);
         status = refdyn_row_terms(motion->work, integrator->t_right, integrator->q, integrator->qd);
         if (!status)
             status = accelerate_seen(integrator, 0);
     }
-    const int row = pulling_seen(integrator);
+    const int row = pulling_seen(integrator, is_end);
     if (status || row < 0)
         return status;
     motion->work->fault = (struct refdyn_fault){.row = row, .coordinate = -1};
@@ -595,7 +601,7 @@ static int show(struct refdyn_integrator *integrator, double t) {
     if (integrator->is_undetermined)
         return continue_seen(integrator);
     status = accelerate_seen(integrator, is_complete_end(integrator));
-    return status || pulling_seen(integrator) < 0 ? status : accelerate_before(integrator);
+    return status || pulling_seen(integrator, 0) < 0 ? status : accelerate_before(integrator);
 }
 
 /* ---- Steps ---- */

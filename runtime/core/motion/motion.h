@@ -442,12 +442,11 @@ void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refd
 /* Replaces the gaps of contacts that are not free by their values. Errors: those of refdyn_rates. */
 int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                            const double *state, double *values);
-/* The multipliers (m) at the beginning of a step: notes the size of the forces. The second function returns a
- * resting contact whose force pulls by more than rounding, or, at an output, by more than its error; -1:
- * none.
- */
+/* The multipliers (m) at the beginning of a step: notes the size of the forces. The second function returns
+ * whether contact k rests and pulls by more than rounding, or, at an output, by more than its error. */
 void refdyn_contacts_note_forces(struct refdyn_contacts *contacts, const double *multipliers);
-int refdyn_contacts_pulling(const struct refdyn_contacts *contacts, const double *multipliers, int is_seen);
+int refdyn_contacts_pulls(const struct refdyn_contacts *contacts, const double *multipliers, int k,
+                          int is_seen);
 /* Ends the allowance of contacts that have clearly opened at t; `values`: of the state, as above. */
 void refdyn_contacts_end_allowances(struct refdyn_contacts *contacts, double t, double *values);
 /* The time derivatives of the forces of a state, and their rounding. Errors: those of refdyn_rates. */

@@ -327,7 +327,9 @@ static enum status write_structures(struct structures *all, const char *three) {
 static enum status write_live(const struct options *options) {
     struct structures all = {.options = options};
     struct refdyn_options integration;
-    const enum status status = simulate_options(options, &integration);
+    enum status status = simulate_options(options, &integration);
+    if (status == STATUS_DONE) /* a page without --until must manage a second at least */
+        status = simulate_check_steps(options, fmax(options_number(options, "until"), 1));
     if (status != STATUS_DONE)
         return status;
     const char *three = view_three_read();
