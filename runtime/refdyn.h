@@ -130,6 +130,8 @@ struct refdyn_partition {
     int changes;     /**< number of changes of the dependent coordinates since the first choice */
     double condition; /**< estimate for scaled K_d at the last accelerations: |[1 -P]| / smallest pivot */
     double condition_chosen; /**< the same at the time of the choice */
+    double share_chosen;     /**< largest share of a kept row in an omitted one at the time of the choice, in
+                                units of     their sizes, at least 1 */
     double pivot;         /**< smallest pivot of scaled K_d at the last accelerations: 1 best, 0 singular */
     double pivot_min;     /**< smallest pivot since refdyn_partition_reset */
     double condition_max; /**< largest condition since refdyn_partition_reset */
@@ -179,17 +181,20 @@ struct refdyn_workspace {
     double *reduced; /**< (n x n) scratch: mass matrix of the independent coordinates, or M in projection; its
                           factor */
     double *weight;  /**< (n) 1/sqrt(M_jj) at the state where the partition was chosen */
-    double *row_size; /**< (m) scratch, ordered: largest |u_aj| weight_j */
-    double *anchored; /**< (anchored_count) values of the anchored parameters */
-    double *side;     /**< (n) scratch, ordered: right side, then solution */
-    double *lambda;   /**< (m) scratch, ordered: multipliers */
-    double *basis;    /**< (m x n) scratch of projection: rows in the metric M, orthonormalised */
-    double *wanted;   /**< (m) scratch of projection: requested change of each row */
-    double *change;   /**< (2 n) scratch of projection: change of q, of qd */
-    double *away;     /**< (7 n + m) scratch of projection from far away: states, changes, sizes of rows */
-    double *emitted;  /**< (n + 1 + m) result of the emitted accelerations */
-    double *required; /**< for each requirement 1 if it is met, else 0, and its numbers */
-    int *mark;        /**< (n + m) scratch: sets of coordinates and of rows */
+    double *row_state; /**< (1 + 2 n) t, q, qd of u v phi psi k */
+    double *sizes;     /**< (m x n) coefficients of the rows without cancellation, at least |u|, where the
+                          partition     was chosen */
+    double *row_size;  /**< (m) largest size of each row times weight */
+    double *anchored;  /**< (anchored_count) values of the anchored parameters */
+    double *side;      /**< (n) scratch, ordered: right side, then solution */
+    double *lambda;    /**< (m) scratch, ordered: multipliers */
+    double *basis;     /**< (m x n) scratch of projection: rows in the metric M, orthonormalised */
+    double *wanted;    /**< (m) scratch of projection: requested change of each row */
+    double *change;    /**< (2 n) scratch of projection: change of q, of qd */
+    double *away;      /**< (7 n + m) scratch of projection from far away: states, changes, sizes of rows */
+    double *emitted;   /**< (n + 1 + m) result of the emitted accelerations */
+    double *required;  /**< for each requirement 1 if it is met, else 0, and its numbers */
+    int *mark;         /**< (n + m) scratch: sets of coordinates and of rows */
 };
 
 /** Bytes that refdyn_workspace_init needs for this model; 0 if the model is refused. */
@@ -308,6 +313,10 @@ void refdyn_partition_reset(struct refdyn_workspace *work);
 
 /* ---- Consistent states ---- */
 
+/** Computes sizes, weight and row_size of the rows in the workspace: their coefficients without cancellation,
+ * by which a row that is rounding alone is recognised. Where the model has no row_sizes they are |u|. */
+void refdyn_row_sizes(struct refdyn_workspace *work);
+
 /** Largest residuals of a state. */
 struct refdyn_residual {
     double phi;  /**< largest |phi| of the position rows */
@@ -319,8 +328,9 @@ struct refdyn_residual {
 /** Largest residuals in the workspace (of the last refdyn_equations). */
 struct refdyn_residual refdyn_residuals(const struct refdyn_workspace *work);
 /** Returns whether every residual in the workspace is at most tol times the size of its row's terms,
- * sum_j |u_j| max(|q_j|, unit) and sum_j |u_j qd_j| + |u_j|, with unit 1 m or 1 rad, and 1 per second. */
-int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const double *q, const double *qd);
+ * sum_j |u_j| max(|q_j|, unit) and sum_j |u_j| max(|qd_j|, unit), with unit 1 m or 1 rad, and 1 per second,
+ * or at most their rounding. Computes the sizes of the rows. */
+int refdyn_is_consistent(struct refdyn_workspace *work, double tol, const double *q, const double *qd);
 /**
  * Moves q until phi = 0, then qd until psi = 0, each by the smallest change in the metric M:
  *

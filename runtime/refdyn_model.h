@@ -250,6 +250,8 @@ struct refdyn_model {
     refdyn_function *M_h;       /**< struct NAME_M_h_result as doubles: M (n x n), h (n) */
     refdyn_function *f;         /**< (n) h + Q [N, N m] */
     refdyn_function *row_terms; /**< struct NAME_row_terms_result: u (m x n), v, phi, psi, k (m each) */
+    refdyn_function *row_sizes; /**< (m x n) |u| without cancellation: larger than u by rounding where u is
+                                   rounding alone. The runtime reads them where it chooses independent rows */
     refdyn_function *point_terms; /**< struct NAME_point_terms_result: r, rd, C, d */
     refdyn_function *constrained; /**< struct NAME_constrained_result: qdd (n), power (1), lambda (m) */
     refdyn_function *terms; /**< struct NAME_terms_result: the results of row_terms, then of point_terms */
@@ -295,7 +297,7 @@ struct refdyn_model {
     REFDYN_ENTRY(v) REFDYN_ENTRY(phi) REFDYN_ENTRY(psi) REFDYN_ENTRY(k) REFDYN_ENTRY(r) REFDYN_ENTRY(rd) \
     REFDYN_ENTRY(C) REFDYN_ENTRY(d) REFDYN_ENTRY(energy) REFDYN_ENTRY(power) REFDYN_ENTRY(Q_q) \
     REFDYN_ENTRY(qdd_free) REFDYN_ENTRY(qdd) REFDYN_ENTRY(force) REFDYN_ENTRY(inverse) REFDYN_ENTRY(equations) \
-    REFDYN_ENTRY(M_h) REFDYN_ENTRY(f) REFDYN_ENTRY(row_terms) REFDYN_ENTRY(point_terms) \
+    REFDYN_ENTRY(M_h) REFDYN_ENTRY(f) REFDYN_ENTRY(row_terms) REFDYN_ENTRY(row_sizes) REFDYN_ENTRY(point_terms) \
     REFDYN_ENTRY(constrained) REFDYN_ENTRY(terms) REFDYN_ENTRY(accelerations) REFDYN_ENTRY(tangent) \
     REFDYN_ENTRY(tangent_vectors) REFDYN_ENTRY(tangent_x) REFDYN_ENTRY(d_qdd) REFDYN_ENTRY(d_qdd_free) REFDYN_ENTRY(d_force) \
     REFDYN_ENTRY(d_inverse) REFDYN_ENTRY(d_statics) REFDYN_ENTRY(d_rows) REFDYN_ENTRY(d_points) REFDYN_ENTRY(d_course) REFDYN_ENTRY(course) \

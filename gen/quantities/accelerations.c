@@ -8,9 +8,9 @@
 
 #include <string.h>
 
-/* A pivot of S smaller than this part of its diagonal term is rounding, of doubles and of floats: theory, sect.
- * 5.6. */
-static const double redundant[2] = {1e-12, 2e-5};
+/* A pivot of S is rounding, of doubles and of floats, if it is smaller than the first part of its diagonal
+ * term, or than the second part of the response of free bodies: theory, sect. 5.6. */
+static const double redundant[2] = {1e-12, 2e-5}, vanishing[2] = {1e-24, 1e-12};
 
 static const struct elimination *elimination(struct derivation *d, struct solution *solution) {
     if (!solution->elimination)
@@ -54,11 +54,15 @@ static expression dot(struct derivation *d, const expression *a, const expressio
 
 /*
  * 1 / pivot, or 0 for a redundant row: S is positive semidefinite, so that only the rounding of its diagonal
- * term remains. The multiplier of the row is then 0. Theory, sect. 5.6.
+ * term remains; where the joints take up the whole row, that term is itself rounding. The multiplier of the
+ * row is then 0. Theory, sect. 5.6.
  */
-static expression pivot_inverse(struct derivation *d, expression pivot, expression diagonal) {
+static expression pivot_inverse(struct derivation *d, expression pivot, expression diagonal,
+                                expression free_response) {
     struct graph *g = d->g;
-    const expression least = expr_mul(g, expr_number(g, redundant[d->plan->is_single]), diagonal);
+    const bool is_single = d->plan->is_single;
+    const expression least = expr_add(g, expr_mul(g, expr_number(g, redundant[is_single]), diagonal),
+                                      expr_mul(g, expr_number(g, vanishing[is_single]), free_response));
     if (!pivot)
         return EXPR_ZERO;
     const expression is_own = expr_apply2(g, OP_LESS, least, pivot);
@@ -67,14 +71,15 @@ static expression pivot_inverse(struct derivation *d, expression pivot, expressi
 }
 
 /* Solves S x = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
-void accelerations_solve_rows(struct derivation *d, const expression *matrix, expression *rest,
+void accelerations_solve_rows(struct derivation *d, const struct solution *solution, expression *rest,
                               const char *what) {
     struct graph *g = d->g;
     const int m = d->m;
+    const expression *matrix = solution->S;
     expression *S = derivation_new_values(d, m * m), *inverse = derivation_new_values(d, m);
     memcpy(S, matrix, (size_t)(m * m) * sizeof *S);
     for (int p = 0; p < m; p++) {
-        inverse[p] = pivot_inverse(d, S[p * m + p], matrix[p * m + p]);
+        inverse[p] = pivot_inverse(d, S[p * m + p], matrix[p * m + p], solution->free_responses[p]);
         graph_name_value(g, inverse[p], memory_format(d->memory, "row_%d_pivot_inverse", p + 1));
         for (int i = p + 1; i < m; i++) {
             const expression factor = expr_mul(g, S[i * m + p], inverse[p]);
@@ -217,7 +222,8 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
     else
         respond_to_coefficients(d, solution);
     leave_out_free_contacts(d, solution);
-    accelerations_solve_rows(d, solution->S, solution->lambda, "lambda");
+    solution->free_responses = constraints_free_responses(&d->kinematics, derivation_rows(d));
+    accelerations_solve_rows(d, solution, solution->lambda, "lambda");
     return solution->qdd = add_constraints(d, solution);
 }
 

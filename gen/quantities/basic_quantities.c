@@ -80,6 +80,12 @@ void quantity_k(struct derivation *d, struct function *f) {
         set_last(d, f, i, derivation_rows(d)[i].k);
 }
 
+void quantity_row_sizes(struct derivation *d, struct function *f) {
+    derivation_add_array(d, f, "row_sizes", "(m x n) sizes of u without cancellation", d->m * d->n, d->n);
+    for (int i = 0; i < d->m; i++)
+        spread_last(d, f, i * d->n, constraints_sizes(&d->kinematics, i, &derivation_rows(d)[i]));
+}
+
 void quantity_row_terms(struct derivation *d, struct function *f) {
     quantity_u(d, f);
     quantity_v(d, f);

@@ -335,7 +335,7 @@ static int add_inverse(struct builder *b) {
     for (int row = 0; row < m; row++) {
         expression *unit = derivation_new_values(d, m);
         unit[row] = EXPR_ONE;
-        accelerations_solve_rows(d, d->solution->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
+        accelerations_solve_rows(d, d->solution, unit, memory_format(d->memory, "inverse_%d", row + 1));
         plan_set_entries(d->memory, b->f, inverse, row * m, unit, m);
     }
     return inverse;

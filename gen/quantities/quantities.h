@@ -29,6 +29,7 @@ struct solution {
     const expression *free;                /* qdd_free */
     expression **responses;                /* M^-1 u^T by row */
     expression *S, *lambda;                /* u M^-1 u^T, multipliers */
+    const expression *free_responses;      /* the diagonal of S if no joint held the bodies */
     const expression *qdd;
     struct acceleration *frames;  /* of qdd_free, by the recursion */
     struct reference *references; /* the accelerations of the frames are relative to these */
@@ -96,7 +97,8 @@ const struct elimination *accelerations_elimination(struct derivation *d);
 /* With qdd, lambda, the responses and S. */
 const struct solution *accelerations_constrained(struct derivation *d);
 /* Replaces rest by the solution x of S x = rest; `what` names x. */
-void accelerations_solve_rows(struct derivation *d, const expression *S, expression *rest, const char *what);
+void accelerations_solve_rows(struct derivation *d, const struct solution *solution, expression *rest,
+                              const char *what);
 /* Operations of a call that computes these values and nothing else. Values of parameters alone cost
  * nothing. */
 long operation_cost_of_values(const struct derivation *d, const expression *values, int count);

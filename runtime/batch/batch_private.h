@@ -33,9 +33,9 @@ struct lanes {
     const struct refdyn_lane_model *model;
     void *memory; /* one block */
     double *p, *x, *t, *state, *rates, *state_new, *rates_new, *stage, *side, *error, *stages;
-    double *row_terms, *directions, *mass_directions; /* for projection: lanes_meet.inc */
-    double *small;                                    /* the linear system of projection */
-    double *zeros, *nowhere;                          /* one motion's inputs and outputs of idle lanes */
+    double *row_terms, *sizes, *directions, *mass_directions; /* for projection: lanes_meet.inc */
+    double *small;                                            /* the linear system of projection */
+    double *zeros, *nowhere; /* one motion's inputs and outputs of idle lanes */
     int *small_pivots;
     int has_tangent;
     struct lanes_linear linear[2]; /* the factors in use, and memory for new ones */

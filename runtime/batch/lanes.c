@@ -90,6 +90,7 @@ static size_t lay_out(struct lanes *lanes, char *memory) {
     lanes->error = take_doubles(&room, size);
     lanes->stages = take_doubles(&room, most_memory(lanes));
     lanes->row_terms = take_doubles(&room, m * (n + 4));
+    lanes->sizes = take_doubles(&room, m * n);
     lanes->small = take_doubles(&room, m * (m + 2));
     lanes->zeros = take_doubles(&room, rates);
     lanes->nowhere = take_doubles(&room, most(rates, m * (n + 4)));

@@ -250,10 +250,11 @@ void record_print_rows_left_out(const struct refdyn_model *model, const int *row
         fputc('\n', out);
 }
 
-/* Returns whether no coordinate changes the residual of this row at the state of the last evaluation. */
+/* Returns whether the formula of this row has no slope at the state of the last evaluation. The row of a joint
+ * whose axes let no coordinate change it has one. */
 static bool has_no_slope(const struct refdyn_workspace *work, int row) {
     for (int j = 0; j < work->n; j++)
-        if (work->u[row * work->n + j] != 0)
+        if (work->u[row * work->n + j] != 0 || work->sizes[row * work->n + j] != 0)
             return false;
     return true;
 }

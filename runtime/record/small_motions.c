@@ -109,6 +109,20 @@ static void choose_places(const struct record_algebra *algebra, struct record_li
         linear->level[i] = model->rows[i].level;
 }
 
+/* A row that is rounding alone becomes 0: held coordinates or the axes of joints take up all of it. */
+static void drop_rounding_rows(const struct record_linear *linear, const struct refdyn_workspace *work) {
+    const int n = linear->n;
+    for (int i = 0; i < linear->m; i++) {
+        double *row = linear->u + i * n, largest = 0, size = 0;
+        for (int j = 0; j < n; j++) {
+            largest = fmax(largest, fabs(row[j]) * work->weight[linear->place[j]]);
+            size = fmax(size, work->sizes[i * work->n + linear->place[j]] * work->weight[linear->place[j]]);
+        }
+        if (largest <= work->rank_tol * size)
+            memset(row, 0, (size_t)n * sizeof *row);
+    }
+}
+
 /* Returns REFDYN_NOT_FINITE, with the fault at the first row of K and D, or of psi_q, that is infinite or
  * NaN. */
 static int check_finite(const struct record_linear *linear, struct refdyn_fault *fault) {
@@ -170,6 +184,8 @@ int record_linearise(struct record_small_motions *motions, const struct record_a
         linear->force[j] = work->f[linear->place[j]];
     linear->M = part_of(algebra, linear, work->M, linear->n, all, linear->place);
     linear->u = part_of(algebra, linear, work->u, linear->m, all, NULL);
+    refdyn_row_sizes(work);
+    drop_rounding_rows(linear, work);
     status = check_mass(linear, &work->fault);
     if (motions->given) {
         linear->given = (double *)motions->given;

@@ -39,6 +39,8 @@ static size_t lay_out(struct refdyn_workspace *work, char *base) {
     work->coupling = layout_doubles(&layout, m * n);
     work->reduced = layout_doubles(&layout, n * n);
     work->weight = layout_doubles(&layout, n);
+    work->row_state = layout_doubles(&layout, 1 + 2 * n);
+    work->sizes = layout_doubles(&layout, m * n);
     work->row_size = layout_doubles(&layout, m);
     work->side = layout_doubles(&layout, n);
     work->lambda = layout_doubles(&layout, m);
@@ -68,6 +70,7 @@ void refdyn_partition_reset(struct refdyn_workspace *work) {
     partition->rank_most = work->m;
     partition->is_declared = partition->changes = partition->choices = 0;
     partition->condition = partition->condition_chosen = partition->condition_max = 1;
+    partition->share_chosen = 1;
     partition->pivot = partition->pivot_min = 1;
 }
 

@@ -16,15 +16,22 @@
 int refdyn_fault_not_finite(struct refdyn_workspace *work);
 /* Writes u, v, phi, psi and k of a state into the workspace. Error: NOT_FINITE. */
 int refdyn_row_terms(struct refdyn_workspace *work, double t, const double *q, const double *qd);
+/* Returns the residual of row a that counts as 0 at x (n): sum_j tol |u_aj| max(|x_j|, least), but at least
+ * the rounding of its terms. */
+double refdyn_allowed_residual(const struct refdyn_workspace *work, int a, double tol, double least,
+                               const double *x);
+/* Returns the largest coefficient of row a; where all of them are rounding, the largest one without
+ * cancellation. */
+double refdyn_largest_coefficient(const struct refdyn_workspace *work, int a);
 /* Checks after refdyn_row_terms whether the partition is still well conditioned. If not, evaluates the
  * equations and chooses another one. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double *q, const double *qd);
 /* Factors K_d, writes [K_d^-1 K_i, K_d^-1 sign right] into work->rows and P into work->P; right (m). Chooses
  * another partition where necessary. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign);
-/* Returns the rank of the rows in the workspace. A row whose independent part is no larger than phi explains
- * counts as dependent. Keeps the partition; overwrites work->rows. */
-int refdyn_rank_of_rows(struct refdyn_workspace *work);
+/* Returns the rank of the rows in the workspace. is_off: a row whose independent part is no larger than phi
+ * explains counts as dependent. Keeps the partition; overwrites work->rows. */
+int refdyn_rank_of_rows(struct refdyn_workspace *work, int is_off);
 /* Chooses the dependent coordinates again, after the set of rows has changed; the rank may grow. Errors:
  * NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_renew(struct refdyn_workspace *work);
@@ -65,6 +72,9 @@ double refdyn_metric_length(const struct refdyn_workspace *work, const double *c
 void refdyn_metric_unspread(const struct refdyn_workspace *work, double *z);
 /* Like refdyn_project, for a state whose equations are already in the workspace. */
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd);
+/* The same for the start of a motion. Error as well: ROWS_INCONSISTENT for rows that contradict those on
+ * which they nearly depend. */
+int refdyn_project_start(struct refdyn_workspace *work, double t, double *q, double *qd);
 /* Directions to project along instead. The matrix of their products with their rows must be regular. */
 struct refdyn_directions {
     const double *vectors; /* (count x n) */

@@ -6,7 +6,9 @@
  */
 #include "runtime/core/constraints/constraints.h"
 
+#include <float.h>
 #include <math.h>
+#include <string.h>
 
 #include "runtime/core/linear/linear.h"
 
@@ -20,10 +22,18 @@ static void call(refdyn_function *function, const struct refdyn_workspace *work,
         function(work->p, work->x, t, q, qd, out);
 }
 
+static void note_state(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+    const size_t bytes = (size_t)work->n * sizeof *q;
+    work->row_evaluations++;
+    work->row_state[0] = t;
+    memcpy(work->row_state + 1, q, bytes);
+    memcpy(work->row_state + 1 + work->n, qd, bytes);
+}
+
 /* u, v, phi, psi and k; quantities that the model lacks stay 0. */
 static void call_rows(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     const struct refdyn_model *model = work->model;
-    work->row_evaluations++;
+    note_state(work, t, q, qd);
     if (model->row_terms) {
         model->row_terms(work->p, work->x, t, q, qd, work->u);
         return;
@@ -76,7 +86,7 @@ int refdyn_fault_not_finite(struct refdyn_workspace *work) {
 int refdyn_equations(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     work->evaluations++;
     if (work->model->equations) {
-        work->row_evaluations++;
+        note_state(work, t, q, qd);
         work->model->equations(work->p, work->x, t, q, qd, work->equations);
     } else
         call_each(work, t, q, qd);
@@ -85,7 +95,52 @@ int refdyn_equations(struct refdyn_workspace *work, double t, const double *q, c
     return refdyn_fault_not_finite(work);
 }
 
+/* weight_j = 1/sqrt(M_jj). A coordinate without mass gets the weight of the smallest mass above rounding. */
+static double weight_of(const struct refdyn_workspace *work, int j, double largest_mass) {
+    const double mass = work->M[j * work->n + j], least = DBL_EPSILON * largest_mass;
+    return 1 / sqrt(mass > least ? mass : least > 0 ? least : 1);
+}
+
+void refdyn_row_sizes(struct refdyn_workspace *work) {
+    const struct refdyn_model *model = work->model;
+    const int n = work->n, m = work->m;
+    const double *state = work->row_state;
+    double largest_mass = 0;
+    memset(work->sizes, 0, (size_t)(m * n) * sizeof *work->sizes);
+    if (m > 0 && model->row_sizes)
+        model->row_sizes(work->p, work->x, state[0], state + 1, state + 1 + n, work->sizes);
+    for (int j = 0; j < n; j++)
+        largest_mass = fmax(largest_mass, work->M[j * n + j]);
+    for (int j = 0; j < n; j++)
+        work->weight[j] = weight_of(work, j, largest_mass);
+    for (int a = 0; a < m; a++) {
+        double *size = work->sizes + a * n;
+        work->row_size[a] = 0;
+        for (int j = 0; j < n; j++) {
+            size[j] = fmax(size[j], fabs(work->u[a * n + j]));
+            work->row_size[a] = fmax(work->row_size[a], size[j] * work->weight[j]);
+        }
+    }
+}
+
+/* The rows in the workspace with the given residuals. */
+static struct level_of_one rows_with(const struct refdyn_workspace *work, const double *residual) {
+    return (struct level_of_one){
+        .n = work->n, .m = work->m, .u = work->u, .sizes = work->sizes, .residual = residual};
+}
+
 double refdyn_distance(const struct refdyn_workspace *work, const double *residual) {
-    const struct level_of_one rows = {.n = work->n, .m = work->m, .u = work->u, .residual = residual};
+    const struct level_of_one rows = rows_with(work, residual);
     return distance_of_one(&rows);
+}
+
+double refdyn_allowed_residual(const struct refdyn_workspace *work, int a, double tol, double least,
+                               const double *x) {
+    const struct level_of_one rows = rows_with(work, NULL);
+    return allowed_of_one(&rows, a, tol, least, x);
+}
+
+double refdyn_largest_coefficient(const struct refdyn_workspace *work, int a) {
+    const struct level_of_one rows = rows_with(work, NULL);
+    return largest_of_row_of_one(&rows, a);
 }

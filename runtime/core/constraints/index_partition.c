@@ -3,10 +3,10 @@
  *
  * In: the rows u and the right side in the workspace. Out: P = -K_d^-1 K_i, c = K_d^-1 k and the redundant
  * rows (theory, sect. 8.1). Choice: Gaussian elimination with full pivoting of K, its columns scaled by
- * 1/sqrt(M_jj) (coordinates then count by their share of kinetic energy), its rows by their largest entry
- * (Wehage and Haug, J. Mech. Design 104:247-255, 1982). Watch: since K_d^-1 K = [1 -P], the norm |[1 -P]|
- * measures how much worse this choice is conditioned than K itself; the smallest pivot measures how near K_d
- * is to a singular matrix.
+ * 1/sqrt(M_jj) (coordinates then count by their share of kinetic energy), its rows by their sizes, the
+ * largest entry without cancellation (Wehage and Haug, J. Mech. Design 104:247-255, 1982). Watch: since
+ * K_d^-1 K = [1 -P], the norm |[1 -P]| measures how much worse this choice is conditioned than K itself; the
+ * smallest pivot measures how near K_d is to a singular matrix.
  */
 #include "runtime/core/constraints/constraints.h"
 
@@ -18,6 +18,9 @@
 
 /* A choice is replaced when its condition has grown by this factor: its pivots have then lost one digit. */
 static const double worse = 10;
+/* Rows are chosen again when the kept ones enter an omitted one with this many times their shares at the
+ * choice: they have then become nearly dependent. */
+static const double greater = 3;
 /* Off the constraint manifold a redundant row looks independent, in proportion to the residual. A redundant
  * row stays redundant up to the first factor times the residual, and up to the second value. */
 static const double misses = 10, misses_most = 1e-3;
@@ -28,29 +31,14 @@ static void swap_int(int *a, int *b) {
     *b = kept;
 }
 
-/* weight_j = 1/sqrt(M_jj). A coordinate without mass gets the weight of the smallest mass above rounding. */
-static double weight_of(const struct refdyn_workspace *work, int j, double largest_mass) {
-    const double mass = work->M[j * work->n + j], least = DBL_EPSILON * largest_mass;
-    return 1 / sqrt(mass > least ? mass : least > 0 ? least : 1);
-}
-
-/* Writes rows with scaled columns and largest entry 1 into work->rows, in the order of the model. A zero row
- * stays zero. */
+/* Writes rows with scaled columns, divided by their sizes, into work->rows, in the order of the model. A row
+ * of size 0 becomes zero. */
 static void scale_rows(struct refdyn_workspace *work) {
     const int n = work->n;
-    double largest_mass = 0;
-    for (int j = 0; j < n; j++)
-        largest_mass = fmax(largest_mass, work->M[j * n + j]);
-    for (int j = 0; j < n; j++)
-        work->weight[j] = weight_of(work, j, largest_mass);
-    for (int a = 0; a < work->m; a++) {
-        double *row = work->rows + a * n;
+    for (int a = 0; a < work->m; a++)
         for (int j = 0; j < n; j++)
-            row[j] = work->u[a * n + j] * work->weight[j];
-        const double size = refdyn_largest(row, n, NULL);
-        for (int j = 0; j < n && size > 0; j++)
-            row[j] /= size;
-    }
+            work->rows[a * n + j] =
+                work->row_size[a] > 0 ? work->u[a * n + j] * work->weight[j] / work->row_size[a] : 0;
 }
 
 /* Returns the scaled pivot above which a redundant row becomes independent. */
@@ -83,7 +71,7 @@ static int pivot_fully(struct refdyn_workspace *work, const int *declared) {
     return rank;
 }
 
-int refdyn_rank_of_rows(struct refdyn_workspace *work) {
+int refdyn_rank_of_rows(struct refdyn_workspace *work, int is_off) {
     const int n = work->n;
     scale_rows(work);
     for (int j = 0; j < n; j++)
@@ -91,7 +79,7 @@ int refdyn_rank_of_rows(struct refdyn_workspace *work) {
     for (int a = 0; a < work->m; a++)
         work->mark[a] = a;
     const int most = refdyn_eliminate(work->rows, n, work->m, work->exchange, work->mark, work->scale);
-    const double least = regained(work);
+    const double least = is_off ? regained(work) : work->rank_tol;
     int rank = 0;
     while (rank < most && 1 > least * fabs(work->rows[rank * n + rank]))
         rank++;
@@ -142,15 +130,16 @@ static double *row_of_P(const struct refdyn_workspace *work, int a) {
     return work->P + a * (work->n - work->partition.rank + 1);
 }
 
-/* Writes K_d^T column by column into work->rows, [-K_i k] of all rows into work->P, and the scaled size of
- * each row. */
-static void gather_rows(struct refdyn_workspace *work, const double *right, double sign) {
+/* Writes K_d^T column by column into work->rows and [-K_i k] of all rows into work->P. Returns 0 if a row has
+ * outgrown its size. */
+static int gather_rows(struct refdyn_workspace *work, const double *right, double sign) {
     const int n = work->n, rank = work->partition.rank;
     const int *restrict column = work->partition.column;
+    int is_within = 1;
     for (int a = 0; a < work->m; a++) {
         const int source = work->partition.row[a];
         const double *restrict from = work->u + source * n;
-        double *restrict P = row_of_P(work, a), size = 0;
+        double *restrict P = row_of_P(work, a), largest = 0;
         for (int k = 0; k < rank && a < rank; k++)
             work->rows[a * rank + k] = from[column[k]];
         for (int b = rank; b < n; b++)
@@ -158,10 +147,11 @@ static void gather_rows(struct refdyn_workspace *work, const double *right, doub
         P[n - rank] = sign * right[source];
         for (int j = 0; j < n; j++) {
             const double scaled = fabs(from[j]) * work->weight[j];
-            size = scaled > size ? scaled : size;
+            largest = scaled > largest ? scaled : largest;
         }
-        work->row_size[a] = size;
+        is_within &= largest <= worse * work->row_size[source];
     }
+    return is_within;
 }
 
 /* L U = K_d^T; returns 0 when a pivot is too small to divide by. */
@@ -173,7 +163,8 @@ static int factor_dependent(struct refdyn_workspace *work) {
         return 0;
     double smallest = 1;
     for (int k = 0; k < rank; k++)
-        smallest = fmin(smallest, work->scale[k] / (fabs(work->rows[k * rank + k]) * work->row_size[k]));
+        smallest = fmin(smallest, work->scale[k] / (fabs(work->rows[k * rank + k]) *
+                                                    work->row_size[work->partition.row[k]]));
     work->partition.pivot = smallest;
     return smallest > work->rank_tol / worse;
 }
@@ -216,7 +207,7 @@ static int rank_has_grown(const struct refdyn_workspace *work) {
     for (int a = rank; a < work->m; a++)
         for (int b = rank; b < work->n; b++)
             if (fabs(row_of_P(work, a)[b - rank]) * work->weight[work->partition.column[b]] >
-                least * work->row_size[a])
+                least * work->row_size[work->partition.row[a]])
                 return 1;
     return 0;
 }
@@ -231,7 +222,8 @@ static double allowed_miss(const struct refdyn_workspace *work, int a, double ri
         term = fmax(term, fabs(row[work->partition.column[k]] * row_of_P(work, k)[n - rank]));
     for (int j = 0; j < n; j++)
         acceleration = fmax(acceleration, fabs(work->f[j]) * work->weight[j]);
-    return work->consistency_tol * term + regained(work) * work->row_size[a] * acceleration;
+    return work->consistency_tol * term +
+           regained(work) * work->row_size[work->partition.row[a]] * acceleration;
 }
 
 /* Checks that the remaining right side of each redundant row is 0. This holds on the programme only; within a
@@ -250,8 +242,7 @@ static int check_redundant(struct refdyn_workspace *work, const double *right) {
 
 /* Eliminates with the present choice. Returns 0 if another choice is needed. */
 static int eliminate_kept(struct refdyn_workspace *work, const double *right, double sign, int *status) {
-    gather_rows(work, right, sign);
-    if (!factor_dependent(work))
+    if (!gather_rows(work, right, sign) || !factor_dependent(work))
         return 0;
     solve_dependent(work);
     estimate_condition(work);
@@ -261,9 +252,27 @@ static int eliminate_kept(struct refdyn_workspace *work, const double *right, do
     return work->partition.condition <= worse * work->partition.condition_chosen;
 }
 
+/* Returns the largest share of a kept row in an omitted one, both in units of their sizes, at least 1. The
+ * omitted row is the sum of t_k times the kept rows k, K_d^T t = u_d. */
+static double share_of_kept(struct refdyn_workspace *work) {
+    const int n = work->n, rank = work->partition.rank;
+    const int *column = work->partition.column, *row = work->partition.row;
+    double largest = 1, *t = work->lambda;
+    for (int a = rank; a < work->m; a++) {
+        const double size = work->row_size[row[a]];
+        for (int k = 0; k < rank; k++)
+            t[k] = work->u[row[a] * n + column[k]];
+        refdyn_lu_solve(0, work->rows, rank, work->exchange, t);
+        for (int k = 0; k < rank && size > 0; k++)
+            largest = fmax(largest, fabs(t[k]) * work->row_size[row[k]] / size);
+    }
+    return largest;
+}
+
 static int eliminate_chosen(struct refdyn_workspace *work, const double *right, double sign) {
     if (refdyn_fault_not_finite(work))
         return REFDYN_NOT_FINITE;
+    refdyn_row_sizes(work);
     choose(work);
     work->partition.choices++;
     gather_rows(work, right, sign);
@@ -271,6 +280,7 @@ static int eliminate_chosen(struct refdyn_workspace *work, const double *right, 
     solve_dependent(work);
     estimate_condition(work);
     work->partition.condition_chosen = work->partition.condition;
+    work->partition.share_chosen = share_of_kept(work);
     return check_redundant(work, right);
 }
 
@@ -310,7 +320,10 @@ int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double
         return REFDYN_OK;
     if (partition->rank < work->m || !eliminate_kept(work, work->k, 1, &status)) {
         status = refdyn_equations(work, t, q, qd);
-        return status ? status : refdyn_partition_update(work, work->k, 1);
+        if (!status)
+            status = refdyn_partition_update(work, work->k, 1);
+        if (!status && share_of_kept(work) > greater * partition->share_chosen)
+            status = eliminate_chosen(work, work->k, 1);
     }
     record_condition(partition);
     return status;

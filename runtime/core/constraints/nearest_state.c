@@ -69,9 +69,10 @@ static double misfit(const struct search *search) {
 }
 
 static void find_sizes(const struct search *search) {
-    const struct refdyn_workspace *work = search->work;
+    struct refdyn_workspace *work = search->work;
+    refdyn_row_sizes(work);
     for (int a = 0; a < work->m; a++) {
-        const double largest = refdyn_largest(work->u + a * work->n, work->n, NULL);
+        const double largest = refdyn_largest_coefficient(work, a);
         search->size[a] = largest > 0 ? largest : 1;
     }
 }

@@ -56,7 +56,8 @@ struct refdyn_residual refdyn_residuals(const struct refdyn_workspace *work) {
 }
 
 static struct level_of_one rows_of(const struct refdyn_workspace *work, struct level level) {
-    return (struct level_of_one){work->n, work->m, work->model->rows, level.last, work->u, level.residual};
+    return (struct level_of_one){work->n, work->m,     work->model->rows, level.last,
+                                 work->u, work->sizes, level.residual};
 }
 
 static int rows_hold(const struct refdyn_workspace *work, struct level level, double tol, double least,
@@ -65,13 +66,30 @@ static int rows_hold(const struct refdyn_workspace *work, struct level level, do
     return rows_hold_of_one(&rows, tol, least, x);
 }
 
-int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const double *q, const double *qd) {
+int refdyn_is_consistent(struct refdyn_workspace *work, double tol, const double *q, const double *qd) {
+    refdyn_row_sizes(work);
     return rows_hold(work, of_positions(work), tol, 1, q) && rows_hold(work, of_velocities(work), tol, 1, qd);
 }
 
-static int is_done(const struct refdyn_workspace *work, struct level level, const double *x, double *last) {
+/* Returns whether omitted rows contradict the others by no more than inexact lengths do, which no change of
+ * the coordinates could mend. Overwrites work->rows. */
+static int contradicts_little(struct refdyn_workspace *work, struct level level, const double *x) {
+    const int n = work->n;
+    for (int a = 0; a < work->m; a++) {
+        double size = 0;
+        for (int j = 0; j < n; j++)
+            size += work->sizes[a * n + j] * fmax(fabs(x[j]), 1);
+        if (has(work, level, a) && !(fabs(level.residual[a]) <= near * size))
+            return 0;
+    }
+    return work->partition.rank >= 0 && work->partition.rank < work->m &&
+           refdyn_rank_of_rows(work, 0) <= work->partition.rank;
+}
+
+static int is_done(struct refdyn_workspace *work, struct level level, const double *x, double *last) {
     const struct level_of_one rows = rows_of(work, level);
-    return level_is_done_of_one(&rows, x, last);
+    const double before = *last;
+    return level_is_done_of_one(&rows, x, last) || (*last > before / 2 && contradicts_little(work, level, x));
 }
 
 /* Returns whether the independent rows are satisfied compared with a residual of this size: then a redundant
@@ -158,10 +176,23 @@ int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q,
     return refdyn_project_along(work, NULL, t, q, qd);
 }
 
+/* Rows that look independent by no more than their residuals explain, as those of an overconstrained linkage
+ * with inexact lengths do, are met by no state. Near a singular position, which a motion reaches later, the
+ * same is true. */
+int refdyn_project_start(struct refdyn_workspace *work, double t, double *q, double *qd) {
+    const int status = refdyn_project_evaluated(work, t, q, qd);
+    if (status == REFDYN_NO_CONVERGENCE && refdyn_rank_of_rows(work, 1) < refdyn_rank_of_rows(work, 0))
+        return REFDYN_ROWS_INCONSISTENT;
+    return status;
+}
+
 int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *qd,
                    struct refdyn_residual *before) {
     const int status = refdyn_equations(work, t, q, qd);
     if (before)
         *before = refdyn_residuals(work);
-    return status ? status : refdyn_project_evaluated(work, t, q, qd);
+    if (status)
+        return status;
+    refdyn_row_sizes(work);
+    return refdyn_project_evaluated(work, t, q, qd);
 }

@@ -26,7 +26,8 @@ static int factor_with_rows(struct refdyn_workspace *work) {
         trace += work->M[j * n + j];
     memcpy(work->reduced, work->M, (size_t)(n * n) * sizeof(double));
     for (int a = 0; a < work->m; a++) {
-        const double *row = work->u + a * n, square = dense_dot(row, row, n);
+        const double *row = work->u + a * n, size = refdyn_largest_coefficient(work, a);
+        const double square = fmax(dense_dot(row, row, n), size * size);
         for (int i = 0; i < n && square > 0; i++)
             dense_add(work->reduced + i * n, trace / n * row[i] / square, row, n);
     }
@@ -45,8 +46,8 @@ int refdyn_factor_metric(struct refdyn_workspace *work) {
     return REFDYN_MASS_NOT_POSITIVE;
 }
 
-/* A = u L^-T for the marked rows, each divided by its length, as is its entry of `wanted`. Zero rows are
- * unmarked. */
+/* A = u L^-T for the marked rows, each divided by its length or, if that is larger, by its size, as is its
+ * entry of `wanted`. Zero rows are unmarked. */
 static void spread_rows(struct refdyn_workspace *work, int *active) {
     const int n = work->n;
     for (int a = 0; a < work->m; a++) {
@@ -55,7 +56,7 @@ static void spread_rows(struct refdyn_workspace *work, int *active) {
         double *row = work->basis + a * n;
         memcpy(row, work->u + a * n, (size_t)n * sizeof *row);
         refdyn_factor_half_forward(work->reduced, n, n, row);
-        const double length = sqrt(dense_dot(row, row, n));
+        const double length = fmax(sqrt(dense_dot(row, row, n)), work->row_size[a]);
         active[a] = length > 0;
         for (int j = 0; j < n && active[a]; j++)
             row[j] /= length;

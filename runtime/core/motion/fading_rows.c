@@ -58,7 +58,7 @@ static int is_ahead(struct refdyn_motion *motion, double t) {
     struct refdyn_workspace *work = motion->work;
     motion->fading.rank = work->partition.rank;
     motion->fading.is_known = work->partition.rank > 0 && !refdyn_rows_jump_at(motion, t) &&
-                              refdyn_rank_of_rows(work) < work->partition.rank;
+                              refdyn_rank_of_rows(work, 1) < work->partition.rank;
     return motion->fading.is_known;
 }
 

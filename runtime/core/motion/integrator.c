@@ -181,9 +181,8 @@ static int meet_start(struct refdyn_integrator *integrator) {
         return status;
     integrator->start = refdyn_residuals(work);
     integrator->start_is_off = !refdyn_is_consistent(work, sqrt(DBL_EPSILON), integrator->q, integrator->qd);
-    return integrator->options.project_start
-               ? refdyn_project_evaluated(work, t, integrator->q, integrator->qd)
-               : REFDYN_OK;
+    return integrator->options.project_start ? refdyn_project_start(work, t, integrator->q, integrator->qd)
+                                             : REFDYN_OK;
 }
 
 /* Accelerations and multipliers of the state that the caller sees, whose equations are in the workspace.
@@ -209,7 +208,7 @@ static int place_step(struct refdyn_integrator *integrator) {
     refdyn_step_place(step, integrator->t, t, integrator->q);
     int status = refdyn_rows_meet_seen(integrator->motion);
     if (!status && integrator->options.stabilise == REFDYN_PROJECT)
-        status = refdyn_project_evaluated(integrator->work, t, step->state, step->state + step->n);
+        status = refdyn_project_start(integrator->work, t, step->state, step->state + step->n);
     memcpy(step->state_new, step->state, refdyn_state_bytes(step));
     if (status || !(refdyn_step_largest_change(step, step->state, integrator->q) > far_moved))
         return status;

@@ -44,7 +44,7 @@ static double negligible(void) {
 /* Raises work->wanted to the largest coefficient of each row. */
 static void note_sizes(struct refdyn_workspace *work) {
     for (int a = 0; a < work->m; a++)
-        work->wanted[a] = fmax(work->wanted[a], refdyn_largest(work->u + a * work->n, work->n, NULL));
+        work->wanted[a] = fmax(work->wanted[a], refdyn_largest_coefficient(work, a));
 }
 
 /* Do the coefficients in the workspace differ from work->basis by more than a negligible part of the sizes?
@@ -60,10 +60,7 @@ static int have_jumped(const struct refdyn_workspace *work) {
 
 /* Does a residual differ from its value before by more than rounding? x (n): the factors in its terms. */
 static int differs(const struct refdyn_workspace *work, int a, double now, double before, const double *x) {
-    double size = 0;
-    for (int j = 0; j < work->n; j++)
-        size += fabs(work->u[a * work->n + j]) * fmax(fabs(x[j]), least_size);
-    return !(fabs(now - before) <= rounding * size);
+    return !(fabs(now - before) <= refdyn_allowed_residual(work, a, rounding, least_size, x));
 }
 
 /* Do the residuals of the first `count` rows in the workspace differ from those that were noted? */
@@ -209,9 +206,8 @@ static int meet_rates(struct refdyn_motion *motion) {
     if (!status)
         status = refdyn_row_terms(work, step->t_begin, step->state, qd);
     for (int a = 0; a < work->m && !status; a++) {
-        double size = 2 * fabs(motion->before.psi[a]);
-        for (int j = 0; j < n; j++)
-            size += negligible() * fabs(work->u[a * n + j]) * fmax(fabs(qd[j]), 1);
+        const double size =
+            2 * fabs(motion->before.psi[a]) + refdyn_allowed_residual(work, a, negligible(), 1, qd);
         if (!(fabs(work->psi[a] - motion->before.psi[a]) <= size))
             status = blame(work, a, REFDYN_ROWS_INCONSISTENT);
     }

@@ -40,10 +40,10 @@ static const double small_part = 0.1;
 static const double moved_part = 0.1;
 /* Largest error of a step, in tolerances: small, since it adds to all others. */
 static const double error_share = 0.1;
-/* Error of a state at 1 rad from one where the rows lose rank, by rounding of phi: 1024 units in the last
- * place, found by trial. Nearer, it grows in inverse proportion. The projection after the step removes it, so
- * it adds to no error. */
-static const double rounding = 0x1p-42, rounding_most = 0x1p-30;
+/* Error of a state at 1 rad from one where the rows lose rank, by rounding of phi: 512 units in the last
+ * place for each independent row, found by trial; in a chain of loops the errors of all rows add up. Nearer,
+ * it grows in inverse proportion. The projection after the step removes it, so it adds to no error. */
+static const double rounding = 0x1p-43, rounding_most = 0x1p-30;
 /* The search for a state that is known to be ahead extends to this multiple of its distance. */
 static const double nearer = 8;
 
@@ -386,8 +386,8 @@ static void learn_stretch(struct refdyn_motion *motion, double error) {
 /* The error of the step; NO_CONVERGENCE if it is too large. */
 static int judge(struct refdyn_motion *motion, double *error) {
     const double tol = motion->options.tol, h = motion->step.t_end - motion->step.t_begin;
-    const double way = h * speed_there(motion);
-    const double most = tol > 0 ? fmax(error_share * tol, fmin(rounding / way, rounding_most)) : INFINITY;
+    const double rounded = motion->work->partition.rank * rounding / (h * speed_there(motion));
+    const double most = tol > 0 ? fmax(error_share * tol, fmin(rounded, rounding_most)) : INFINITY;
     *error = refdyn_step_largest_error(&motion->step, h, h);
     learn_stretch(motion, *error / most);
     if (*error <= most)

@@ -97,6 +97,7 @@ static int read_rows(struct balance *b, struct place *place) {
     const int status = refdyn_row_terms(b->work, b->t, place->q, b->rates);
     if (status)
         return status;
+    refdyn_row_sizes(b->work);
     for (int a = 0; a < b->row_count; a++) {
         const double *u = work->u + b->rows[a] * b->n;
         place->phi[a] = work->phi[b->rows[a]];
@@ -104,7 +105,7 @@ static int read_rows(struct balance *b, struct place *place) {
             return refdyn_balance_fail(b, REFDYN_NOT_FINITE, a, -1);
         for (int j = 0; j < b->count; j++) {
             place->u[a * b->count + j] = u[b->free[j]];
-            b->size[a] = fmax(b->size[a], fabs(u[b->free[j]]) * b->unit[b->free[j]]);
+            b->size[a] = fmax(b->size[a], work->sizes[b->rows[a] * b->n + b->free[j]] * b->unit[b->free[j]]);
         }
     }
     return REFDYN_OK;

@@ -29,10 +29,10 @@ struct balance {
     const int *rows;                 /* (row_count) rows that hold */
     int (*ask)(void *context);       /* of the options, with its context */
     void *context;
-    double *size;    /* (row_count) largest coefficient in units over all places that were read; a row whose
-                        coefficients all vanish becomes redundant */
-    double *unit;    /* (n) change that counts as much as 1 rad */
-    double share;    /* fraction of the load Q_start that does not act */
+    double *size; /* (row_count) largest coefficient in units, without cancellation, over all places that were
+                     read; a row whose coefficients all vanish becomes redundant */
+    double *unit; /* (n) change that counts as much as 1 rad */
+    double share; /* fraction of the load Q_start that does not act */
     double *Q_start; /* (n) */
     double *rates; /* (2 n + 1 + m) argument of the tangent: rates 0 except for states, accelerations 0, then
                       lambda */

@@ -229,13 +229,15 @@ static char *emit_list(struct scene *scene, const struct options *options, unsig
     const char *emit = options_text(options, "emit");
     const struct model *model = &scene->generation.model;
     if (needs & NEEDS_ALL)
-        return format_text("%s%s", emit ? "start,equations," : "all", emit ? emit : "");
+        return format_text("%s%s%s", emit ? "start,equations," : "all",
+                           emit && model->row_count > 0 ? "row_sizes," : "", emit ? emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
     const bool limits = needs & NEEDS_STATICS && !(needs & NEEDS_MOTION) && model->bound_count > 0;
     if (needs_statics_tangent(model, needs, values))
         needs |= NEEDS_TANGENT;
     return format_text(
-        "%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+        "%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s%s",
+        needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations", rows ? ",row_sizes" : "",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k,constrained" : "",
         scene->state.qdd && !model->printed_form ? ",inverse" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course"

@@ -27,7 +27,8 @@ static const char *quantities(const struct options *options, const struct model 
                        has_rows ? "constrained,qdd_free" : "qdd_free", derivatives, derivatives,
                        has_inputs ? format_text(",%s.x", derivatives) : "",
                        has_rows ? ",d_force.q,d_force.qd" : "", has_rows && has_inputs ? ",d_force.x" : "",
-                       options_is(options, "from", "statics") ? ",Q_q" : "", has_rows ? ",row_terms" : "");
+                       options_is(options, "from", "statics") ? ",Q_q" : "",
+                       has_rows ? ",row_terms,row_sizes" : "");
 }
 
 /* ---- Options ---- */
