@@ -487,7 +487,6 @@ struct refdyn_state_events {
     int *is_met;   /* (count) the kink was due at the beginning of the step */
     int *returns;  /* (count) steps that have stayed at a kink whose jump leads back */
     double *begin; /* (count) values at the beginning of the step */
-    int places;    /* samples of a step, at least */
     /* The piece of the step that is examined: samples `first` to `last` are new. Where they are, the values
      * there ((REFDYN_EVENT_SAMPLES + 1) x count), and the distance to the next one. */
     int first, last;

@@ -280,7 +280,6 @@ static void start_contact(struct refdyn_state_events *events, int i) {
 
 /* Clears what the motion before has left. */
 static void clear(struct refdyn_state_events *events) {
-    events->places = REFDYN_EVENT_SAMPLES;
     refdyn_state_events_forget(events);
     events->t_last = -INFINITY;
     events->repeats = 0;
