@@ -109,3 +109,19 @@ def test_step_limit(package, swing):
     with pytest.raises(package.NumericalError, match="the limit on the number of steps was reached"):
         motion.advance(30)
     assert 0 < motion.t < 30 and motion.statistics["steps"] + motion.statistics["rejected"] == 7
+
+
+def test_set_by_dictionary_and_by_series(package, swing):
+    """A dictionary of numbers takes the short way, a series the general one. A refused value leaves the motion as it was on both."""
+    motions = [swing.motion(Q, QD), swing.motion(Q, QD)]
+    for motion, container in zip(motions, (dict, pandas.Series)):
+        motion.advance(0.2)
+        motion.set(inputs=container(INPUTS), parameters=container({"load": 1.3}))
+        before = motion.state, motion.qdd, dict(motion.parameters), dict(motion.inputs)
+        with pytest.raises(package.ModelError, match="value -1; must be positive"):
+            motion.set(inputs=container({"push": 0.1}), parameters=container({"load": -1.0}))
+        for now, then in zip((motion.state, motion.qdd), before):
+            assert same(now, then)
+        assert (motion.parameters, motion.inputs) == before[2:] and motion.inputs["push"] == INPUTS["push"]
+        motion.advance(0.5)
+    assert same(motions[0].state, motions[1].state)

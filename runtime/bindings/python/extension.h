@@ -97,6 +97,9 @@ void refdyn_one_call_end(struct one_call *call);
 double *refdyn_one_call_row(struct one_call *call, enum one_call_view which, PyObject *object, int count);
 /* Reads a Python number. Returns 0, without a Python error, for anything else. */
 int refdyn_one_call_number(PyObject *object, double *number);
+/* Writes the numbers of a dictionary to their places in `to`; None has no numbers. Returns 0, without a
+ * Python error, for anything but finite numbers whose names the library reads. */
+int refdyn_read_by_name(const struct passing *passing, PyObject *given, double *to);
 /* Reads inputs and parameters. Returns 0, without a Python error, if Python has to check them. */
 int refdyn_one_call_values(struct one_call *call, PyObject *inputs, PyObject *parameters);
 /* Prepares the parameters of the call. Returns whether the model accepts them. Needs no interpreter's lock.
@@ -168,7 +171,7 @@ struct motion {
     PyObject *newer;            /* held: that library, whose functions are in use; NULL if there is none */
     PyObject *places;           /* held: "FILE:LINE" of each requirement of the model */
     struct motion_block *block; /* with the memory of workspace and integrator, and the start */
-    size_t size, work_at, integrator_at, start_at; /* of the block, and places in it [bytes] */
+    size_t size, work_at, integrator_at, start_at, before_at; /* of the block, and places in it [bytes] */
     int *given; /* (anchored_count) non-zero: the parameter keeps its value */
     struct motion_piece *pieces;
     jmp_buf no_memory;
@@ -223,6 +226,7 @@ PyObject *refdyn_motion_summary(PyObject *self, PyObject *nothing);
 PyObject *refdyn_motion_derivatives(PyObject *self, PyObject *arguments); /* motion_derivatives_call.c */
 PyObject *refdyn_motion_advance(PyObject *self, PyObject *t);
 PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments);
+PyObject *refdyn_motion_set(PyObject *self, PyObject *const *given, Py_ssize_t count);
 PyObject *refdyn_motion_steps(PyObject *self, PyObject *arguments);
 
 extern PyType_Spec refdyn_motion_spec;

@@ -46,7 +46,9 @@ static int allocate_block(struct motion *motion) {
     motion->work_at = rounded(sizeof *motion->block);
     motion->integrator_at = motion->work_at + rounded(refdyn_workspace_size(model));
     motion->start_at = motion->integrator_at + rounded(refdyn_integrator_size(model, &motion->options));
-    motion->size = motion->start_at + 2 * (size_t)model->n * sizeof(double);
+    motion->before_at = motion->start_at + 2 * (size_t)model->n * sizeof(double);
+    motion->size = motion->before_at +
+                   (size_t)(model->parameter_count + model->input_count + 2 * model->n) * sizeof(double);
     motion->block = calloc(1, motion->size);
     motion->given = calloc((size_t)model->anchored_count + 1, sizeof *motion->given);
     if (!motion->block || !motion->given) {
@@ -417,7 +419,8 @@ static PyMethodDef motion_methods[] = {
      "start(t, q, qd, until, every, stops, samples, places, equilibrium, limits, has_rows, "
      "is_as_requested)"},
     {"advance", refdyn_motion_advance, METH_O, "advance(t)"},
-    {"refresh", refdyn_motion_refresh, METH_VARARGS, "refresh(p, x, state, is_new)"},
+    {"refresh", refdyn_motion_refresh, METH_VARARGS, "refresh(p, x, state)"},
+    {"set", (PyCFunction)(void (*)(void))refdyn_motion_set, METH_FASTCALL, "set(inputs, parameters)"},
     {"steps", refdyn_motion_steps, METH_VARARGS, "steps(count, q, qd, t, h, p, x, new_q, new_qd)"},
     {"rows", refdyn_motion_rows, METH_O, "rows(out)"},
     {"derivatives", refdyn_motion_derivatives, METH_VARARGS,

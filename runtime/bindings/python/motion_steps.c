@@ -71,33 +71,83 @@ static int continue_from_here(struct motion *motion, int has_state, int is_new) 
     return status;
 }
 
-/* refresh(p, x, state, is_new): continues with these values instead of the present ones; None: as they are.
- * is_new is false where the values before a failed call return. Returns None, or the message of a failure. */
+/* The parameters, inputs and state of a motion, which the caller may change. */
+enum { SET_P, SET_X, SET_STATE, SETS };
+
+struct settable {
+    double *values[SETS], *before[SETS]; /* in the motion, and where it keeps the values before a change */
+    size_t counts[SETS];
+};
+
+static struct settable settable_of(struct motion *motion) {
+    const struct refdyn_model *model = motion->library->model;
+    const size_t p = (size_t)model->parameter_count, x = (size_t)model->input_count;
+    double *before = refdyn_motion_at(motion, motion->before_at);
+    return (struct settable){
+        {motion->block->work.p, motion->block->work.x, motion->block->integrator.q},
+        {before, before + p, before + p + x},
+        {p, x, 2 * (size_t)model->n},
+    };
+}
+
+static void copy_values(const struct settable *settable, double *const *from, double *const *to) {
+    for (int i = 0; i < SETS; i++)
+        memcpy(to[i], from[i], settable->counts[i] * sizeof(double));
+}
+
+/* Continues with the values that were set. Returns None, or the message of a failure; then the motion is as
+ * before. */
+static PyObject *take_set(struct motion *motion, const struct settable *settable, int has_state) {
+    motion->status = continue_from_here(motion, has_state, 1);
+    if (motion->status == REFDYN_OK)
+        return Py_NewRef(Py_None);
+    PyObject *said = report_refresh(motion);
+    copy_values(settable, settable->before, settable->values);
+    continue_from_here(motion, 1, 0);
+    return said;
+}
+
+/* refresh(p, x, state): continues with these values instead of the present ones; None: as they are. Returns
+ * None, or the message of a failure; then the motion is as before. */
 PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments) {
     struct motion *motion = (struct motion *)self;
-    const struct refdyn_model *model = motion->library->model;
-    struct refdyn_workspace *work = &motion->block->work;
-    PyObject *given[3];
-    double *const to[] = {work->p, work->x, motion->block->integrator.q};
-    const Py_ssize_t counts[] = {model->parameter_count, model->input_count, 2 * model->n};
+    PyObject *given[SETS];
     static const char *const names[] = {"p", "x", "state"};
-    int is_new;
-    if (!PyArg_ParseTuple(arguments, "OOOp", &given[0], &given[1], &given[2], &is_new) ||
+    if (!PyArg_ParseTuple(arguments, "OOO", &given[SET_P], &given[SET_X], &given[SET_STATE]) ||
         !refdyn_motion_enter(motion))
         return NULL;
-    for (int i = 0; i < 3; i++) {
+    const struct settable settable = settable_of(motion);
+    copy_values(&settable, settable.values, settable.before);
+    for (int i = 0; i < SETS; i++) {
         Py_buffer view;
         if (given[i] == Py_None)
             continue;
-        if (!refdyn_need_doubles(given[i], names[i], counts[i], 1, 0, &view))
+        if (!refdyn_need_doubles(given[i], names[i], (Py_ssize_t)settable.counts[i], 1, 0, &view)) {
+            copy_values(&settable, settable.before, settable.values);
             return refdyn_motion_leave(motion, NULL);
-        memcpy(to[i], view.buf, (size_t)view.len);
+        }
+        memcpy(settable.values[i], view.buf, (size_t)view.len);
         PyBuffer_Release(&view);
     }
-    motion->status = continue_from_here(motion, given[2] != Py_None, is_new);
-    if (motion->status == REFDYN_OK)
-        return refdyn_motion_leave(motion, Py_NewRef(Py_None));
-    return refdyn_motion_leave(motion, report_refresh(motion));
+    return refdyn_motion_leave(motion, take_set(motion, &settable, given[SET_STATE] != Py_None));
+}
+
+/* set(inputs, parameters): the same for dictionaries of numbers, or None. Returns False and changes nothing
+ * if Python has to check them. */
+PyObject *refdyn_motion_set(PyObject *self, PyObject *const *given, Py_ssize_t count) {
+    struct motion *motion = (struct motion *)self;
+    const struct library *library = motion->library;
+    if (count != 2)
+        return PyErr_Format(PyExc_TypeError, "set: has %zd arguments; must have 2", count);
+    if (!refdyn_motion_enter(motion))
+        return NULL;
+    const struct settable settable = settable_of(motion);
+    copy_values(&settable, settable.values, settable.before);
+    if (refdyn_read_by_name(&library->inputs, given[0], settable.values[SET_X]) &&
+        refdyn_read_by_name(&library->parameters, given[1], settable.values[SET_P]))
+        return refdyn_motion_leave(motion, take_set(motion, &settable, 0));
+    copy_values(&settable, settable.before, settable.values);
+    return refdyn_motion_leave(motion, Py_NewRef(Py_False));
 }
 
 /* ---- Steps of many states ---- */

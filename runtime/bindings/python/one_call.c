@@ -36,21 +36,31 @@ int refdyn_one_call_number(PyObject *object, double *number) {
 
 /* ---- Inputs and parameters ---- */
 
-/* Writes the numbers of a dictionary to their places in `to`. Returns 0, without a Python error, if it has an
- * unknown name or anything but finite numbers. */
-static int read_by_name(const struct passing *passing, PyObject *given, double *to) {
+/* Writes the numbers of a dictionary to their places in `to`, and skips names that the library does not read.
+ * Returns how many were skipped; -1, without a Python error, for an unknown name or anything but finite
+ * numbers. */
+static int read_dictionary(const struct passing *passing, PyObject *given, double *to) {
     PyObject *name, *value;
     Py_ssize_t position = 0;
     double number;
+    int skipped = 0;
+    if (!PyDict_CheckExact(given))
+        return -1;
     while (PyDict_Next(given, &position, &name, &value)) {
         PyObject *place = PyUnicode_CheckExact(name) ? PyDict_GetItem(passing->places, name) : NULL;
         if (!place || !refdyn_one_call_number(value, &number) || !isfinite(number))
-            return 0;
+            return -1;
         const long index = PyLong_AsLong(place);
         if (index > UNREAD)
             to[index] = number;
+        else
+            skipped++;
     }
-    return 1;
+    return skipped;
+}
+
+int refdyn_read_by_name(const struct passing *passing, PyObject *given, double *to) {
+    return given == Py_None || read_dictionary(passing, given, to) == 0;
 }
 
 /* Writes the numbers of an array to their places in `to`. `free`, unless NULL, is NaN where NaN is allowed.
@@ -76,7 +86,7 @@ static int read_inputs(struct one_call *call, PyObject *given) {
     if (given == Py_None)
         return 1;
     memcpy(call->own_x, library->x, (size_t)library->model->input_count * sizeof *call->own_x);
-    return PyDict_CheckExact(given) ? read_by_name(&library->inputs, given, call->own_x)
+    return PyDict_CheckExact(given) ? read_dictionary(&library->inputs, given, call->own_x) >= 0
                                     : read_row(call, VIEW_X, &library->inputs, given, NULL, call->own_x);
 }
 
@@ -91,7 +101,7 @@ static int read_parameters(struct one_call *call, PyObject *given) {
     if (given == Py_None)
         return 1;
     return PyDict_CheckExact(given)
-               ? read_by_name(&library->parameters, given, call->own_p)
+               ? read_dictionary(&library->parameters, given, call->own_p) >= 0
                : read_row(call, VIEW_P, &library->parameters, given, library->free_p, call->own_p);
 }
 

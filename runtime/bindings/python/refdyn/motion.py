@@ -140,7 +140,7 @@ def failure_of(model: Model, status: int, text: str, is_started: bool) -> Except
     return program.failure(program.FAULT if status == REFUSED and not is_started else program.NUMBERS, said)
 
 
-@suggesting("advance")
+@suggesting("advance", "set")
 class Motion(Fixed):
     """A motion in the process: `motion = arm.motion(q, qd)`, then `motion.advance(t)` in a loop.
 
@@ -179,6 +179,14 @@ class Motion(Fixed):
     def set(self, *, inputs: Given = None, parameters: Given = None, q: States | None = None, qd: States | None = None) -> None:
         """Continues with other inputs, parameters or another state; values that are not named stay. A new state also continues a
         motion that an event has ended."""
+        said = self._core.set(inputs, parameters) if q is None and qd is None else False
+        if said is False:
+            said = self._set_checked(inputs, parameters, q, qd)
+        if said is not None:
+            raise failure_of(self._model, self._core.status, said, False)
+
+    def _set_checked(self, inputs: Given, parameters: Given, q: States | None, qd: States | None) -> str | None:
+        """The same for values of any type."""
         x = p = state = None
         if inputs is not None:
             x = self._changed("input", inputs, self._compiled.inputs, self._core.inputs)
@@ -188,12 +196,7 @@ class Motion(Fixed):
             state = self._numbers((2, self._n), self._core.state)
             for row, name, value in ((state[0], "q", q), (state[1], "qd", qd)):
                 row[:] = row if value is None else row_of(name, value, self._model)
-        before = (self._numbers(len(self._compiled.places), self._core.parameters), self._numbers(len(self._compiled.inputs), self._core.inputs), self.state)
-        said = self._core.refresh(p, x, state, True)
-        if said is not None:
-            status = self._core.status
-            self._core.refresh(*before, False)
-            raise failure_of(self._model, status, said, False)
+        return self._core.refresh(p, x, state)
 
     def _changed(self, kind: str, given: Any, places: Mapping[str, int], read: Any) -> np.ndarray:
         """The present values with the given ones, by name or as a row in the order of the model. Where a row has NaN, a
