@@ -552,16 +552,18 @@ static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *s
         try_again(events, fabs(distance), step->t_end + distance, t_event);
 }
 
-/* Is kink i, at theta, the reason for the zero of the target? The force of a contact that rests jumps there.
- */
-static int makes_target_jump(const struct refdyn_state_events *events, int i, double theta, double first) {
-    const int contact = isfinite(first) ? refdyn_contact_of(&events->contacts, events->target) : -1;
-    return refdyn_state_events_is_kink(events, i) && contact >= 0 &&
-           events->contacts.mode[contact] == REFDYN_CONTACT_RESTING && theta <= first + jump_width;
+/* Is the zero of value i at theta the one to end on, and not that of the target at `first`? A kink is smooth
+ * and comes first where an event jumps or has a pole. The force of a contact that rests jumps at a kink,
+ * which is then the reason for its zero. */
+static int comes_first(const struct refdyn_state_events *events, int i, double theta, double first) {
+    if (theta < first || !isfinite(theta) || !refdyn_state_events_is_kink(events, i))
+        return theta < first;
+    const int contact = refdyn_contact_of(&events->contacts, events->target);
+    const int is_resting = contact >= 0 && events->contacts.mode[contact] == REFDYN_CONTACT_RESTING;
+    return theta <= first + (is_resting ? jump_width : same_zero);
 }
 
-/* *first: theta of the first zero in the piece, of the value events->target; INFINITY: there is none. A kink
- * where an event jumps or has a pole comes first, because it is smooth. */
+/* *first: theta of the first zero in the piece, of the value events->target; INFINITY: there is none. */
 static int find_first_in_piece(struct refdyn_state_events *events, struct refdyn_step *step, double least,
                                double *first) {
     double theta;
@@ -570,8 +572,7 @@ static int find_first_in_piece(struct refdyn_state_events *events, struct refdyn
         status = find_first(events, step, i, &theta);
         if (!status && is_passed(events, step, i, theta, least))
             status = find_first(events, step, i, &theta);
-        if (theta < *first || makes_target_jump(events, i, theta, *first) ||
-            (refdyn_state_events_is_kink(events, i) && theta <= *first + same_zero)) {
+        if (comes_first(events, i, theta, *first)) {
             *first = theta;
             events->target = i;
         }
