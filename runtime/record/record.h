@@ -101,8 +101,8 @@ void record_table_start(struct record_table *table, struct record_memory memory,
 void record_table_want(struct record_table *table, const bool *wanted);
 /* Computes the values at the integrator's state. */
 void record_table_fill(struct record_table *table);
-/* The same for a row of results: where events set inputs and parameters at this time, their values after it,
- * and all that follows from these. An input therefore holds from its row on. */
+/* The same for a row of results. If events set only inputs and parameters at this time, the row has their new
+ * values, with the accelerations and forces that follow from them: an input holds from its row on. */
 void record_table_fill_row(struct record_table *table);
 /* The first column that is infinite or NaN after record_table_fill, NULL if there is none. Multipliers and
  * forces that are not unique are NaN and do not count. */
@@ -165,7 +165,7 @@ struct record_mark {
 struct record_events {
     struct record_mark *list; /* (RECORD_EVENTS_KEPT), NULL if the model has no events */
     int *modes;               /* (contact_count) modes of the contacts at the last call */
-    double *left;             /* (contact_count) when they had last opened then; NaN: never [s] */
+    double *left;             /* (contact_count) when each had last opened at the last call; NaN: never [s] */
     long count;               /* of all events */
     bool has_ended;           /* by the event `end` */
     struct record_mark end;
@@ -240,8 +240,8 @@ void record_limits_put(const struct record_limits *limits, const struct record_w
 
 /* ---- The motion from start to end, output by output (motion_record.c) ---- */
 
-/* The bound on the work of one motion: outputs that are written as they are computed; outputs, samples and
- * numbers of a kind that are kept in memory; steps. */
+/* Bounds on the work of one motion: outputs that are written as they are computed; outputs and samples that
+ * are kept in memory; steps. */
 enum { RECORD_OUTPUTS_MAX = 10000000, RECORD_KEPT_MAX = 1000000, RECORD_STEPS_MAX = 1000000000 };
 
 /* Further statuses, beyond the runtime's. */
