@@ -109,15 +109,13 @@ static void print_parallel_turns(const struct refdyn_workspace *work, double t, 
     const int last = work->fault.coordinate < 0 ? -1 : find_parallel_turns(model, M, work->fault.coordinate);
     if (last >= 0) {
         const int middle = model->parent[last];
-        fprintf(
-            out,
-            "refdyn: %s and %s turn about the same axis at %s = %.4g degrees, where three turns do not "
-            "describe "
-            "all rotations; list the turns of the joint in another order, or put a constant `turn` before "
-            "the joint, so that %s stays away from this value\n",
-            model->coordinates[model->parent[middle]].name, model->coordinates[last].name,
-            model->coordinates[middle].name, q[middle] * 180 / 3.14159265358979323846,
-            model->coordinates[middle].name);
+        fprintf(out,
+                "refdyn: %s and %s turn about the same axis at %s = %.4g degrees, where three turns do not "
+                "describe all rotations; list the turns of the joint in another order, or put a constant "
+                "`turn` before the joint, so that %s stays away from this value\n",
+                model->coordinates[model->parent[middle]].name, model->coordinates[last].name,
+                model->coordinates[middle].name, q[middle] * 180 / 3.14159265358979323846,
+                model->coordinates[middle].name);
     }
     free(M);
 }

@@ -58,8 +58,7 @@ static void show_failure(const struct cache *cache, const char *key, const char 
         status.st_size > 0) {
         fprintf(stderr,
                 "refdyn: warning: %s: the compilation of optimised functions in the background has failed; "
-                "slower "
-                "ones are used\n",
+                "slower ones are used\n",
                 name);
         copy_rest(said, stderr);
         if (ftruncate(file, 0) != 0)
