@@ -716,8 +716,7 @@ static int look(struct refdyn_integrator *integrator, double t,
     const int status = refdyn_integrator_status(integrator);
     if (status)
         return status;
-    if (!(refdyn_time_events_right_of(&motion->time_events, t) >= motion->step.t_begin &&
-          (t <= integrator->t || ends_at(motion, t))))
+    if (!(t >= motion->step.t_from && (t <= integrator->t || ends_at(motion, t))))
         return REFDYN_BAD_TIME;
     enter(integrator);
     return leave(integrator, shows(integrator, t), t);

@@ -8,6 +8,8 @@
 #ifndef REFDYN_MOTION_H
 #define REFDYN_MOTION_H
 
+#include <math.h>
+
 #include "runtime/core/methods/methods.h"
 
 struct refdyn_motion;
@@ -799,8 +801,9 @@ int refdyn_integrator_show(struct refdyn_integrator *integrator, double t);
 
 /* The time at which rates, rows and energies of t, inside the last step or at its end, are evaluated. */
 static inline double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
-    return motion->rows_change ? refdyn_step_inside(&motion->step, t)
-                               : refdyn_time_events_right_of(&motion->time_events, t);
+    return motion->rows_change
+               ? refdyn_step_inside(&motion->step, t)
+               : fmax(refdyn_time_events_right_of(&motion->time_events, t), motion->step.t_begin);
 }
 
 /* The longest ordinary step: half of the way to an obstacle whose special step has failed [s]. */
