@@ -77,7 +77,7 @@ static void print_gap(const struct refdyn_workspace *work, double t, const doubl
     free(values);
 }
 
-/* Two turns whose entries in M are as of one axis: 1 - M_ij^2/(M_ii M_jj) is below this. */
+/* Two turns count as parallel if 1 - M_ij^2/(M_ii M_jj) is at most this. */
 static const double parallel = 1e-12;
 
 static bool are_parallel(const double *M, int n, int i, int j) {
@@ -97,7 +97,7 @@ static int find_parallel_turns(const struct refdyn_model *model, const double *M
     return -1;
 }
 
-/* After MASS_NOT_POSITIVE: names the turns that are about one axis, and the remedy. */
+/* After MASS_NOT_POSITIVE: names the turns about the same axis, and the remedy. */
 static void print_parallel_turns(const struct refdyn_workspace *work, double t, const double *q,
                                  const double *qd, FILE *out) {
     const struct refdyn_model *model = work->model;
@@ -109,14 +109,13 @@ static void print_parallel_turns(const struct refdyn_workspace *work, double t, 
     const int last = work->fault.coordinate < 0 ? -1 : find_parallel_turns(model, M, work->fault.coordinate);
     if (last >= 0) {
         const int middle = model->parent[last];
-        fprintf(
-            out,
-            "refdyn: %s and %s are about one axis at %s = %.4g degrees, where three turns do not describe "
-            "all rotations; list the turns of the joint in another order, or put a constant `turn` before "
-            "the joint, so that %s stays away from this value\n",
-            model->coordinates[model->parent[middle]].name, model->coordinates[last].name,
-            model->coordinates[middle].name, q[middle] * 180 / 3.14159265358979323846,
-            model->coordinates[middle].name);
+        fprintf(out,
+                "refdyn: %s and %s turn about the same axis at %s = %.4g degrees, where three turns do not "
+                "describe all rotations; list the turns of the joint in another order, or put a constant "
+                "`turn` before the joint, so that %s stays away from this value\n",
+                model->coordinates[model->parent[middle]].name, model->coordinates[last].name,
+                model->coordinates[middle].name, q[middle] * 180 / 3.14159265358979323846,
+                model->coordinates[middle].name);
     }
     free(M);
 }
@@ -256,8 +255,8 @@ void record_print_rows_left_out(const struct refdyn_model *model, const int *row
         fputc('\n', out);
 }
 
-/* Returns whether the formula of this row has no slope at the state of the last evaluation. The row of a joint
- * whose axes let no coordinate change it has one. */
+/* Returns whether the formula of this row has no slope at the state of the last evaluation. A row of a joint
+ * has one even where the joint's axes keep every coordinate from changing the residual. */
 static bool has_no_slope(const struct refdyn_workspace *work, int row) {
     for (int j = 0; j < work->n; j++)
         if (work->u[row * work->n + j] != 0 || work->sizes[row * work->n + j] != 0)

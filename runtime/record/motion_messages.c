@@ -139,7 +139,8 @@ static void print_open(const struct record_motion *motion, FILE *out) {
     int open = 0;
     for (int i = 0; has_forces && i < model->m + refdyn_joint_count(model); i++)
         if (isnan(values[i])) {
-            fputs(open++ ? ", " : "refdyn: warning: forces that are not unique, nan in the results: ", out);
+            fputs(open++ ? ", " : "refdyn: warning: these forces are not unique and are nan in the results: ",
+                  out);
             if (i < model->m)
                 fprintf(out, "the multiplier of %s", model->rows[i].name);
             else
