@@ -289,7 +289,7 @@ void refdyn_parameters_leave(struct refdyn_parameters *parameters, struct refdyn
 void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_workspace *work, int place,
                            double value);
 void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_workspace *work);
-/* The inputs (input_count) when they were taken. */
+/* Returns the inputs (input_count) that were taken. */
 double *refdyn_parameters_inputs(const struct refdyn_parameters *parameters,
                                  const struct refdyn_model *model);
 /* Returns whether the caller has changed a parameter or an input since then. Call it outside the two calls.
@@ -312,8 +312,8 @@ struct refdyn_time_events {
 
 void refdyn_time_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
                                 struct layout *layout);
-/* Computes the known events for the present parameters and inputs; none of them counts as passed. The motion
- * stays on the right side of another event where it is. t, q and qd: any. */
+/* Computes the known events for the present parameters and inputs; no known event counts as passed. At a
+ * switch, the motion stays on the right side of it. t, q and qd: any. */
 void refdyn_time_events_take(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
                              const double *q, const double *qd);
 /* t, or the right side of a time event that is there: where functions have the values with which the motion
@@ -466,8 +466,9 @@ void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refd
 /* Replaces the gaps of contacts that are not free by their values. Errors: those of refdyn_rates. */
 int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                            const double *state, double *values);
-/* The multipliers (m) at the beginning of a step: notes the size of the forces. The second function returns
- * whether contact k rests and pulls by more than rounding, or, at an output, by more than its error. */
+/* The first function notes the size of the forces, from the multipliers (m) at the beginning of a step. The
+ * second one returns whether contact k rests and pulls by more than rounding or, if is_seen (an output), by
+ * more than the error of interpolation. */
 void refdyn_contacts_note_forces(struct refdyn_contacts *contacts, const double *multipliers);
 int refdyn_contacts_pulls(const struct refdyn_contacts *contacts, const double *multipliers, int k,
                           int is_seen);
@@ -496,21 +497,27 @@ void refdyn_contact_transitions_release(struct refdyn_motion *motion);
 
 /* ---- State events (state_events.c), their zeros (event_zeros.c) and actions (event_actions.c) ---- */
 
-enum { REFDYN_EVENT_SAMPLES = 8 }; /* of a step, after its beginning */
+enum { REFDYN_EVENT_SAMPLES = 8 }; /* of a step or of a piece of it, after its beginning */
 
 struct refdyn_state_events {
     int count, named; /* values: events of the model, then kinks; of them, events */
     int *side;        /* (count) of zero where each value is: -1, 1; 0: on zero, and the rate is unclear */
     int *side_begin;  /* (count) the same at the beginning of the last step, */
-    int *side_end;    /* and at the end of the step that is examined */
-    int *towards;     /* (count) the side to which the last crossing that was found leads */
-    int *due;         /* (due_count) those that happen at the end of the last step, ascending */
-    int due_count, due_named; /* of those due, events */
-    int *passed;              /* (passed_count) kinks just after the beginning of the step, ascending */
+    int *side_from, *side_end; /* and at the beginning and end of the piece that is examined */
+    int *towards;              /* (count) the side to which the last crossing that was found leads */
+    int *due;                  /* (due_count) those that happen at the end of the last step, ascending */
+    int due_count, due_named;  /* of those due, events */
+    int *passed;               /* (passed_count) kinks just after the beginning of the step, ascending */
     int passed_count;
-    int *is_met;     /* (count) the kink was due at the beginning of the step */
-    int *returns;    /* (count) steps that have stayed at a kink whose jump leads back */
-    double *samples; /* ((REFDYN_EVENT_SAMPLES + 1) x count) values at the beginning and in the step */
+    int *is_met;   /* (count) the kink was due at the beginning of the step */
+    int *returns;  /* (count) steps that have stayed at a kink whose jump leads back */
+    double *begin; /* (count) values at the beginning of the step */
+    /* The piece of the step that is examined: samples `first` to `last` are new. Where they are, the values
+     * there ((REFDYN_EVENT_SAMPLES + 1) x count), and the distance to the next one. */
+    int first, last;
+    double thetas[REFDYN_EVENT_SAMPLES + 1], *samples, apart;
+    double *offsets; /* (count) what is subtracted from values: `zeros`, until a value has left zero */
+    double *most;    /* (count) largest |value| in the step so far */
     double *sizes;   /* (count) largest |value| since the start: below a part of it, that of a kink is zero */
     double *zeros;   /* (count) counts as zero in the step: a value at its beginning that is just beyond */
     double *turned;  /* (count) largest rate of a kink at which rows have turned */
@@ -532,8 +539,8 @@ struct refdyn_state_events {
     double t_last; /* of the last event [s], */
     int repeats;   /* and how many followed each other without time between, or with values within rounding */
 
-    /* written only by state_events.c: the caller knows of the due events; values may have jumped from those
-     * in the first samples */
+    /* written only by state_events.c: the caller knows of the due events; values may have jumped from the
+     * first samples */
     int is_told, looks_again;
 };
 
@@ -566,13 +573,13 @@ struct refdyn_assessed refdyn_state_events_assess(const struct refdyn_state_even
 void refdyn_state_events_clear_due(struct refdyn_state_events *events);
 void refdyn_state_events_add_due(struct refdyn_state_events *events, int i);
 void refdyn_state_events_forget(struct refdyn_state_events *events);
-/* Call it before values may jump from those of a state at t, because inputs, parameters, the state or
- * formulas of time do: the next step begins by examining them again. */
+/* Call it at a state at t before inputs, parameters, the state or formulas of time change there, because
+ * values may then jump: the next step begins by examining them again. */
 void refdyn_state_events_look_again(struct refdyn_state_events *events, const struct refdyn_step *step,
                                     double t, const double *state);
-/* Call them where the caller continues from a state at t, inside the last step or at its end: the first
- * before, the second after it has changed anything. What the step has found after t has not happened. What is
- * due at t stays so, unless the change moves its value back to where it came from. */
+/* Call them where the caller continues from a state at t, inside the last step or at its end: the first one
+ * before, the second one after its changes. Events that the step has found after t have not happened. An
+ * event that is due at t stays due, unless the change moves its value back to where it came from. */
 void refdyn_state_events_stop(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                               const double *state);
 void refdyn_state_events_go_on(struct refdyn_state_events *events, const struct refdyn_step *step);
@@ -624,8 +631,8 @@ void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new);
 
 /* ---- The right side of an instant at which events set values (after_events.c) ---- */
 
-/* Of the caller's values, what the events are to replace. `struct refdyn_after` is written only by
- * after_events.c. */
+/* The caller's values, which those after the events replace for a while. `struct refdyn_after` is written
+ * only by after_events.c. */
 struct refdyn_after {
     double *p, *x, *qdd, *lambda; /* as in the workspace and the integrator; empty without changes */
     double *terms;                /* of events */
@@ -830,7 +837,7 @@ static inline int refdyn_integrator_status(const struct refdyn_integrator *integ
     return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
 }
 
-/* As refdyn_integrator_look, anywhere in the last step, also after the shown state. */
+/* Like refdyn_integrator_look, at any time in the last step, also after the shown state. */
 int refdyn_integrator_show(struct refdyn_integrator *integrator, double t);
 
 /* The time at which rates, rows and energies of t, inside the last step or at its end, are evaluated. */

@@ -222,7 +222,7 @@ class Motion(Fixed):
         return out
 
     def _read(self, count: Any, write: Any) -> np.ndarray:
-        """Numbers that the caller only reads."""
+        """Numbers in a read-only array."""
         out = self._numbers(count, write)
         out.flags.writeable = False
         return out
