@@ -93,9 +93,9 @@ int refdyn_integrator_notice(struct refdyn_integrator *integrator);
 enum { REFDYN_HALTED = 1000, REFDYN_LEFT_TO_MOTION };
 
 /* Advances towards t_out until the batch may take a step, which *attempt describes, and returns HALTED.
- * Otherwise t_out is reached or the motion has failed, as with refdyn_integrator_to. *attempt is over before
- * the first call. */
-int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
+ * Otherwise t_out is reached, the motion has taken this number of steps itself or has failed, as with
+ * refdyn_integrator_step. *attempt is over before the first call. */
+int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out, long steps,
                            struct refdyn_attempt *attempt);
 /* Call it after taking the step at which the motion halted, with OK, LEFT_TO_MOTION or an error of the
  * method. */
