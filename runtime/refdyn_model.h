@@ -279,7 +279,8 @@ struct refdyn_model {
     refdyn_function *breaks; /**< (break_count) times of time events, in no order; reads p and x only [s] */
     refdyn_function
         *switches;          /**< (switch_count) values whose sign changes at time events; reads p, x and t */
-    refdyn_function *pace;  /**< (1) largest angular frequency of these values; reads p, x and t [rad/s] */
+    refdyn_function *pace;  /**< (2) largest angular frequencies of these values, and of events that depend on
+                               the state [rad/s] */
     refdyn_function *event; /**< (values) event_count whose zeros are state events, then kink_count */
     refdyn_function *event_terms; /**< struct NAME_event_terms_result as doubles: d/dt of these values at qdd
                                      = 0, their derivatives by q and by qd (values x n each), coefficients of

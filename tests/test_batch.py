@@ -143,7 +143,7 @@ def test_a_failed_case_leaves_the_others(tmp_path):
     bad.write_text("mass,arm_psi,torque\n" + "\n".join(rows) + "\n")
     for table in (good, bad):
         done = refdyn("batch", MODEL, "--table", table, "--until", "0.3", "--threads", "2", "-o", table.with_suffix(".h5"))
-    assert "2 of these failed" in done.stderr
+    assert "2 of these failed\nfailed       case 17, the first of them: " in done.stderr and "links[1].mass: value -5; must be positive\n" in done.stderr
     with h5py.File(good.with_suffix(".h5")) as all_good, h5py.File(bad.with_suffix(".h5")) as two_bad:
         assert list(np.flatnonzero(two_bad["status"][...])) == [17, 29] and not all_good["status"][...].any()
         assert list(two_bad["status"][[17, 29]]) == [1, 3]

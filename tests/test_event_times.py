@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from program import motion, settings
+from program import LONG, motion, settings
 
 METHODS = ["auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"]
 # A mass at 1.3 m/s and a turn at `rate`; the event counts itself.
@@ -79,13 +79,32 @@ FORMS = {"square": "rd.where(rd.less(rd.sin({a} + 0.3), 0), -1, 1)", "tan": "rd.
          "pulse": "rd.where(rd.less(rd.cos({a}), 0.99), -1, 1)", "saw": "rd.atan2(rd.sin(2 * {a} + 0.4), rd.cos(2 * {a} + 0.4))"}
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", METHODS if LONG else ["auto", "rk4", "rk54", "radau9", "rodas5p"])
 @pytest.mark.parametrize("form", FORMS)
 def test_jumps_and_poles_in_time(form, method, tmp_path):
     """Also with an input that each event changes, and parameters in the formula."""
     for direction, rate in (("both", 6.1), ("up", 17.3), ("down", 2.9)):
         model = write(tmp_path / "jump.lua", FORMS[form].format(a="(p.rate * t)"), direction)
         same(times(model, 4, "--method", method, *settings({"rate": rate})), jumps(form, direction, rate, 4))
+
+
+@pytest.mark.parametrize("method", METHODS if LONG else ["auto", "rk4", "rk54", "radau9", "rodas5p"])
+@pytest.mark.parametrize("form", FORMS)
+def test_jumps_and_poles_in_an_angle(form, method, tmp_path):
+    """The same of an angle, at a rate of many turns a step."""
+    for direction, rate, until in (("both", 6.1, 4), ("up", 173.0, 0.4), ("down", 29.0, 1.5)):
+        model = write(tmp_path / "jump.lua", FORMS[form].format(a="a"), direction)
+        same(times(model, until, "--method", method, *settings({"rate": rate})), jumps(form, direction, rate, until), 1e-8)
+
+
+@pytest.mark.quick
+def test_narrow_passages_of_a_fast_rotor(tmp_path):
+    """A tooth of 0.06 rad and a point, a thousand radians a second."""
+    tooth, period = math.acos(0.9995) / 1000, 2 * math.pi / 1000
+    expected = sorted(k * period + side * tooth for k in range(60) for side in (-1, 1) if 0 < k * period + side * tooth < 0.3)
+    for value in ("rd.where(rd.less(rd.cos(a), 0.9995), -1, 1)", "rd.cos(a) - 0.9995"):
+        for method in "auto", "rk54", "radau9":
+            same(times(write(tmp_path / "tooth.lua", value), 0.3, "--method", method, *settings({"rate": 1000})), expected, 1e-8)
 
 
 @pytest.mark.parametrize("kind", ["sampled", "clock"])

@@ -359,7 +359,7 @@ def test_columns_that_a_sequence_has(folder):
 
 def test_other_files(folder):
     assert refusals(folder, "return 3\n") == ["sweep.lua: the file returns a number; must return rd.sweep { ... }"]
-    assert refusals(folder, "return {\n") == ["sweep.lua:2: unexpected symbol near <eof>"]
+    assert refusals(folder, "return {\n") == ["sweep.lua:2: unexpected symbol near <eof>; the '{' in line 1 lacks its end"]
     assert refusals(folder, MODEL)[0].startswith("sweep.lua:3: rd.option: belongs to model files; in a sweep use one of sweep, grid, log_grid,")
     assert refusals(folder, 'return require "refdyn".free()') == [
         "sweep.lua:1: rd.free: belongs to fit files; in a sweep use one of sweep, grid, log_grid, uniform, log_uniform, normal, pi"]

@@ -283,7 +283,8 @@ struct plan {
     expression *breaks;   /* times of known kinks: event_terms.c */
     expression *switches; /* values that change sign at other kinks */
     int break_count, switch_count;
-    expression pace;                  /* largest angular frequency of the switches [rad/s] */
+    /* largest angular frequencies of the switches, and of events that depend on the state [rad/s] */
+    expression pace, event_pace;
     struct requirement *requirements; /* of parameters that some function reads */
     expression *required;             /* for each requirement: whether it holds */
     int requirement_count;

@@ -229,7 +229,8 @@ void quantity_switches(struct derivation *d, struct function *f) {
 }
 
 void quantity_pace(struct derivation *d, struct function *f) {
-    fill_array(d, f, "pace", "largest angular frequency of the switches [rad/s]", &d->plan->pace, 1);
+    const expression paces[] = {d->plan->pace, d->plan->event_pace};
+    fill_array(d, f, "pace", "largest angular frequencies of the switches, and of events [rad/s]", paces, 2);
 }
 
 void quantity_start(struct derivation *d, struct function *f) {

@@ -131,7 +131,8 @@ void quantity_event_terms(struct derivation *d, struct function *f) {
  * Input: the functions of a plan. Their minima, maxima, absolute values, comparisons and events have values
  * that change sign. Those that depend on time, parameters and inputs alone are collected here. For values
  * that are piecewise linear in t, plan->breaks has the zeros, as expressions without t. The other values are
- * plan->switches, whose zeros are located during a motion; plan->pace is their largest frequency.
+ * plan->switches, whose zeros are located during a motion; plan->pace is their largest frequency, and
+ * plan->event_pace that of events which depend on the state.
  */
 
 enum {
@@ -238,10 +239,12 @@ static expression larger(struct graph *g, expression a, expression b) {
     return a == b || b == EXPR_ZERO ? a : a == EXPR_ZERO ? b : expr_apply2(g, OP_MAX, a, b);
 }
 
-/* |d/dt| of e, times a factor. */
-static expression speed(struct graph *g, expression e, double factor) {
-    const expression rate = rewrite_derivative(g, e, time_derivative, NULL);
-    return expr_mul(g, expr_number(g, factor), expr_apply1(g, OP_ABS, rate));
+/* |d/dt| of e at qdd = 0, times a factor. */
+static expression speed(struct derivation *d, expression e, double factor) {
+    const bool moves = d->g->nodes[e].depends & (ON_STATE | ON_RATE);
+    const expression rate = moves ? placed(d, coordinate_derivatives_rate(&d->kinematics, e))
+                                  : rewrite_derivative(d->g, e, time_derivative, NULL);
+    return expr_mul(d->g, expr_number(d->g, factor), absolute(d->g, rate));
 }
 
 /* The highest angular frequency of the pieces of a spline, relative to the rate of its operand. */
@@ -255,21 +258,37 @@ static double frequency_of_spline(const struct graph *g, const struct node *node
     return least > 0 ? pi / least : 0;
 }
 
+/* Of a point, the largest angular velocity of the frames that carry it, without the elements of beams. */
+static expression pace_of_point(struct derivation *d, int point) {
+    const struct tree *tree = d->kinematics.tree;
+    expression most = EXPR_ZERO;
+    for (int i = tree->points[point].frame; i >= 0; i = tree->frames[i].parent) {
+        const struct vector w = d->kinematics.frames[i].angular;
+        if (tree->frames[i].kind == FRAME_JOINT && tree->frames[i].run < 0 && !vector_is_zero(w))
+            most = larger(d->g, most, expr_sqrt(d->g, vector_dot(d->g, w, w)));
+    }
+    return most;
+}
+
 /* The angular frequency of a node, from the frequencies of its operands in `pace`. Phases and knots have
  * the frequency at which they pass, products the sum of the frequencies of their factors. */
-static expression pace_of_node(struct graph *g, expression e, const expression *pace) {
+static expression pace_of_node(struct derivation *d, expression e, const expression *pace) {
+    struct graph *g = d->g;
     const struct node node = g->nodes[e];
+    const struct symbol *symbol = expr_as_symbol(g, e);
     const expression *operand = node.operand;
     double exponent;
-    if (!(node.depends & ON_TIME) || expr_as_symbol(g, e))
+    if (symbol && symbol->kind == SYMBOL_POINT)
+        return pace_of_point(d, symbol->index / 3);
+    if (symbol || !(node.depends & (ON_TIME | ON_STATE | ON_RATE)))
         return EXPR_ZERO;
     switch (node.operation) {
     case OP_SIN:
     case OP_COS:
     case OP_TAN:
-        return expr_add(g, pace[operand[0]], speed(g, operand[0], 1));
+        return expr_add(g, pace[operand[0]], speed(d, operand[0], 1));
     case OP_SPLINE:
-        return expr_add(g, pace[operand[0]], speed(g, operand[0], frequency_of_spline(g, &node)));
+        return expr_add(g, pace[operand[0]], speed(d, operand[0], frequency_of_spline(g, &node)));
     case OP_POW:
         if (expr_is_number(g, operand[1], &exponent))
             return expr_mul(g, expr_number(g, exponent < 0 ? -exponent : exponent), pace[operand[0]]);
@@ -287,22 +306,29 @@ static expression pace_of_node(struct graph *g, expression e, const expression *
     }
 }
 
-/* The largest angular frequency of the switches: an expression of t, parameters and inputs. */
-static expression find_pace(struct plan *plan) {
-    struct graph *g = plan->g;
-    expression most = EXPR_ZERO;
-    for (int i = 0; i < plan->switch_count; i++) {
-        const expression s = plan->switches[i];
-        bool *inside = memory_get(plan->memory, (s + 1) * sizeof *inside);
-        expression *pace = memory_get(plan->memory, (s + 1) * sizeof *pace);
-        inside[s] = true;
-        rewrite_mark_operands(g, inside, s + 1);
-        for (expression e = 0; e <= s; e++)
-            if (inside[e])
-                pace[e] = pace_of_node(g, e, pace);
-        most = larger(g, most, pace[s]);
+/* The angular frequency of a value: an expression of t, parameters, inputs and the state. */
+static expression pace_of(struct derivation *d, expression value) {
+    bool *inside = memory_get(d->memory, (value + 1) * sizeof *inside);
+    expression *pace = memory_get(d->memory, (value + 1) * sizeof *pace);
+    inside[value] = true;
+    rewrite_mark_operands(d->g, inside, value + 1);
+    for (expression e = 0; e <= value; e++)
+        if (inside[e])
+            pace[e] = pace_of_node(d, e, pace);
+    return pace[value];
+}
+
+/* Contacts are left to the steps, which end at impacts. */
+static void find_paces(struct derivation *d) {
+    struct plan *plan = d->plan;
+    plan->pace = plan->event_pace = EXPR_ZERO;
+    for (int i = 0; i < plan->switch_count; i++)
+        plan->pace = larger(d->g, plan->pace, pace_of(d, plan->switches[i]));
+    for (int i = 0; i < d->model->event_count; i++) {
+        const struct event *event = &d->model->events[i];
+        if (event->contact < 0 && d->g->nodes[event->value].depends & (ON_STATE | ON_RATE))
+            plan->event_pace = larger(d->g, plan->event_pace, pace_of(d, event->value));
     }
-    return most;
 }
 
 /* ---- All times of kinks ---- */
@@ -313,7 +339,8 @@ static void list_signs(struct plan *plan, expression s) {
         list_once(plan->switches, &plan->switch_count, s);
 }
 
-void time_events_find(struct plan *plan) {
+void time_events_find(struct derivation *d) {
+    struct plan *plan = d->plan;
     struct graph *g = plan->g;
     const uint32_t count = g->count; /* nodes that this loop adds are not examined */
     bool *needed = plan_mark_nodes_of_functions(plan);
@@ -329,5 +356,5 @@ void time_events_find(struct plan *plan) {
     }
     for (int i = 0; i < plan->model->event_count; i++)
         list_signs(plan, plan->model->events[i].value);
-    plan->pace = find_pace(plan);
+    find_paces(d);
 }

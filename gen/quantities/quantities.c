@@ -79,7 +79,7 @@ static bool has_switches(const struct derivation *d) {
 }
 
 static bool has_pace(const struct derivation *d) {
-    return has_switches(d) && d->plan->pace != EXPR_ZERO;
+    return d->plan->pace != EXPR_ZERO || d->plan->event_pace != EXPR_ZERO;
 }
 
 static bool has_anchors(const struct derivation *d) {
@@ -571,7 +571,7 @@ bool quantities_list_functions(struct plan *plan, const char *emit) {
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];
         if (i == QUANTITY_breaks)
-            time_events_find(plan);
+            time_events_find(d);
         if (i == QUANTITY_anchor)
             list_anchored(d);
         if (i == QUANTITY_required && !plan->is_single)

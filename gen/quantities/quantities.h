@@ -286,7 +286,7 @@ bool spatial_jacobian_exists(const struct derivation *d);
 /* Excludes a comparison e that only detects rounding and is not a kink of the model. Call it before
  * time_events_find. */
 void time_events_leave_out(struct plan *plan, expression e);
-/* Sets breaks, switches and pace of the plan from its functions. */
-void time_events_find(struct plan *plan);
+/* Sets breaks, switches and paces of the plan from its functions. */
+void time_events_find(struct derivation *d);
 
 #endif

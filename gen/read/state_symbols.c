@@ -388,8 +388,8 @@ struct view_result state_symbols_field(const struct view_names *names, struct vi
 
 /*
  * Kinks are the expressions that change sign at the kinks of absolute values, minima, maxima and comparisons
- * in forces, loads, energies and rows. The steps of a motion end on them, as on events without a name.
- * event_terms.c has kinks in time alone.
+ * in forces, loads, energies and rows, and at the kinks, jumps and poles of events. The steps of a motion end
+ * on them, as on events without a name. event_terms.c has kinks in time alone.
  */
 
 enum { MOST_KINKS = 100 }; /* with more of them, their location costs more than small steps */
@@ -406,15 +406,24 @@ static void mark_formulas(const struct model *model, bool *marks) {
         marks[model->rows[i].residual] = true;
 }
 
-/* The expression that changes sign at a kink of the node; 0 if the node is smooth or does not depend on
- * coordinates or rates. */
-static expression switching_function(struct graph *g, expression e) {
+static void mark_events(const struct model *model, bool *marks) {
+    for (int i = 0; i < model->event_count; i++)
+        marks[model->events[i].value] = true;
+}
+
+/* The expression that changes sign at a kink of the node, or in an event at its jump or pole; 0 if the node
+ * is smooth or does not depend on coordinates or rates. */
+static expression switching_function(struct graph *g, expression e, bool is_of_event) {
     const struct node node = g->nodes[e];
     expression s = 0;
-    if (node.operation == OP_ABS)
+    if (node.operation == OP_ABS || (is_of_event && node.operation == OP_ATAN2))
         s = node.operand[0];
     else if (node.operation == OP_LESS || node.operation == OP_MIN || node.operation == OP_MAX)
         s = expr_sub(g, node.operand[0], node.operand[1]);
+    else if (is_of_event && node.operation == OP_DIV)
+        s = node.operand[1];
+    else if (is_of_event && node.operation == OP_TAN)
+        s = expr_apply1(g, OP_COS, node.operand[0]);
     const unsigned depends = s ? g->nodes[s].depends : 0;
     return depends & (ON_STATE | ON_RATE) ? s : 0;
 }
@@ -432,11 +441,14 @@ void state_kinks_list(struct memory *memory, struct model *model) {
     struct graph *g = model->graph;
     const uint32_t count = g->count; /* without expressions that are built here */
     bool *inside = memory_get(memory, count * sizeof *inside);
+    bool *inside_event = memory_get(memory, count * sizeof *inside_event);
     model->kinks = memory_get(memory, MOST_KINKS * sizeof *model->kinks);
     mark_formulas(model, inside);
+    mark_events(model, inside_event);
     rewrite_mark_operands(g, inside, count);
+    rewrite_mark_operands(g, inside_event, count);
     for (expression e = 0; e < count; e++) {
-        const expression s = inside[e] ? switching_function(g, e) : 0;
+        const expression s = inside[e] || inside_event[e] ? switching_function(g, e, inside_event[e]) : 0;
         if (s)
             list_once(model, s);
     }

@@ -164,6 +164,11 @@ struct refdyn_underivable {
     int is_at_start; /**< 1: the event is at the start of the motion */
     long jumps;      /**< values that are NaN because they jump at the time of their output */
     double t_jump;   /**< the first such time [s] */
+    long bends;      /**< values that are NaN because they have different slopes above and below the value of
+                          the variable, as at a kink or jump of a formula or a contact that just touches */
+    double t_bend;   /**< time of the first of them [s] */
+    int column;      /**< its column; the next three: the last of them in this column */
+    double t_slopes, above, below; /**< its time [s], and its slopes by the variable */
 };
 
 /**
@@ -190,6 +195,8 @@ struct refdyn_derivatives {
     /** (count) derivative of the motion's end by each variable [s]: outputs keep their fractions of the
      * motion. NULL: the end is fixed. */
     const double *end_rates;
+    int keeps_means; /**< 1: values with different slopes above and below keep their mean, as a search needs
+                        it; they are not looked for */
 
     double *at;          /**< ((time_count + 2) x width) values of the motion; NULL: not needed */
     double *derivatives; /**< (count x (time_count + 2) x width) */

@@ -166,6 +166,12 @@ void record_print_residuals(struct refdyn_workspace *work, double t, const doubl
     fputc('\n', out);
 }
 
+void record_print_start_advice(FILE *out) {
+    fputs("refdyn: no state near the start satisfies the rows; check that lengths and angles can reach "
+          "them, or choose a start nearer to them\n",
+          out);
+}
+
 enum { SWEEPS_MOST = 60 };
 
 /* Makes two rows (n) orthogonal by a rotation. Returns the cosine between them before. */
@@ -258,15 +264,40 @@ static bool has_no_slope(const struct refdyn_workspace *work, int row) {
     return true;
 }
 
-void record_print_redundant_rows(const struct refdyn_workspace *work, FILE *out) {
+/* Warns of redundant rows that have no slope at q, but have one elsewhere. Rows without any, such as those
+ * that keep a plane mechanism in its plane, are no mistake. */
+static void warn_of_rows_without_slope(struct refdyn_workspace *work, double t, const double *q,
+                                       const double *qd, FILE *out) {
+    const struct refdyn_partition *partition = &work->partition;
+    const int end = refdyn_programme_rows(work->model);
+    int *rows = malloc((size_t)work->m * sizeof *rows), count = 0, shown = 0;
+    double *beside = malloc((size_t)work->n * sizeof *beside);
+    for (int i = partition->rank; i < work->m && rows; i++)
+        if (partition->row[i] < end && has_no_slope(work, partition->row[i]))
+            rows[count++] = partition->row[i];
+    for (int j = 0; j < work->n && beside; j++)
+        beside[j] = q[j] + 0.1 * cos(1 + 2.3 * j); /* no special place */
+    const bool is_moved = count > 0 && beside && refdyn_equations(work, t, beside, qd) == REFDYN_OK;
+    for (int i = 0; i < count && is_moved; i++)
+        if (!has_no_slope(work, rows[i]))
+            fprintf(out, "%s%s", shown++ ? ", " : "refdyn: warning: ", work->model->rows[rows[i]].name);
+    if (shown > 0)
+        fprintf(out,
+                " %s no slope there: no coordinate changes %s residual; write what is to be 0 without "
+                "powers, products or abs\n",
+                shown > 1 ? "have" : "has", shown > 1 ? "their" : "its");
+    if (count > 0)
+        refdyn_equations(work, t, q, qd);
+    free(rows);
+    free(beside);
+}
+
+void record_print_redundant_rows(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                                 FILE *out) {
     const struct refdyn_partition *partition = &work->partition;
     if (partition->rank < 0)
         return;
     record_print_rows_left_out(work->model, partition->row + partition->rank, work->m - partition->rank, out);
-    for (int i = partition->rank; i < work->m; i++)
-        if (partition->row[i] < refdyn_programme_rows(work->model) && has_no_slope(work, partition->row[i]))
-            fprintf(out,
-                    "refdyn: warning: %s has no slope there: no coordinate changes its residual; write what "
-                    "is to be 0 without powers, products or abs\n",
-                    work->model->rows[partition->row[i]].name);
+    if (work->m > 0)
+        warn_of_rows_without_slope(work, t, q, qd, out);
 }

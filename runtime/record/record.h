@@ -336,13 +336,17 @@ void record_print_failed(const struct refdyn_workspace *work, int status, double
 /* Prints up to three rows with the largest residuals at a state, which `where` describes. */
 void record_print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                             const char *where, FILE *out);
+/* Prints what helps if no state near the start satisfies the rows. */
+void record_print_start_advice(FILE *out);
 /* Prints the condition of the rows at a state. Returns true if they are close to losing rank. */
 bool record_print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                             FILE *out);
 /* Prints the names of redundant rows. */
 void record_print_rows_left_out(const struct refdyn_model *model, const int *rows, int count, FILE *out);
-/* The same for all rows of a workspace after its accelerations were solved. */
-void record_print_redundant_rows(const struct refdyn_workspace *work, FILE *out);
+/* The same for all rows of a workspace after its accelerations were solved at this state, with a warning of
+ * those that have no slope there. */
+void record_print_redundant_rows(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                                 FILE *out);
 
 /* ---- Advice after a failed motion (failure_advice.c) ---- */
 
@@ -375,7 +379,8 @@ void record_print_balance_warning(const struct record_motion *motion, FILE *out)
 
 /* Warns of derivatives that do not exist: by which of the names (count), from what time, and why. */
 void record_print_underivable(const struct refdyn_model *model, const char *const *names,
-                              const struct refdyn_underivable *underivable, int count, FILE *out);
+                              const char *const *columns, const struct refdyn_underivable *underivable,
+                              int count, FILE *out);
 
 /* What the summary has in addition to the motion. */
 struct record_summary {

@@ -3,28 +3,34 @@
  *
  * In: the step, and the sides of zero on which the values were at its beginning. Out: where a shorter step
  * should end, or what is due at the end of this one. Each value is sampled in nine places of the method's
- * interpolant. It has a zero if its sign has changed. It may have one in between if a parabola through three
- * samples passes zero. The Illinois form of regula falsi locates the first zero (Dowell and Jarratt, BIT
- * 11:168-174, 1971). The step is taken again to there, and Newton's method corrects its length until its end
- * is on the zero. So the event is as accurate as a step.
+ * interpolant, or piece by piece in more if the frequency of the events requires it (model.pace). It has a
+ * zero if its sign has changed. It may have one in between if a parabola through three samples passes zero.
+ * The Illinois form of regula falsi locates the first zero (Dowell and Jarratt, BIT 11:168-174, 1971). The
+ * step is taken again to there, and Newton's method corrects its length until its end is on the zero. So the
+ * event is as accurate as a step.
  */
 #include "runtime/core/motion/motion.h"
 
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { SAMPLES = REFDYN_EVENT_SAMPLES };
 enum {
     TRIES_MOST =
         60, /* bound on the steps to one zero. Newton squares the distance; the last resort halves it */
-    TRIES_FREE = 4, /* after these tries, a distance that does not fall is rounding */
-    ZEROS_MOST = 60 /* bound on the iterations for a zero of an interpolant */
+    TRIES_FREE = 4,    /* after these tries, a distance that does not fall is rounding */
+    ZEROS_MOST = 100,  /* bound on the iterations for a zero of an interpolant */
+    SAME_MOST = 3,     /* after so many iterations on one side, as at a pole, the next one halves */
+    PLACES_MOST = 4000 /* bound on the places in a step that the frequency of events requires */
 };
 /* Rounding of a value, relative to its terms. */
 static const double rounding = 8 * DBL_EPSILON;
 /* Accuracy of a zero on the interpolant, relative to the step. */
 static const double zero_width = 1e-13;
+/* Zeros that are nearer to each other than this part of the step are the same. */
+static const double same_zero = 1e-10;
 /* The zero of a force that jumps at a kink differs from the kink's by at most this part of the step. */
 static const double jump_width = 1e-9;
 /* A distance from a zero can be rounding only below this part of a step. */
@@ -35,12 +41,15 @@ static const double far_short = 0.1;
 static const double near_end = 0.99;
 /* A zero before the first sample is within this part of the time to it. */
 static const double early = 0.9;
+/* Largest advance of a phase between two samples [rad], and the largest one that a change of the frequency
+ * may cause. */
+static const double phase_most = 0.4, phase_limit = 0.8;
 
 /* ---- Zeros on the interpolant ---- */
 
 /* Values at theta of the step; at a time event at its end, on the left side. */
-static int values_at(struct refdyn_state_events *events, struct refdyn_step *step, double theta,
-                     double *values) {
+static int evaluate_at(struct refdyn_state_events *events, struct refdyn_step *step, double theta,
+                       double *values) {
     const double t = step->t_begin + theta * (step->t_end - step->t_begin);
     int status = REFDYN_OK;
     if (theta < 1)
@@ -49,8 +58,6 @@ static int values_at(struct refdyn_state_events *events, struct refdyn_step *ste
         status =
             refdyn_state_events_values(events, step, refdyn_step_inside(step, theta < 1 ? t : step->t_end),
                                        theta < 1 ? events->room : step->state_new, values);
-    for (int i = 0; i < events->count; i++)
-        values[i] -= events->zeros[i];
     return status;
 }
 
@@ -60,32 +67,61 @@ static double sample(const struct refdyn_state_events *events, int k, int i) {
 
 static int value_at(struct refdyn_state_events *events, struct refdyn_step *step, int i, double theta,
                     double *value) {
-    const int status = values_at(events, step, theta, events->values);
-    *value = events->values[i];
+    const int status = evaluate_at(events, step, theta, events->values);
+    *value = events->values[i] - events->offsets[i];
     return status;
 }
 
-/* The zero between a, before the crossing, and b, after it, with the values there. */
+/* Times that are nearer to each other are the same. */
+static double same_time(const struct refdyn_step *step) {
+    return fmax(2 * refdyn_time_resolution(step->t_end), rounding * (step->t_end - step->t_begin));
+}
+
+/* Where a value is sought: a, before the crossing, and b, after it, with the values there. */
+struct bracket {
+    double a, va, b, vb;
+    int moved; /* how often in succession: a, if it is below 0, or b */
+};
+
+/* Moves one end to x. */
+static void narrow(struct bracket *bracket, double x, double value) {
+    const int is_before = value != 0 && (value > 0) == (bracket->va > 0), moved = bracket->moved;
+    if (is_before) {
+        bracket->vb = moved < 0 ? bracket->vb / 2 : bracket->vb;
+        bracket->a = x, bracket->va = value, bracket->moved = moved < 0 ? moved - 1 : -1;
+    } else {
+        bracket->va = moved > 0 ? bracket->va / 2 : bracket->va;
+        bracket->b = x, bracket->vb = value, bracket->moved = moved > 0 ? moved + 1 : 1;
+    }
+}
+
+/* The zero between a and b. A step of regula falsi that hardly moves is at the zero if the sign changes next
+ * to it. If it does not, as before a jump or a pole, or if steps remain at the same end, the next step
+ * halves. */
 static int find_zero(struct refdyn_state_events *events, struct refdyn_step *step, int i, double a, double va,
                      double b, double vb, double *theta) {
-    double value, last = -1;
-    int moved = 0;
+    struct bracket bracket = {a, va, b, vb, 0};
+    double value, next;
+    int status, is_at_end = 0;
     *theta = b;
-    for (int k = 0; k < ZEROS_MOST && b - a > zero_width && fabs(*theta - last) > zero_width; k++) {
-        double x = a + (b - a) * (va / (va - vb));
-        x = x > a && x < b ? x : a + (b - a) / 2;
-        const int status = value_at(events, step, i, x, &value);
-        if (status)
+    for (int k = 0; k < ZEROS_MOST && bracket.b - bracket.a > zero_width; k++) {
+        const double width = bracket.b - bracket.a, last = *theta;
+        const double x = bracket.a + width * (bracket.va / (bracket.va - bracket.vb));
+        const int is_inside = x > bracket.a && x < bracket.b && abs(bracket.moved) < SAME_MOST && !is_at_end;
+        *theta = is_inside ? x : bracket.a + width / 2;
+        status = value_at(events, step, i, *theta, &value);
+        if (status || value == 0)
             return status;
-        last = *theta;
-        *theta = x;
-        if ((value > 0) == (va > 0) && value != 0) {
-            vb = moved < 0 ? vb / 2 : vb;
-            a = x, va = value, moved = -1;
-        } else {
-            va = moved > 0 ? va / 2 : va;
-            b = x, vb = value, moved = 1;
-        }
+        narrow(&bracket, *theta, value);
+        is_at_end = fabs(*theta - last) <= zero_width;
+        if (!is_at_end)
+            continue;
+        const double beyond =
+            bracket.a == *theta ? fmin(*theta + zero_width, bracket.b) : fmax(*theta - zero_width, bracket.a);
+        status = value_at(events, step, i, beyond, &next);
+        if (status || (next > 0) != (value > 0))
+            return status;
+        narrow(&bracket, beyond, next);
     }
     return REFDYN_OK;
 }
@@ -107,28 +143,32 @@ static int find_leave(struct refdyn_state_events *events, struct refdyn_step *st
 
 /* A value may leave zero at the beginning and return before the first sample. The parabola through the
  * beginning, with its rate, and the first sample shows where it returns; half of that is where it is
- * farthest. If the interpolant shows nothing there, the predicted return counts. */
+ * farthest. If the interpolant shows nothing there, the predicted return counts, unless the value is clear of
+ * zero at the beginning, as before a pole. */
 static int find_return(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
-                       double rise, double *theta) {
-    const double part = 1.0 / SAMPLES, first = sample(events, 1, i);
-    const double back = rise / (rise - (first - sample(events, 0, i)));
+                       const struct refdyn_assessed *found, double *theta) {
+    const double part = events->thetas[1], begin = sample(events, 0, i), first = sample(events, 1, i);
+    const double rise = found->rate * part * (step->t_end - step->t_begin);
+    const double back = rise / (rise - (first - begin));
     double value;
     *theta = part * (back > 0 && back < early ? back : early);
     const int status = value_at(events, step, i, *theta / 2, &value);
-    if (status || !(side * value > 0))
-        return status;
-    return find_zero(events, step, i, *theta / 2, value, part, first, theta);
+    if (!status && side * value > 0)
+        return find_zero(events, step, i, *theta / 2, value, part, first, theta);
+    return !status && side * begin > found->noise
+               ? find_zero(events, step, i, 0, begin, *theta / 2, value, theta)
+               : status;
 }
 
 /* The zero before the first sample, which is beyond zero. */
 static int find_near_begin(struct refdyn_state_events *events, struct refdyn_step *step, int i, int side,
                            double *theta) {
-    const double part = 1.0 / SAMPLES, begin = sample(events, 0, i);
+    const double part = events->thetas[1], begin = sample(events, 0, i);
     refdyn_state_events_evaluate_terms(events, step, step->t_begin, step->state);
     const struct refdyn_assessed found =
         refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates);
     if (side * found.rate > found.rate_noise)
-        return find_return(events, step, i, side, found.rate * part * (step->t_end - step->t_begin), theta);
+        return find_return(events, step, i, side, &found, theta);
     *theta = 0;
     if (begin == 0 && fabs(found.rate) <= found.rate_noise)
         return find_leave(events, step, i, 0, part, theta);
@@ -136,15 +176,17 @@ static int find_near_begin(struct refdyn_state_events *events, struct refdyn_ste
                             : REFDYN_OK;
 }
 
-/* May a value that has kept its side have been beyond zero between three samples? Then *theta is the first
- * zero. */
-static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step, int i, int middle, int side,
+/* May a value have been beyond zero between three samples on the same side? Then *theta is the first zero. */
+static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step, int i, int middle,
                     double *theta) {
+    const int side = refdyn_sign_of(sample(events, middle, i));
     struct refdyn_dip dip;
     double x, v, value;
     for (int k = 0; k < 3; k++) {
-        dip.x[k] = (double)(middle - 1 + k) / SAMPLES;
+        dip.x[k] = events->thetas[middle - 1 + k];
         dip.v[k] = side * sample(events, middle - 1 + k, i);
+        if (!(dip.v[k] > 0) || !refdyn_state_events_watches(step, i, -side))
+            return REFDYN_OK;
     }
     const double begin = dip.x[0], least = fmin(dip.v[0], fmin(dip.v[1], dip.v[2]));
     for (int tries = 0; tries < REFDYN_DIPS_MOST && refdyn_dip_bottom(&dip, &x, &v) && v < least / 2;
@@ -152,25 +194,21 @@ static int find_dip(struct refdyn_state_events *events, struct refdyn_step *step
         const int status = value_at(events, step, i, x, &value);
         if (status)
             return status;
-        if (side * value < 0)
+        if (side * value < 0) {
+            events->towards[i] = -side;
             return find_zero(events, step, i, begin, sample(events, middle - 1, i), x, value, theta);
+        }
         refdyn_dip_narrow(&dip, x, side * value);
     }
     return REFDYN_OK;
 }
 
-static int find_dips(struct refdyn_state_events *events, struct refdyn_step *step, int i, double *theta) {
-    const int side = events->side[i];
+/* The first of these zeros before sample `end`. */
+static int find_dips(struct refdyn_state_events *events, struct refdyn_step *step, int i, int end,
+                     double *theta) {
     int status = REFDYN_OK;
-    if (side == 0 || !refdyn_state_events_watches(step, i, -side))
-        return REFDYN_OK;
-    for (int k = 0; k <= SAMPLES; k++)
-        if (!(side * sample(events, k, i) > 0))
-            return REFDYN_OK;
-    for (int k = 1; k < SAMPLES && !status && !isfinite(*theta); k++)
-        status = find_dip(events, step, i, k, side, theta);
-    if (isfinite(*theta))
-        events->towards[i] = -side;
+    for (int k = 1; k + 1 < end && !status && !isfinite(*theta); k++)
+        status = find_dip(events, step, i, k, theta);
     return status;
 }
 
@@ -182,12 +220,12 @@ static int side_at(const struct refdyn_state_events *events, int k, int i) {
                : refdyn_sign_of(value);
 }
 
-/* The sample after the first crossing in the event's direction, and the side before it. 0: there is none;
- * then side_end is the side at the end. */
+/* The sample of the piece after the first crossing in the event's direction, and the side before it. 0: there
+ * is none; then side_end is the side at the end. */
 static int find_crossing(struct refdyn_state_events *events, const struct refdyn_step *step, int i,
                          int *side) {
-    *side = events->side[i];
-    for (int k = 1; k <= SAMPLES; k++) {
+    *side = events->side_from[i];
+    for (int k = events->first; k <= events->last; k++) {
         const int now = side_at(events, k, i);
         if (now == 0 || now == *side)
             continue;
@@ -203,30 +241,100 @@ static int find_crossing(struct refdyn_state_events *events, const struct refdyn
     return 0;
 }
 
-/* Where event i first happens in the step; INFINITY: it does not. */
+/* Where event i first happens in the piece; INFINITY: it does not. */
 static int find_first(struct refdyn_state_events *events, struct refdyn_step *step, int i, double *theta) {
     int side;
-    const int k = find_crossing(events, step, i, &side);
+    const int k = find_crossing(events, step, i, &side), towards = events->towards[i];
     *theta = INFINITY;
-    if (k == 0)
-        return find_dips(events, step, i, theta);
-    if (k == 1)
+    const int status = find_dips(events, step, i, k > 0 ? k : events->last + 1, theta);
+    if (status || k == 0 || isfinite(*theta))
+        return status;
+    events->towards[i] = towards;
+    if (k == 1 && events->thetas[0] == 0)
         return find_near_begin(events, step, i, side, theta);
     const double before = sample(events, k - 1, i);
-    *theta = (double)(k - 1) / SAMPLES;
+    *theta = events->thetas[k - 1];
     if (before == 0)
-        return find_leave(events, step, i, *theta, (double)k / SAMPLES, theta);
+        return find_leave(events, step, i, *theta, events->thetas[k], theta);
     return side * before > 0
-               ? find_zero(events, step, i, *theta, before, (double)k / SAMPLES, sample(events, k, i), theta)
+               ? find_zero(events, step, i, *theta, before, events->thetas[k], sample(events, k, i), theta)
                : REFDYN_OK;
 }
 
-/* ---- A step that was taken ---- */
+/* ---- The pieces of a step that was taken ---- */
 
-static int take_samples(struct refdyn_state_events *events, struct refdyn_step *step) {
-    int status = REFDYN_OK;
-    for (int k = 1; k <= SAMPLES && !status; k++)
-        status = values_at(events, step, (double)k / SAMPLES, events->samples + k * events->count);
+/* The next piece begins with the last two samples of this one, so that a dip between pieces is also seen. */
+static void begin_next_piece(struct refdyn_state_events *events) {
+    const size_t values = (size_t)events->count * sizeof(double);
+    for (int k = 0; k < 2; k++) {
+        const int from = events->last - 1 + k;
+        memmove(events->samples + k * events->count, events->samples + from * events->count, values);
+        events->thetas[k] = events->thetas[from];
+    }
+    memcpy(events->side_from, events->side_end, (size_t)events->count * sizeof *events->side);
+    events->first = 2;
+}
+
+/* The largest angular frequency of events at theta, where values were evaluated last [rad/step]. */
+static double pace_at(const struct refdyn_state_events *events, const struct refdyn_step *step,
+                      double theta) {
+    const struct refdyn_workspace *work = step->evaluation.work;
+    const double h = step->t_end - step->t_begin;
+    const double *state = theta == 0 ? step->state : theta < 1 ? events->room : step->state_new;
+    double pace[2] = {0, 0};
+    if (work->model->pace)
+        work->model->pace(work->p, work->x, step->t_begin + theta * h, state, state + step->n, pace);
+    return pace[1] * h;
+}
+
+static double distance_to_next(double pace) {
+    const double most = 1.0 / SAMPLES;
+    return pace * most > phase_most ? fmax(phase_most / pace, 1.0 / PLACES_MOST) : most;
+}
+
+static void begin_pieces(struct refdyn_state_events *events, const struct refdyn_step *step) {
+    const size_t sides = (size_t)events->count * sizeof *events->side,
+                 values = (size_t)events->count * sizeof(double);
+    events->first = 1;
+    events->last = 0;
+    events->thetas[0] = 0;
+    events->apart = distance_to_next(pace_at(events, step, 0));
+    memcpy(events->samples, events->begin, values);
+    memcpy(events->offsets, events->zeros, values);
+    memcpy(events->side_from, events->side, sides);
+    memset(events->most, 0, values);
+}
+
+/* Accepts sample k: a value that has been on its side no longer counts as zero beyond it. */
+static void accept_sample(struct refdyn_state_events *events, int k) {
+    double *values = events->samples + k * events->count;
+    events->last = k;
+    for (int i = 0; i < events->count; i++) {
+        if (events->side[i] * values[i] > 0)
+            events->offsets[i] = 0;
+        values[i] -= events->offsets[i];
+        events->most[i] = fmax(events->most[i], fabs(values[i]));
+    }
+}
+
+/* Samples the next piece. *reached: theta up to which it could be done, because events vary too fast in the
+ * step for all of it. */
+static int take_piece(struct refdyn_state_events *events, struct refdyn_step *step, double *reached) {
+    int status = REFDYN_OK, k = events->first;
+    *reached = 1;
+    while (k <= SAMPLES && !status && events->thetas[k - 1] < 1) {
+        const double from = events->thetas[k - 1], apart = events->apart;
+        events->thetas[k] = from + apart < 1 - apart / 2 ? from + apart : 1;
+        status = evaluate_at(events, step, events->thetas[k], events->samples + k * events->count);
+        const double pace = pace_at(events, step, events->thetas[k]);
+        events->apart = distance_to_next(pace);
+        if (!status && pace * apart > phase_limit && !(events->apart < apart)) {
+            *reached = from > 0 ? from : PLACES_MOST / 2 * phase_most / pace;
+            return REFDYN_OK;
+        }
+        if (!status && !(pace * apart > phase_limit))
+            accept_sample(events, k++);
+    }
     return status;
 }
 
@@ -251,26 +359,20 @@ static int is_passed(struct refdyn_state_events *events, const struct refdyn_ste
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     if (refdyn_kinks_may_turn_rows(events, step, i))
         return 0;
-    events->side[i] = -events->side[i];
+    events->side[i] = events->side_from[i] = -events->side[i];
     add_passed(events, i);
     return 1;
 }
 
-/* Times that are nearer to each other are the same. */
-static double same_time(const struct refdyn_step *step) {
-    return fmax(2 * refdyn_time_resolution(step->t_end), rounding * (step->t_end - step->t_begin));
-}
-
 /* The value of event i at the end of the step, which was evaluated last. */
 static double value_at_end(const struct refdyn_state_events *events, int i) {
-    return events->values[i] - events->zeros[i];
+    return events->values[i] - events->offsets[i];
 }
 
 /* The step is accepted: records how far from zero the values were in it. */
 static void note_samples(struct refdyn_state_events *events) {
-    for (int k = 1; k <= SAMPLES; k++)
-        for (int i = 0; i < events->count; i++)
-            events->risen[i] = fmax(events->risen[i], fabs(sample(events, k, i)));
+    for (int i = 0; i < events->count; i++)
+        events->risen[i] = fmax(events->risen[i], events->most[i]);
 }
 
 /* Value i crosses zero at the same time as another if no more than this time is between them. A force that
@@ -281,9 +383,10 @@ static double together(const struct refdyn_state_events *events, int i, double t
 }
 
 /* The step is good. Values that have crossed zero in it are due, and those that are about to cross it at the
- * same time. */
+ * same time. Events wait until kinks have been passed, where their own values may turn. */
 static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *step) {
     const double t = refdyn_step_inside(step, step->t_end);
+    const int ends_on_kink = events->target >= events->named;
     refdyn_state_events_clear_due(events);
     note_samples(events);
     refdyn_state_events_evaluate(events, step, t, step->state_new);
@@ -293,7 +396,8 @@ static void end_on_zero(struct refdyn_state_events *events, struct refdyn_step *
         const struct refdyn_assessed end =
             refdyn_state_events_assess(events, step, i, t, step->state_new, step->rates_new);
         const int is_about_to =
-            side * end.rate < 0 && refdyn_state_events_watches(step, i, -side) &&
+            !(ends_on_kink && i < events->named) && side * end.rate < 0 &&
+            refdyn_state_events_watches(step, i, -side) &&
             fabs(value_at_end(events, i)) <= fmax(end.noise, fabs(end.rate) * together(events, i, t));
         events->side[i] = side;
         if (is_about_to)
@@ -314,14 +418,17 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
 }
 
 /* Is a value zero at the end of the step except for rounding, and do its last two samples show that it is
- * about to cross zero? Kinks count if loads of contacts may jump. */
+ * about to cross zero? Kinks count where the step was cut to end on one, or where loads of contacts may jump.
+ */
 static int ends_before_zero(const struct refdyn_state_events *events, const struct refdyn_step *step) {
-    const double per_time = SAMPLES / (step->t_end - step->t_begin);
-    const double near = per_time * refdyn_state_events_blur(step->t_end);
-    const int count = events->contacts.count > 0 ? events->count : events->named;
+    const int last = events->last;
+    const double time = (events->thetas[last] - events->thetas[last - 1]) * (step->t_end - step->t_begin);
+    const double near = refdyn_state_events_blur(step->t_end) / time;
+    const int count = events->contacts.count > 0 || events->early_tries > 0 ? events->count : events->named;
     for (int i = 0; i < count; i++) {
-        const double end = sample(events, SAMPLES, i), change = end - sample(events, SAMPLES - 1, i);
-        const double width = refdyn_state_events_is_kink(events, i) ? refdyn_kinks_width(events, i) : 0;
+        const double end = sample(events, last, i), change = end - sample(events, last - 1, i);
+        const int may_jump = events->contacts.count > 0 && refdyn_state_events_is_kink(events, i);
+        const double width = may_jump ? refdyn_kinks_width(events, i) : 0;
         if (events->side_end[i] * change < 0 && fabs(end) <= fmax(2 * near * fabs(change), width))
             return 1;
     }
@@ -362,8 +469,9 @@ void refdyn_state_events_stop(struct refdyn_state_events *events, const struct r
 }
 
 /* Is the end as near to the zero as it can be? */
-static int is_met(const struct refdyn_state_events *events, const struct refdyn_step *step, double distance) {
-    const int no_longer_falls = events->tries >= TRIES_FREE && distance > events->missed / 4 &&
+static int is_met(const struct refdyn_state_events *events, const struct refdyn_step *step, double distance,
+                  int is_newton) {
+    const int no_longer_falls = is_newton && events->tries >= TRIES_FREE && distance > events->missed / 4 &&
                                 distance < rounding_part * (step->t_end - step->t_begin);
     return distance <= same_time(step) || no_longer_falls || events->tries >= TRIES_MOST;
 }
@@ -403,7 +511,7 @@ static void step_back(struct refdyn_state_events *events, struct refdyn_step *st
     const double distance = step->t_end - t;
     if (t - step->t_begin < least)
         stay_on_zero(events, step, t_event);
-    else if (is_met(events, step, distance))
+    else if (is_met(events, step, distance, 1))
         end_on_target(events, step, t_event);
     else {
         events->t_high = step->t_end;
@@ -412,51 +520,58 @@ static void step_back(struct refdyn_state_events *events, struct refdyn_step *st
 }
 
 /* Steps to a zero have ended before it: its distance by Newton's method, or half of the distance to t_high,
- * which is after the zero, if Newton leads beyond that. A kink may be passed by less than its width; Newton's
- * distance is then negative, and counts unless it is long, as where a value turns. */
-static double distance_ahead(struct refdyn_state_events *events, const struct refdyn_step *step) {
+ * which is after the zero, if Newton leads beyond that, as at a jump or a pole. A kink may be passed by less
+ * than its width; Newton's distance is then negative, and counts unless it is long, as where a value turns.
+ */
+static double distance_ahead(struct refdyn_state_events *events, const struct refdyn_step *step,
+                             int *is_newton) {
     const int i = events->target;
     const double t = refdyn_step_inside(step, step->t_end), left = events->t_high - step->t_end;
     refdyn_state_events_evaluate(events, step, t, step->state_new);
     const struct refdyn_assessed end =
         refdyn_state_events_assess(events, step, i, t, step->state_new, step->rates_new);
-    const double value = value_at_end(events, i);
+    const double value = value_at_end(events, i), ahead = -value / end.rate;
+    *is_newton = 1;
     if (fabs(value) <= end.noise)
         return 0;
-    const double ahead = -value / end.rate;
     if (events->side[i] * value < 0)
         return ahead < 0 && -ahead < far_short * (step->t_end - step->t_begin) ? ahead : 0;
-    return ahead > 0 && ahead < left ? ahead : left / 2;
+    *is_newton = ahead > 0 && ahead < left;
+    return *is_newton ? ahead : left / 2;
 }
 
 static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
-    const double distance = distance_ahead(events, step);
+    int is_newton;
+    const double distance = distance_ahead(events, step, &is_newton);
     if (distance > far_short * (step->t_end - step->t_begin) && events->tries < TRIES_MOST)
         keep_sides(events);
-    else if (is_met(events, step, fabs(distance)))
+    else if (is_met(events, step, fabs(distance), is_newton))
         end_on_target(events, step, t_event);
     else
         try_again(events, fabs(distance), step->t_end + distance, t_event);
 }
 
-/* Is kink i, at theta, the reason for the zero of the target, the force of a contact that rests? */
-static int makes_target_jump(const struct refdyn_state_events *events, int i, double theta, double first) {
-    const int contact = isfinite(first) ? refdyn_contact_of(&events->contacts, events->target) : -1;
-    return refdyn_state_events_is_kink(events, i) && contact >= 0 &&
-           events->contacts.mode[contact] == REFDYN_CONTACT_RESTING && theta <= first + jump_width;
+/* Is the zero of value i at theta the one to end on, and not that of the target at `first`? A kink is smooth
+ * and comes first where an event jumps or has a pole. The force of a contact that rests jumps at a kink,
+ * which is then the reason for its zero. */
+static int comes_first(const struct refdyn_state_events *events, int i, double theta, double first) {
+    if (theta < first || !isfinite(theta) || !refdyn_state_events_is_kink(events, i))
+        return theta < first;
+    const int contact = refdyn_contact_of(&events->contacts, events->target);
+    const int is_resting = contact >= 0 && events->contacts.mode[contact] == REFDYN_CONTACT_RESTING;
+    return theta <= first + (is_resting ? jump_width : same_zero);
 }
 
-/* *first: theta of the first zero in the step, of the value events->target; INFINITY: there is none. */
-static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_step *step, double least,
-                             double *first) {
+/* *first: theta of the first zero in the piece, of the value events->target; INFINITY: there is none. */
+static int find_first_in_piece(struct refdyn_state_events *events, struct refdyn_step *step, double least,
+                               double *first) {
     double theta;
-    int status = take_samples(events, step);
-    *first = INFINITY;
+    int status = REFDYN_OK;
     for (int i = 0; i < events->count && !status; i++) {
         status = find_first(events, step, i, &theta);
         if (!status && is_passed(events, step, i, theta, least))
             status = find_first(events, step, i, &theta);
-        if (theta < *first || makes_target_jump(events, i, theta, *first)) {
+        if (comes_first(events, i, theta, *first)) {
             *first = theta;
             events->target = i;
         }
@@ -464,16 +579,34 @@ static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_s
     return status;
 }
 
+/* The same in the step; *reached: as in take_piece. */
+static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_step *step, double least,
+                             double *first, double *reached) {
+    *first = INFINITY;
+    begin_pieces(events, step);
+    for (;;) {
+        int status = take_piece(events, step, reached);
+        if (!status && events->last >= events->first)
+            status = find_first_in_piece(events, step, least, first);
+        if (status || isfinite(*first) || *reached < 1 || events->thetas[events->last] == 1)
+            return status;
+        begin_next_piece(events);
+    }
+}
+
 /* The step is good: where should a shorter one end? */
 static int look(struct refdyn_state_events *events, struct refdyn_step *step, double least, double *t_event) {
     const int target = events->target;
-    double first;
-    events->contacts.longest = fmax(events->contacts.longest, step->t_end - step->t_begin);
-    const int status = find_first_of_all(events, step, least, &first);
+    const double h = step->t_end - step->t_begin;
+    double first, reached;
+    events->contacts.longest = fmax(events->contacts.longest, h);
+    const int status = find_first_of_all(events, step, least, &first, &reached);
     if (status)
         return status;
     if (isfinite(first))
-        step_back(events, step, step->t_begin + first * (step->t_end - step->t_begin), least, t_event);
+        step_back(events, step, step->t_begin + first * h, least, t_event);
+    else if (reached < 1 && reached * h > least)
+        *t_event = step->t_begin + reached * h;
     else if (events->held >= 0) {
         events->target = events->held;
         events->towards[events->held] = -events->side[events->held];
@@ -492,9 +625,9 @@ static int look(struct refdyn_state_events *events, struct refdyn_step *step, do
 /* The first zero in a step that was refused; INFINITY: none explains it. */
 static double look_early(struct refdyn_state_events *events, struct refdyn_step *step, double least) {
     const double h = step->t_end - step->t_begin;
-    double first;
+    double first, reached;
     events->tries = 0;
-    if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first))
+    if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first, &reached))
         return INFINITY;
     const double t = step->t_begin + first * h;
     return first * h >= least && first < near_end ? t - before_kink(events, step, t) : INFINITY;

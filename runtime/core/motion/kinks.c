@@ -102,7 +102,7 @@ static int move_before_kinks(struct refdyn_state_events *events, const struct re
  * as passed there. The values are those of this state. */
 static int is_beyond(const struct refdyn_state_events *events, int i) {
     const double width_now = refdyn_kinks_width(events, i);
-    return events->side[i] != 0 && fabs(events->samples[i]) > width_now &&
+    return events->side[i] != 0 && fabs(events->begin[i]) > width_now &&
            events->side[i] * events->values[i] <= width_now;
 }
 

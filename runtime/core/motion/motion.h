@@ -497,21 +497,27 @@ void refdyn_contact_transitions_release(struct refdyn_motion *motion);
 
 /* ---- State events (state_events.c), their zeros (event_zeros.c) and actions (event_actions.c) ---- */
 
-enum { REFDYN_EVENT_SAMPLES = 8 }; /* of a step, after its beginning */
+enum { REFDYN_EVENT_SAMPLES = 8 }; /* of a step or of a piece of it, after its beginning */
 
 struct refdyn_state_events {
     int count, named; /* values: events of the model, then kinks; of them, events */
     int *side;        /* (count) of zero where each value is: -1, 1; 0: on zero, and the rate is unclear */
     int *side_begin;  /* (count) the same at the beginning of the last step, */
-    int *side_end;    /* and at the end of the step that is examined */
-    int *towards;     /* (count) the side to which the last crossing that was found leads */
-    int *due;         /* (due_count) those that happen at the end of the last step, ascending */
-    int due_count, due_named; /* of those due, events */
-    int *passed;              /* (passed_count) kinks just after the beginning of the step, ascending */
+    int *side_from, *side_end; /* and at the beginning and end of the piece that is examined */
+    int *towards;              /* (count) the side to which the last crossing that was found leads */
+    int *due;                  /* (due_count) those that happen at the end of the last step, ascending */
+    int due_count, due_named;  /* of those due, events */
+    int *passed;               /* (passed_count) kinks just after the beginning of the step, ascending */
     int passed_count;
-    int *is_met;     /* (count) the kink was due at the beginning of the step */
-    int *returns;    /* (count) steps that have stayed at a kink whose jump leads back */
-    double *samples; /* ((REFDYN_EVENT_SAMPLES + 1) x count) values at the beginning and in the step */
+    int *is_met;   /* (count) the kink was due at the beginning of the step */
+    int *returns;  /* (count) steps that have stayed at a kink whose jump leads back */
+    double *begin; /* (count) values at the beginning of the step */
+    /* The piece of the step that is examined: samples `first` to `last` are new. Where they are, the values
+     * there ((REFDYN_EVENT_SAMPLES + 1) x count), and the distance to the next one. */
+    int first, last;
+    double thetas[REFDYN_EVENT_SAMPLES + 1], *samples, apart;
+    double *offsets; /* (count) what is subtracted from values: `zeros`, until a value has left zero */
+    double *most;    /* (count) largest |value| in the step so far */
     double *sizes;   /* (count) largest |value| since the start: below a part of it, that of a kink is zero */
     double *zeros;   /* (count) counts as zero in the step: a value at its beginning that is just beyond */
     double *turned;  /* (count) largest rate of a kink at which rows have turned */

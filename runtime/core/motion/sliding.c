@@ -206,14 +206,14 @@ int refdyn_sliding_check(struct refdyn_motion *motion) {
     const int is_short = motion->control.last <= short_part * motion->statistics.step_largest;
     int status = REFDYN_OK;
     for (int i = events->named; i < events->count && !status; i++) {
-        const int is_near = events->is_met[i] || fabs(events->samples[i]) <= refdyn_kinks_width(events, i);
+        const int is_near = events->is_met[i] || fabs(events->begin[i]) <= refdyn_kinks_width(events, i);
         const int rests_at_zero = events->risen[i] == 0 && motion->step.t_begin > events->visited[i];
         events->is_met[i] = 0;
         if (rests_at_zero)
             events->returns[i] = 0;
         if (rests_at_zero || (!is_near && events->returns[i] == 0))
             continue;
-        const struct kink kink = find_kink(motion, i, events->samples[i]);
+        const struct kink kink = find_kink(motion, i, events->begin[i]);
         if (is_near)
             status = visit(motion, &kink, is_short);
         else if (!is_short && !is_calm(motion, &kink))

@@ -40,6 +40,7 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->count = count;
     events->named = model->event_count;
     events->side = layout_ints(layout, count);
+    events->side_from = layout_ints(layout, count);
     events->side_begin = layout_ints(layout, count);
     events->side_end = layout_ints(layout, count);
     events->towards = layout_ints(layout, count);
@@ -47,7 +48,10 @@ void refdyn_state_events_lay_out(struct refdyn_state_events *events, const struc
     events->passed = layout_ints(layout, count);
     events->returns = layout_ints(layout, count);
     events->is_met = layout_ints(layout, count);
+    events->begin = layout_doubles(layout, count);
     events->samples = layout_doubles(layout, (REFDYN_EVENT_SAMPLES + 1) * count);
+    events->offsets = layout_doubles(layout, count);
+    events->most = layout_doubles(layout, count);
     events->sizes = layout_doubles(layout, count);
     events->zeros = layout_doubles(layout, count);
     events->turned = layout_doubles(layout, count);
@@ -79,7 +83,11 @@ int refdyn_state_events_values(struct refdyn_state_events *events, const struct 
     const int status = refdyn_contacts_values(&events->contacts, step, t, state, values);
     if (status)
         return status;
-    return refdyn_is_finite(values, events->count) ? REFDYN_OK : REFDYN_NOT_FINITE;
+    for (int i = 0; i < events->named; i++)
+        if (isnan(values[i]))
+            return REFDYN_NOT_FINITE; /* an infinite value is a pole */
+    return refdyn_is_finite(values + events->named, events->count - events->named) ? REFDYN_OK
+                                                                                   : REFDYN_NOT_FINITE;
 }
 
 struct refdyn_assessed refdyn_state_events_assess(const struct refdyn_state_events *events,
@@ -149,9 +157,9 @@ void refdyn_state_events_look_again(struct refdyn_state_events *events, const st
     if (events->looks_again || events->count == 0)
         return;
     events->looks_again = 1;
-    if (refdyn_state_events_values(events, step, t, state, events->samples))
+    if (refdyn_state_events_values(events, step, t, state, events->begin))
         for (int i = 0; i < events->count; i++)
-            events->samples[i] = NAN; /* the values after it are compared with zero alone */
+            events->begin[i] = NAN; /* the values after it are compared with zero alone */
 }
 
 int refdyn_state_events_report(struct refdyn_state_events *events, int ends) {
@@ -189,7 +197,7 @@ static void note_due(struct refdyn_state_events *events, const struct refdyn_ste
 void refdyn_state_events_note(struct refdyn_state_events *events, const struct refdyn_step *step) {
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     if (!events->looks_again)
-        memcpy(events->samples, events->values, (size_t)events->count * sizeof(double));
+        memcpy(events->begin, events->values, (size_t)events->count * sizeof(double));
     for (int i = 0; i < events->count; i++)
         events->rates[i] =
             refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates).rate;
@@ -321,16 +329,16 @@ int refdyn_state_events_start(struct refdyn_state_events *events, const struct r
 static void look_for_jumps(struct refdyn_state_events *events, const struct refdyn_step *step) {
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     for (int i = 0; i < events->count; i++)
-        look_for_jump(events, step, i, events->samples[i]);
+        look_for_jump(events, step, i, events->begin[i]);
 }
 
 /* A value that crossed zero before the step may still be beyond it, by rounding or by the error of the step
  * that led there. Then its value at the beginning counts as zero. */
 static void place_zeros(struct refdyn_state_events *events) {
     for (int i = 0; i < events->count; i++) {
-        const double begin = events->samples[i];
+        const double begin = events->begin[i];
         events->zeros[i] = !refdyn_state_events_is_kink(events, i) && events->side[i] * begin < 0 ? begin : 0;
-        events->samples[i] -= events->zeros[i];
+        events->begin[i] -= events->zeros[i];
     }
 }
 
@@ -342,11 +350,11 @@ int refdyn_state_events_begin(struct refdyn_state_events *events, const struct r
         look_for_jumps(events, step);
     events->looks_again = 0;
     memcpy(events->side_begin, events->side, (size_t)events->count * sizeof *events->side);
-    const int status = refdyn_state_events_values(events, step, step->t_begin, step->state, events->samples);
+    const int status = refdyn_state_events_values(events, step, step->t_begin, step->state, events->begin);
     if (!status)
-        refdyn_contacts_end_allowances(&events->contacts, step->t_begin, events->samples);
+        refdyn_contacts_end_allowances(&events->contacts, step->t_begin, events->begin);
     for (int i = 0; i < events->count && !status; i++) /* not of refused steps, which may lead anywhere */
-        events->sizes[i] = fmax(events->sizes[i], fabs(events->samples[i]));
+        events->sizes[i] = fmax(events->sizes[i], fabs(events->begin[i]));
     place_zeros(events);
     return status;
 }
@@ -362,7 +370,7 @@ void refdyn_state_events_go_on(struct refdyn_state_events *events, const struct 
         const struct refdyn_assessed now =
             refdyn_state_events_assess(events, step, i, step->t_begin, step->state, step->rates);
         const double blur = fabs(now.rate) * refdyn_state_events_blur(step->t_begin);
-        if (!(-events->towards[i] * (events->values[i] - events->samples[i]) > fmax(now.noise, blur)))
+        if (!(-events->towards[i] * (events->values[i] - events->begin[i]) > fmax(now.noise, blur)))
             refdyn_state_events_add_due(events, i);
     }
     events->is_told = is_told && events->due_named > 0;
@@ -405,7 +413,7 @@ static int side_behind(const struct refdyn_state_events *events, const struct re
 
 void refdyn_state_events_settle(struct refdyn_state_events *events, const struct refdyn_step *step) {
     const int due_count = events->due_count;
-    const double *before = events->samples;
+    const double *before = events->begin;
     refdyn_state_events_clear_due(events);
     refdyn_state_events_evaluate(events, step, step->t_begin, step->state);
     for (int i = 0, k = 0; i < events->count; i++) {

@@ -141,10 +141,10 @@ static void take_up(struct search *search, double t) {
 static double spacing(const struct search *search, double t, double most) {
     const struct refdyn_step *step = search->step;
     const struct refdyn_workspace *work = step->evaluation.work;
-    double pace = 0;
+    double pace[2] = {0, 0};
     if (work->model->pace)
-        work->model->pace(work->p, work->x, t, step->state, step->state + step->n, &pace);
-    return pace * most > phase_most ? phase_most / pace : most;
+        work->model->pace(work->p, work->x, t, step->state, step->state + step->n, pace);
+    return pace[0] * most > phase_most ? phase_most / pace[0] : most;
 }
 
 /* May a value be beyond zero where the parabola predicts v? */
