@@ -107,7 +107,7 @@ void record_table_fill(struct record_table *table);
 /* Looks at a time of the last step, as far as the wanted columns need it, and computes the values there.
  * Returns a status of the runtime. */
 int record_table_look(struct record_table *table, double t);
-/* The same for a row of results. If events set only inputs and parameters at this time, the row has their new
+/* Computes a row of results. If events set only inputs and parameters at this time, the row has their new
  * values, with the accelerations and forces that follow from them: an input holds from its row on. */
 void record_table_fill_row(struct record_table *table);
 /* The first column that is infinite or NaN after record_table_fill, NULL if there is none. Multipliers and

@@ -191,8 +191,8 @@ struct refdyn_automatic {
     enum refdyn_method next;   /* method of the next step */
     long steps_left, patience; /* until the trial of this candidate ends, or the next one begins */
     int wants_spectrum;
-    double way;       /* of the steps since the last mark, as long as positions would let them be [s] */
-    double held_back; /* the last step, if positions alone limited it, over its length */
+    double way;       /* sum of the steps since the last mark, as long as positions alone would allow [s] */
+    double held_back; /* length that positions alone would allow the last step, over its length */
     double marked_operations;
 };
 
@@ -223,8 +223,8 @@ enum { REFDYN_RATE_KINDS = 3 };
 
 /* `struct refdyn_rate_errors` is written only by rate_errors.c. */
 struct refdyn_rate_errors {
-    double
-        largest[REFDYN_RATE_KINDS]; /* rate, acceleration, force of the programme since the start, by unit */
+    /* rate, acceleration, force of the programme since the start, by unit */
+    double largest[REFDYN_RATE_KINDS];
 };
 
 /* Begins with the values of the start, whose row terms are in the workspace; the second function adds those
@@ -232,7 +232,7 @@ struct refdyn_rate_errors {
 void refdyn_rate_errors_start(struct refdyn_motion *motion);
 void refdyn_rate_errors_note(struct refdyn_motion *motion);
 /* Returns the largest error of a completed step of h relative to the largest value of its kind, divided by
- * the tolerance; INFINITY if it cannot be evaluated. Costs an evaluation, mostly. */
+ * the tolerance; INFINITY if it cannot be evaluated. Usually costs one evaluation. */
 double refdyn_rate_errors_measure(struct refdyn_motion *motion, double h, double tolerance);
 
 /* ---- The programme: projections along directions that suit the method (programme.c) ---- */
