@@ -10,12 +10,13 @@
  * -1. Both are defective, so that their rounding would look like growth; they are removed first. `refdyn
  * modes` computes the same eigenvalues together with shapes.
  */
+#include "runtime/core/statics/statics.h"
+
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "runtime/core/linear/linear.h"
-#include "runtime/core/statics/statics.h"
 
 /* A growth below these fractions of |lambda| and of |lambda - s|^2 / s is rounding. */
 static const double growth = 1e-9, rounding_of_shift = 1e-12;
