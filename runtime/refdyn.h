@@ -615,6 +615,7 @@ int refdyn_integrator_look_at_state(struct refdyn_integrator *integrator, double
  * work->p, qdd and lambda become those with which the motion continues. Returns whether they do; then call
  * refdyn_integrator_see_before, which restores them, before the motion continues. */
 int refdyn_integrator_see_after(struct refdyn_integrator *integrator);
+/** Restores work->x, work->p, qdd and lambda as they were before refdyn_integrator_see_after. */
 void refdyn_integrator_see_before(struct refdyn_integrator *integrator);
 /** Computes the multipliers (m) of the rows at the shown state: NaN for each that is not unique, because its
  * row depends on others or its gradient is 0, or if is_undetermined; 0 for free contacts. Error: NOT_STARTED.

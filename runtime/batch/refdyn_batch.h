@@ -167,8 +167,10 @@ struct refdyn_underivable {
     long bends;      /**< values that are NaN because they have different slopes above and below the value of
                           the variable, as at a kink or jump of a formula or a contact that just touches */
     double t_bend;   /**< time of the first of them [s] */
-    int column;      /**< its column; the next three: the last of them in this column */
-    double t_slopes, above, below; /**< its time [s], and its slopes by the variable */
+    int column;      /**< its column; the next three describe the last of them in this column */
+    double t_slopes; /**< its time [s] */
+    double above;    /**< its slope above the value of the variable */
+    double below;    /**< its slope below it */
 };
 
 /**
