@@ -99,7 +99,8 @@ enum {
     EVALUATIONS_MOST = 100, /* of one run */
     IDLE_MOST = 50,         /* evaluations of a run that improve nothing */
     COBYLA_MORE = 20,       /* COBYLA may take so many times as many, since they have no gradients */
-    ROUNDS_MOST = 12
+    ROUNDS_MOST = 12,
+    COBYLA_ROUNDS = 40 /* along a crease each run of COBYLA moves by a part of the way only */
 };
 
 /* A run ends when x changes by less than this. A small change of the objective does not mean convergence:
@@ -375,7 +376,8 @@ static void run_rounds(struct problem *problem) {
     struct plan_point *point = problem->point;
     const size_t bytes = (size_t)plan->count * sizeof *point->x;
     double *start = format_allocate((size_t)plan->count, sizeof *start), radius = 1;
-    for (int i = 0; i < ROUNDS_MOST && point->is_done && !system_interrupted; i++) {
+    const int most = problem->is_by_cobyla ? COBYLA_ROUNDS : ROUNDS_MOST;
+    for (int i = 0; i < most && point->is_done && !system_interrupted; i++) {
         problem->radius = 1;
         enter(problem);
         if (!point->is_done || worst_excess(plan, point) > active_most)
