@@ -90,6 +90,9 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     const double column_psi_load_force_z = p->m_col * p->g;
     /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
     p->derived.base_z_load_force_z_plus_column_psi_load_force_z = base_z_load_force_z + column_psi_load_force_z;
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
+    p->derived.constant_3 = (0.0 < p->m_E ? 1.0 : 0.0);
+    p->derived.constant_4 = (p->derived.constant_3 != 0.0 ? p->derived.effector_z_D_inverse : 0.0) * 1e-24;
 }
 
 #ifndef REFDYN_GENERATED_manipulator_flexible_SINCOS /* parts may be compiled as one file */
@@ -2372,10 +2375,11 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         t203;
     const double t206 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain +
         row_1_v_2 + t194 * t30 + row_1_u_effector_z * t197 - t195 * t29;
-    const double row_1_pivot_inverse = (t199 * 1e-12 < t199 ? 1.0 / t199 : 0.0);
+    const double row_1_pivot_inverse = (t199 * 1e-12 + (p->derived.constant_3 != 0.0 ? (t26 * t26 + t25 *
+        t25) / p->m_E : 0.0) * 1e-24 < t199 ? 1.0 / t199 : 0.0);
     const double t207 = t204 * row_1_pivot_inverse;
     const double t208 = t205 - t204 * t207;
-    const double row_2_pivot_inverse = (t205 * 1e-12 < t208 ? 1.0 / t208 : 0.0);
+    const double row_2_pivot_inverse = (t205 * 1e-12 + p->derived.constant_4 < t208 ? 1.0 / t208 : 0.0);
     const double row_2_lambda = (t206 * t207 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
         t197 - (last_arm_phi_e_ground_z_z * t195 - last_arm_phi_e_ground_z_y * t194)))) * row_2_pivot_inverse;
     out->lambda[1] = row_2_lambda;
@@ -2470,6 +2474,132 @@ void manipulator_flexible_course(const struct manipulator_flexible_parameters *p
     course[0] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
     const double t1 = sin(t * 3.141592653589793 / p->T);
     course[1] = p->v0 * (t1 * t1);
+}
+
+void manipulator_flexible_row_sizes(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double row_sizes[2 * 13]) {
+    (void)x;
+    (void)t;
+    (void)qd;
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
+    row_sizes[1 * 13 + 0] = 1.0;
+    row_sizes[1 * 13 + 12] = 1.0;
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
+    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
+    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
+    const double arm_psi_position_z = p->h + q[0];
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
+    const double arm_psi_e_position_x = p->derived.arm_psi_e_entry_x * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.arm_psi_e_entry_x * arm_psi_ground_y_x;
+    const double arm_psi_e_shift_ground_z = p->derived.arm_psi_e_entry_x * arm_psi_sin;
+    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
+    double arm_psi_e_position_x_2[3];
+    double arm_psi_e_position_y_2[3];
+    double arm_psi_e_position_z_2[3];
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    double last_arm_psi_e_position_z = arm_psi_e_position_z;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
+        const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_x_y;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_y_y;
+        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_cos * last_arm_theta_e_ground_z_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_z_y;
+        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
+        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
+    }
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
+    /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
+    const double t1 = effector_z_position_z - q[0];
+    const double t2 = effector_z_position_z - arm_psi_position_z;
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
+    const double t3 = (effector_z_position_x - p->xc) / p->a;
+    const double t4 = effector_z_position_y / p->b;
+    const double t5 = p->derived.b_inverse * (t4 + t4);
+    const double t6 = p->derived.a_inverse * (t3 + t3);
+    /* row 1: |F| |c - o| + |M| + size of its own part (6.7) */
+    const double t7 = sqrt(t6 * t6 + t5 * t5);
+    row_sizes[0 * 13 + 0] = t7;
+    row_sizes[0 * 13 + 12] = t7;
+    const double t8 = effector_z_position_y * effector_z_position_y + effector_z_position_x * effector_z_position_x;
+    const double t9 = sqrt(t8 + t1 * t1);
+    row_sizes[0 * 13 + 1] = t7 * t9;
+    row_sizes[1 * 13 + 1] = t9;
+    const double t10 = sqrt(t8 + t2 * t2);
+    row_sizes[0 * 13 + 2] = t7 * t10;
+    row_sizes[1 * 13 + 2] = t10;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
+        /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
+        const double t11 = effector_z_position_x - arm_psi_e_position_x_2[e];
+        const double t12 = effector_z_position_y - arm_psi_e_position_y_2[e];
+        const double t13 = effector_z_position_z - arm_psi_e_position_z_2[e];
+        /* row 1: |F| |c - o| + |M| + size of its own part (6.7) */
+        const double t14 = sqrt(t12 * t12 + t11 * t11 + t13 * t13);
+        const double t15 = t7 * t14;
+        row_sizes[3 + 3 * e] = t15;
+        row_sizes[4 + 3 * e] = t15;
+        row_sizes[5 + 3 * e] = t15;
+        row_sizes[16 + 3 * e] = t14;
+        row_sizes[17 + 3 * e] = t14;
+        row_sizes[18 + 3 * e] = t14;
+    }
 }
 
 void manipulator_flexible_breaks(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2577,7 +2707,7 @@ void manipulator_flexible_required(const struct manipulator_flexible_parameters 
     required[40] = p->rho;
     required[41] = (p->eta < 0.0 ? 0.0 : 1.0);
     required[42] = p->eta;
-    required[43] = (0.0 < p->m_E ? 1.0 : 0.0);
+    required[43] = (p->derived.constant_3 != 0.0 ? 1.0 : 0.0);
     required[44] = p->m_E;
     required[46] = p->alpha;
     required[47] = (p->beta < 0.0 ? 0.0 : 1.0);
@@ -2700,8 +2830,8 @@ static const int manipulator_flexible_gains[] = {46, 47, 46, -1};
 static const int manipulator_flexible_anchored[] = {20};
 
 static const struct refdyn_row manipulator_flexible_rows[] = {
-    {"ellipse", REFDYN_POSITION},
-    {"rise", REFDYN_VELOCITY},
+    {"ellipse", REFDYN_POSITION, 0, ""},
+    {"rise", REFDYN_VELOCITY, 0, ""},
 };
 
 static const char *const manipulator_flexible_points[] = {"E"};
@@ -2885,6 +3015,12 @@ static void manipulator_flexible_course_doubles(const double *p, const double *x
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_flexible_row_sizes_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_row_sizes((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+}
+
 static void manipulator_flexible_breaks_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_flexible_breaks((const struct manipulator_flexible_parameters *)(const void *)p,
@@ -2916,18 +3052,18 @@ static void manipulator_flexible_required_doubles(const double *p, const double 
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 6
-#error "manipulator_flexible was emitted for version 6 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
+#if REFDYN_MODEL_VERSION != 7
+#error "manipulator_flexible was emitted for version 7 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
 #endif
 
 const struct refdyn_model manipulator_flexible_model = {
-    SET(interface_version) 6,
+    SET(interface_version) 7,
     SET(name) "manipulator_flexible",
-    SET(hash) "6d626f79f1df0108",
+    SET(hash) "ef357ba23b073bea",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
-    SET(derived_count) 37,
+    SET(derived_count) 39,
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,
@@ -2939,7 +3075,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(requirement_count) 22,
     SET(saturates) 0,
     SET(length) 1,
-    SET(qdd_cost) 2625,
+    SET(qdd_cost) 2635,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
     SET(coupling_count) 0,
@@ -2986,6 +3122,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(M_h) 0,
     SET(f) 0,
     SET(row_terms) manipulator_flexible_row_terms_doubles,
+    SET(row_sizes) manipulator_flexible_row_sizes_doubles,
     SET(point_terms) manipulator_flexible_point_terms_doubles,
     SET(constrained) manipulator_flexible_constrained_doubles,
     SET(terms) manipulator_flexible_terms_doubles,

@@ -36,18 +36,19 @@
  *   energy           144    225    0   20    1808
  *   power             12     25    1    3     256
  *   Q_q              246    343    0   22    2568
- *   qdd_free         940   1343   18   27    5200
- *   accelerations    940   1343   18   27    4968
- *   qdd              940   1343   18   27    5200
- *   constrained      940   1343   18   27    5200
- *   force           1252   1829   21   51    6128
+ *   qdd_free         943   1346   19   27    5224
+ *   accelerations    943   1346   19   27    4992
+ *   qdd              943   1346   19   27    5224
+ *   constrained      943   1346   19   27    5224
+ *   force           1255   1832   22   51    6152
  *   equations        886   1343    4   85    3392
  *   course             2      7    2    4     256
+ *   row_sizes         93    149    2   28    1688
  *   breaks             0      0    0    0     256
  *   anchor            24     43    0   22    1264
  *   start              0      0    0    0     256
  *   required           1     27    2   19     320
- * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2351 operations; qdd_free recursive, 1238 operations.
+ * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2361 operations; qdd_free recursive, 1238 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H
 #define REFDYN_GENERATED_manipulator_flexible_H
@@ -62,11 +63,11 @@ enum {
     manipulator_flexible_n = 13, /* coordinates */
     manipulator_flexible_m = 2, /* constraint rows */
     manipulator_flexible_parameter_count = 21, /* parameters that are read */
-    manipulator_flexible_derived_count = 37, /* values that prepare computes after them */
+    manipulator_flexible_derived_count = 39, /* values that prepare computes after them */
     manipulator_flexible_input_count = 0, /* inputs */
     manipulator_flexible_point_count = 1, /* points of interest */
     manipulator_flexible_course_count = 2, /* values to record with a motion */
-    manipulator_flexible_parameter_bytes = 464 /* of struct manipulator_flexible_parameters */
+    manipulator_flexible_parameter_bytes = 480 /* of struct manipulator_flexible_parameters */
 };
 
 /* Places in q and qd, and in rows and columns of matrices. */
@@ -189,6 +190,8 @@ struct manipulator_flexible_parameters {
         double arm_psi_e_entry_x_squared;
         double m_base_plus_m_col;
         double base_z_load_force_z_plus_column_psi_load_force_z;
+        double constant_3;
+        double constant_4;
     } derived; /* values of parameters alone, computed by manipulator_flexible_prepare */
 };
 
@@ -351,6 +354,10 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
 /* values that the model records with a motion: values that the model records, by NAME_model.courses */
 void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double course[2]);
+
+/* sizes of the row coefficients u without cancellation: (m x n) sizes of u without cancellation */
+void manipulator_flexible_row_sizes(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double row_sizes[2 * 13]);
 
 /* times at which formulas of time alone have kinks: times at which formulas of time alone have kinks, in no order [s] */
 void manipulator_flexible_breaks(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,

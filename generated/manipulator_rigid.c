@@ -55,6 +55,9 @@ void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     const double column_psi_load_force_z = p->m_col * p->g;
     /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
     p->derived.base_z_load_force_z_plus_column_psi_load_force_z = base_z_load_force_z + column_psi_load_force_z;
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
+    p->derived.constant_1 = (0.0 < p->m_E ? 1.0 : 0.0);
+    p->derived.constant_2 = (p->derived.constant_1 != 0.0 ? p->derived.effector_z_D_inverse : 0.0) * 1e-24;
 }
 
 void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -581,10 +584,11 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     const double t52 = arm_psi_cos * t48 + arm_psi_sin * t50;
     const double t53 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain +
         row_1_v_2 - effector_z_shift_x * (arm_psi_cos * t22) * t34 + row_1_u_effector_z * t28 - t26 * t33;
-    const double row_1_pivot_inverse = (t42 * 1e-12 < t42 ? 1.0 / t42 : 0.0);
+    const double row_1_pivot_inverse = (t42 * 1e-12 + (p->derived.constant_1 != 0.0 ? (t17 * t17 + t16 * t16) /
+        p->m_E : 0.0) * 1e-24 < t42 ? 1.0 / t42 : 0.0);
     const double t54 = t51 * row_1_pivot_inverse;
     const double t55 = t52 - t51 * t54;
-    const double row_2_pivot_inverse = (t52 * 1e-12 < t55 ? 1.0 / t55 : 0.0);
+    const double row_2_pivot_inverse = (t52 * 1e-12 + p->derived.constant_2 < t55 ? 1.0 / t55 : 0.0);
     const double row_2_lambda = (t53 * t54 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 + (arm_psi_cos *
         t26 + arm_psi_sin * t28))) * row_2_pivot_inverse;
     out->lambda[1] = row_2_lambda;
@@ -663,6 +667,49 @@ void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, cons
     course[1] = p->v0 * (t1 * t1);
 }
 
+void manipulator_rigid_row_sizes(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double row_sizes[2 * 4]) {
+    (void)x;
+    (void)t;
+    (void)qd;
+    row_sizes[1 * 4 + 0] = 1.0;
+    row_sizes[1 * 4 + 3] = 1.0;
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
+    const double column_psi_sin = sin(q[1]);
+    const double column_psi_cos = cos(q[1]);
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
+    const double arm_psi_sin = sin(q[2]);
+    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
+    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
+    const double arm_psi_position_z = p->h + q[0];
+    /* effector_z from arm_psi: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
+    const double effector_z_shift_x = p->L + q[3];
+    const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
+    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
+    /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
+    const double t1 = effector_z_position_z - q[0];
+    const double t2 = effector_z_position_z - arm_psi_position_z;
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
+    const double t3 = (effector_z_position_x - p->xc) / p->a;
+    const double t4 = effector_z_position_y / p->b;
+    const double t5 = p->derived.b_inverse * (t4 + t4);
+    const double t6 = p->derived.a_inverse * (t3 + t3);
+    /* row 1: |F| |c - o| + |M| + size of its own part (6.7) */
+    const double t7 = sqrt(t6 * t6 + t5 * t5);
+    row_sizes[0 * 4 + 0] = t7;
+    row_sizes[0 * 4 + 3] = t7;
+    const double t8 = effector_z_position_y * effector_z_position_y + effector_z_position_x * effector_z_position_x;
+    const double t9 = sqrt(t8 + t1 * t1);
+    row_sizes[0 * 4 + 1] = t7 * t9;
+    row_sizes[1 * 4 + 1] = t9;
+    const double t10 = sqrt(t8 + t2 * t2);
+    row_sizes[0 * 4 + 2] = t7 * t10;
+    row_sizes[1 * 4 + 2] = t10;
+}
+
 void manipulator_rigid_breaks(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double breaks[2]) {
     (void)p;
@@ -728,7 +775,7 @@ void manipulator_rigid_required(const struct manipulator_rigid_parameters *p, co
     required[26] = p->L;
     required[35] = (0.0 < p->rho ? 1.0 : 0.0);
     required[36] = p->rho;
-    required[37] = (0.0 < p->m_E ? 1.0 : 0.0);
+    required[37] = (p->derived.constant_1 != 0.0 ? 1.0 : 0.0);
     required[38] = p->m_E;
     required[40] = p->alpha;
     required[41] = (p->beta < 0.0 ? 0.0 : 1.0);
@@ -842,8 +889,8 @@ static const int manipulator_rigid_gains[] = {30, 31, 30, -1};
 static const int manipulator_rigid_anchored[] = {17};
 
 static const struct refdyn_row manipulator_rigid_rows[] = {
-    {"ellipse", REFDYN_POSITION},
-    {"rise", REFDYN_VELOCITY},
+    {"ellipse", REFDYN_POSITION, 0, ""},
+    {"rise", REFDYN_VELOCITY, 0, ""},
 };
 
 static const char *const manipulator_rigid_points[] = {"E"};
@@ -1024,6 +1071,12 @@ static void manipulator_rigid_course_doubles(const double *p, const double *x, d
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_rigid_row_sizes_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_row_sizes((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
+}
+
 static void manipulator_rigid_breaks_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_rigid_breaks((const struct manipulator_rigid_parameters *)(const void *)p,
@@ -1055,18 +1108,18 @@ static void manipulator_rigid_required_doubles(const double *p, const double *x,
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 6
-#error "manipulator_rigid was emitted for version 6 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
+#if REFDYN_MODEL_VERSION != 7
+#error "manipulator_rigid was emitted for version 7 of refdyn_model.h, and this refdyn_model.h has another version: emit it again."
 #endif
 
 const struct refdyn_model manipulator_rigid_model = {
-    SET(interface_version) 6,
+    SET(interface_version) 7,
     SET(name) "manipulator_rigid",
-    SET(hash) "3acd602bf8374b6c",
+    SET(hash) "6244589e3c5595ea",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
-    SET(derived_count) 19,
+    SET(derived_count) 21,
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,
@@ -1078,7 +1131,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(requirement_count) 19,
     SET(saturates) 0,
     SET(length) 1,
-    SET(qdd_cost) 400,
+    SET(qdd_cost) 410,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
     SET(coupling_count) 0,
@@ -1125,6 +1178,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(M_h) 0,
     SET(f) 0,
     SET(row_terms) manipulator_rigid_row_terms_doubles,
+    SET(row_sizes) manipulator_rigid_row_sizes_doubles,
     SET(point_terms) manipulator_rigid_point_terms_doubles,
     SET(constrained) manipulator_rigid_constrained_doubles,
     SET(terms) manipulator_rigid_terms_doubles,

@@ -32,18 +32,19 @@
  *   energy            19     37    0    2     384
  *   power              3      7    1    3     256
  *   Q_q                4     15    0    4     320
- *   qdd_free         105    169    9    9     984
- *   accelerations    105    169    9    9     896
- *   qdd              105    169    9    9     984
- *   constrained      105    169    9    9     984
- *   force            158    248   12   15    1408
+ *   qdd_free         108    172   10    9     984
+ *   accelerations    108    172   10    9     896
+ *   qdd              108    172   10    9     984
+ *   constrained      108    172   10    9     984
+ *   force            161    251   13   15    1408
  *   equations         75    115    4   15     904
  *   course             2      7    2    4     256
+ *   row_sizes         12     15    2    7     256
  *   breaks             0      0    0    0     256
  *   anchor             2      2    0    2     256
  *   start              0      0    0    0     256
  *   required           1     26    2   19     320
- * Choices by counted operations: M written out, 12 (loops 80); Q_q written out, 19 (loops 30); qdd recursive, 306 operations (dense 299); qdd_free recursive, 109 operations (dense 109).
+ * Choices by counted operations: M written out, 12 (loops 80); Q_q written out, 19 (loops 30); qdd recursive, 316 operations (dense 309); qdd_free recursive, 109 operations (dense 109).
  */
 #ifndef REFDYN_GENERATED_manipulator_rigid_H
 #define REFDYN_GENERATED_manipulator_rigid_H
@@ -58,11 +59,11 @@ enum {
     manipulator_rigid_n = 4, /* coordinates */
     manipulator_rigid_m = 2, /* constraint rows */
     manipulator_rigid_parameter_count = 18, /* parameters that are read */
-    manipulator_rigid_derived_count = 19, /* values that prepare computes after them */
+    manipulator_rigid_derived_count = 21, /* values that prepare computes after them */
     manipulator_rigid_input_count = 0, /* inputs */
     manipulator_rigid_point_count = 1, /* points of interest */
     manipulator_rigid_course_count = 2, /* values to record with a motion */
-    manipulator_rigid_parameter_bytes = 296 /* of struct manipulator_rigid_parameters */
+    manipulator_rigid_parameter_bytes = 312 /* of struct manipulator_rigid_parameters */
 };
 
 /* Places in q and qd, and in rows and columns of matrices. */
@@ -152,6 +153,8 @@ struct manipulator_rigid_parameters {
         double effector_z_D_inverse;
         double m_base_plus_m_col;
         double base_z_load_force_z_plus_column_psi_load_force_z;
+        double constant_1;
+        double constant_2;
     } derived; /* values of parameters alone, computed by manipulator_rigid_prepare */
 };
 
@@ -314,6 +317,10 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
 /* values that the model records with a motion: values that the model records, by NAME_model.courses */
 void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double course[2]);
+
+/* sizes of the row coefficients u without cancellation: (m x n) sizes of u without cancellation */
+void manipulator_rigid_row_sizes(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double row_sizes[2 * 4]);
 
 /* times at which formulas of time alone have kinks: times at which formulas of time alone have kinks, in no order [s] */
 void manipulator_rigid_breaks(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,

@@ -133,6 +133,38 @@ def test_measures_of_columns(objective, exact, tmp_path):
         assert abs(result["parameters"]["T"] - 1) < 1e-7 and abs(result["parameters"]["m"] - 2) < 1e-7
 
 
+# A cart at unit speed, which keeps a third of it at a wall. `y` may kink and jump where the motion has no event.
+COLUMN = """local rd = require "refdyn"
+local p = rd.parameters {{ {{ "a", 0.8 }}, {{ "gain", 1 }} }}
+return rd.model {{
+  name = "column", gravity = {{ 0, 0, 0 }}, links = {{ {{ "c", joint = "x", mass = 3, start_rate = {{ x = 1 }} }} }},
+  events = function(s) return {{ rd.event {{ {wall} - s.q.c_x, direction = "down", restitution = 1 / 3 }} }} end,
+  courses = function(s) local x, v, t, a, rest = s.q.c_x, s.qd.c_x, s.t, p.a, (p.a - 1.1)^2 return {{ y = p.gain * ({column}) }} end,
+}}"""
+# y, the place of the wall, the end; the least integral and where it is.
+COLUMNS = {
+    "smooth": ("(x - a)^2", 5, "2.2", 2 / 3 * 1.1**3, 1.1),
+    "kink": ("rd.abs(x - a)", 5, "2.2", 1.21, 1.1),
+    "jump": ("rd.where(rd.less(x, a), 0, -1) + (2.2 - a)^2 / 2.2", 5, "2.2", -0.25, 1.7),
+    "jump in time": ("rd.where(rd.less(t, 1.234), 1, 0) + rest", 5, "2.2", 1.234, 1.1),
+    "spike": ("rd.exp(-((t - a) / 1e-3)^2) + rest", 5, "2.2", 1e-3 * math.sqrt(math.pi), 1.1),
+    "event": ("a^2 / 2.2 - 1.5 * v", "p.a", "2.2", 1.1 - 1, 1),
+    "end": ("3 * t - a - 1", 5, '"a"', -0.5, 1),
+}
+
+
+@pytest.mark.parametrize("name", COLUMNS)
+@pytest.mark.parametrize("search", ["slsqp", "cobyla"])
+def test_integrals(name, search, tmp_path):
+    """The derivatives are those of the value if the search finds the least one; of two cases the larger integral counts."""
+    column, wall, end, exact, a = COLUMNS[name]
+    gains = (0.7, 1.3) if exact > 0 else (1.3, 2.1)
+    result, said = plan(tmp_path, COLUMN.format(wall=wall, column=column), f"""vary = {{ a = rd.within(0.5, 2) }}, t_end = {end}, minimise = rd.integral("y"),
+      starts = 8, search = "{search}", for_all = {{ gain = {{ {gains[0]}, {gains[1]} }} }}""")
+    assert abs(result["objective"] - gains[exact > 0] * exact) < 1e-11 and "derivatives do not exist" not in said
+    assert abs(result["parameters"]["a"] - a) < 1e-6
+
+
 def test_bounds_at_the_end(tmp_path):
     """Thrust for s T, then braking: x = F/m T^2 (2 s - s^2 - 1/2), v = F/m T (2 s - 1)."""
     result, said = plan(tmp_path, THRUST, """vary = { T = rd.within(0.2, 5), s = rd.within(0.2, 0.8) }, t_end = "T", minimise = "T",

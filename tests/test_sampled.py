@@ -1,5 +1,6 @@
 """Sampled controllers (rd.sampled) against loops of matrix exponentials: PI with notch filter and bounds, LQR with observer."""
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -9,7 +10,7 @@ import numpy
 import pytest
 import scipy.linalg
 
-from program import SOURCE, evaluate, motion, read_run, refdyn, settings
+from program import SCALE, SOURCE, evaluate, motion, read_run, refdyn, settings
 
 CONTROL = SOURCE / "docs" / "control"
 METHODS = ["rk8", "rk54", "radau9", "rodas5p", "gauss12", "auto"]
@@ -134,3 +135,25 @@ def test_a_motion_replays_itself(tmp_path, start, every, method):
         for name in expected:
             assert numpy.allclose(found[name], expected[name], rtol=0, atol=1e-6), (kind, name)
         assert numpy.ptp(expected["v"]) > 0.5 and len(set(expected["u"].round(9))) >= 12
+
+
+@pytest.mark.parametrize("method", ["auto", "rk8", "rodas5p"])
+def test_samples_of_inputs_beside_those_of_a_controller(tmp_path, method):
+    """The times of an input's file and of a controller differ by rounding, and limits are examined between them: no step is lost."""
+    model, inputs, start, summary = (tmp_path / name for name in ("model.lua", "inputs.csv", "start.json", "summary.json"))
+    model.write_text("""local rd = require "refdyn"
+local push, held = rd.input("push", 0, "N"), rd.input("held", 0, "N")
+return rd.model { name = "paced", gravity = { 0, 0, 0 },
+  links = { { "cart", joint = "x", mass = 1, limits = { x = { from = -9, to = 9, rate = 9 } } } },
+  forces = function(s) return { cart_x = push + held } end,
+  events = function(s) return { rd.sampled { every = 1e-3, inputs = { held = -0.5 * s.qd.cart_x }, name = "controller" } } end }""")
+    times = [k / 1000 for k in range(-300, 201)]
+    inputs.write_text("t,push\n" + "".join(f"{t!r},{math.sin(7 * t)!r}\n" for t in times))
+    start.write_text(json.dumps({"t": -0.3, "q": [0.2], "qd": [0.1]}))
+    refdyn("sim", model, "--from", start, "--until", 0.2, "--every", 5e-3, "--inputs", inputs, "--method", method, "-o", tmp_path / "run.csv", "--summary", summary)
+    x, v = 0.2, 0.1
+    for t in times[:-1]:
+        force = math.sin(7 * t) - 0.5 * v
+        x, v = x + 1e-3 * v + 5e-7 * force, v + 1e-3 * force
+    run = read_run(tmp_path / "run.csv")
+    assert abs(run["cart_x"][-1] - x) <= 1e-9 * SCALE and abs(run["cart_x_d"][-1] - v) <= 1e-9 * SCALE

@@ -152,7 +152,7 @@ static struct lane_step step_of(struct worker *worker) {
                                    .x = worker->work.x,
                                    .is_new = worker->is_new,
                                    .needs_stages = attempt->ahead.t_out < attempt->t_new ||
-                                                   motion->state_events.count > 0};
+                                                   motion->state_events.count > 0 || worker->batch->step};
     worker->is_new = 0;
     return step;
 }

@@ -6,9 +6,12 @@
  */
 #include "runtime/batch/batch_private.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "runtime/core/methods/methods.h"
 
 enum { TURNS_BETWEEN_QUESTIONS = 64 }; /* steps between calls that ask whether the batch should end */
 
@@ -240,6 +243,11 @@ static int is_left(const struct refdyn_batch *batch) {
     return batch->stop && batch->stop(batch->context);
 }
 
+static int see_step(struct worker *worker) {
+    const struct refdyn_batch *batch = worker->batch;
+    return batch->step ? batch->step(batch->context, &worker->now) : REFDYN_OK;
+}
+
 static int show(struct worker *worker, int number) {
     const struct refdyn_batch *batch = worker->batch;
     return batch->output && batch->output(batch->context, &worker->now, number);
@@ -284,12 +292,29 @@ enum turn refdyn_worker_begin(struct worker *worker, long index) {
     if (worker->result.status)
         return TURN_ENDED;
     worker->result.stage = REFDYN_AT_STEPS;
+    worker->result.status = see_step(worker);
+    if (worker->result.status)
+        return TURN_ENDED;
     return show(worker, 0) ? TURN_LEFT : refdyn_worker_go(worker);
 }
 
-/* Returns the time that the motion is to reach next. */
+/* Returns the time that the motion is to reach next. Whoever looks at each step sees the end of one before
+ * the motion attempts another. */
 static double goal(const struct worker *worker) {
-    return fmin(output_time(worker, worker->output), worker->next_sample);
+    const double t = fmin(output_time(worker, worker->output), worker->next_sample),
+                 end = refdyn_step_seen_end(&worker->integrator.motion->step);
+    return worker->batch->step && worker->attempt.is_over && worker->integrator.t < end ? fmin(t, end) : t;
+}
+
+/* Takes steps to the goal, or one step. Returns HALTED at a step that lanes can take. */
+static int take_steps(struct worker *worker) {
+    struct refdyn_integrator *integrator = &worker->integrator;
+    const long most = worker->batch->step ? 1 : LONG_MAX;
+    const double t = goal(worker);
+    const int status = worker->batch->lanes ? refdyn_integrator_halt(integrator, t, most, &worker->attempt)
+                                            : refdyn_integrator_step(integrator, t, most);
+    const int seen = !status || status == REFDYN_EVENT_ENDS ? see_step(worker) : REFDYN_OK;
+    return status ? status : seen;
 }
 
 /* Handles the time that was reached: a sample, an output, or both. */
@@ -310,8 +335,7 @@ enum turn refdyn_worker_go(struct worker *worker) {
     while (!status && !left && worker->output < batch->time_count) {
         if (++worker->turns % TURNS_BETWEEN_QUESTIONS == 0 && is_left(batch))
             return TURN_LEFT;
-        status = batch->lanes ? refdyn_integrator_halt(&worker->integrator, goal(worker), &worker->attempt)
-                              : refdyn_integrator_to(&worker->integrator, goal(worker));
+        status = take_steps(worker);
         if (status == REFDYN_HALTED)
             return TURN_HALTED;
         if (!status)

@@ -48,7 +48,7 @@ struct refdyn_batch_column {
  * more slowly. */
 int refdyn_batch_widest(void);
 
-/** A case that is being computed. Callbacks may only read it. */
+/** A case that is being computed. Callbacks may only read it, except where they are said to look. */
 struct refdyn_batch_case {
     long index;  /**< place in the list of the batch */
     long number; /**< number of the case */
@@ -117,6 +117,11 @@ struct refdyn_batch {
      * needed. Callbacks run on the threads, for different cases at the same time. A callback that returns
      * non-zero ends its case without `end`, and the batch. */
     int (*output)(void *context, const struct refdyn_batch_case *one, int number);
+    /** Called at the start of each case and after each of its steps, which refdyn_integrator_look may look
+     * at; then the shown state must be the same as before. An output within a step comes between two calls,
+     * of which the first is for the part of the step before it. A status other than 0 ends the case with this
+     * status. NULL: not needed. */
+    int (*step)(void *context, const struct refdyn_batch_case *one);
     /** Called when a case has ended. NULL: not needed. */
     int (*end)(void *context, const struct refdyn_batch_case *one, const struct refdyn_batch_result *result);
     /** Called between steps: returns non-zero to end the batch. NULL: not needed. */
@@ -180,6 +185,8 @@ struct refdyn_derivatives {
      * threads, for cases with different `room`. NULL: q and qd; width is then 2 n. */
     void (*values)(void *context, const struct refdyn_batch_case *one, double *values);
     void *context; /**< first argument of `values` */
+    /** As that of a batch, for the motion and each copy, with the same `context`. NULL: not needed. */
+    int (*step)(void *context, const struct refdyn_batch_case *one);
     /** (count) derivative of the motion's end by each variable [s]: outputs keep their fractions of the
      * motion. NULL: the end is fixed. */
     const double *end_rates;

@@ -115,6 +115,11 @@ static void keep_positions(const struct refdyn_integrator *integrator, double *p
     memcpy(positions + joints, integrator->qd + joints, (size_t)(n - joints) * sizeof *positions);
 }
 
+static int step_of_motion(void *context, const struct refdyn_batch_case *one) {
+    const struct refdyn_derivatives *given = ((struct run *)context)->given;
+    return given->step(given->context, one);
+}
+
 static int see_motion(void *context, const struct refdyn_batch_case *one, int number) {
     struct run *run = context;
     if (number == 0)
@@ -205,6 +210,7 @@ static int run_motion(struct run *run) {
     batch.copies = &copies;
     batch.context = run;
     batch.output = see_motion;
+    batch.step = given->step ? step_of_motion : NULL;
     batch.end = end_motion;
     batch.states = NULL;
     batch.statuses = NULL;
@@ -305,6 +311,7 @@ static int run_copies(struct run *run, const long *numbers, long count) {
     batch.options.project_start |= batch.model->m > 0 && batch.options.stabilise == REFDYN_PROJECT;
     batch.context = run;
     batch.output = see_copy;
+    batch.step = given->step ? step_of_motion : NULL;
     batch.end = end_copy;
     batch.states = NULL;
     batch.statuses = NULL;

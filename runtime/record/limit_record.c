@@ -80,20 +80,10 @@ bool record_is_beyond(const struct record_bound *bound, double value) {
     return excess(bound, value) > slack * size_of(bound);
 }
 
-/* Looks at a time of the last step, as far as the columns need it, and fills the table. */
-static int look(struct record_limits *limits, double t) {
-    struct refdyn_integrator *integrator = limits->table.integrator;
-    const int status = limits->table.needs_accelerations ? refdyn_integrator_look(integrator, t)
-                                                         : refdyn_integrator_look_at_state(integrator, t);
-    if (status == REFDYN_OK)
-        record_table_fill(&limits->table);
-    return status;
-}
-
 /* The value at a time of the last step. A time at which there is none keeps *status. */
 static double value_at(struct record_limits *limits, const struct record_limit *limit, double t,
                        int *status) {
-    const int shown = look(limits, t);
+    const int shown = record_table_look(&limits->table, t);
     if (shown != REFDYN_OK) {
         *status = shown;
         return NAN;
@@ -222,7 +212,7 @@ static void add_points(struct record_limits *limits, struct record_limit *limit,
 
 /* The values at a time of the step, as sample k. */
 static int take_sample(struct record_limits *limits, int k, double t) {
-    const int status = look(limits, t);
+    const int status = record_table_look(&limits->table, t);
     for (int i = 0; i < limits->count; i++)
         limits->samples[k * limits->count + i] = limits->table.values[limits->list[i].place];
     return status;

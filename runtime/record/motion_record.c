@@ -96,6 +96,9 @@ static int look_back(struct record_motion *motion, double before, int status) {
     if (motion->limits && has_ended_step && stopped == REFDYN_OK &&
         (status == REFDYN_OK || status == REFDYN_EVENT_ENDS))
         stopped = record_limits_pass(motion->limits);
+    if (motion->integral && has_ended_step && stopped == REFDYN_OK &&
+        (status == REFDYN_OK || status == REFDYN_EVENT_ENDS))
+        stopped = record_integral_pass(motion->integral);
     return stopped != REFDYN_OK || integrator->t < t
                ? stopped
                : record_events_take(&motion->events, integrator, status);
@@ -106,7 +109,7 @@ static int go_on(struct record_motion *motion, double goal) {
     struct refdyn_integrator *integrator = motion->integrator;
     const double before = integrator->t, sample = motion->next_sample;
     double bound = fmin(goal, sample);
-    const bool is_watched = motion->stops || motion->limits;
+    const bool is_watched = motion->stops || motion->limits || motion->integral;
     if (is_watched && before < integrator->t_end)
         bound = fmin(bound, integrator->t_end);
     const long steps = is_watched ? 1 : STEPS_PER_LOOK;

@@ -476,6 +476,15 @@ void record_table_fill(struct record_table *table) {
             blocks[block].put(table);
 }
 
+int record_table_look(struct record_table *table, double t) {
+    struct refdyn_integrator *integrator = table->integrator;
+    const int status = table->needs_accelerations ? refdyn_integrator_look(integrator, t)
+                                                  : refdyn_integrator_look_at_state(integrator, t);
+    if (status == REFDYN_OK)
+        record_table_fill(table);
+    return status;
+}
+
 void record_table_fill_row(struct record_table *table) {
     const bool is_after = refdyn_integrator_see_after(table->integrator);
     record_table_fill(table);

@@ -101,6 +101,9 @@ void record_table_start(struct record_table *table, struct record_memory memory,
 void record_table_want(struct record_table *table, const bool *wanted);
 /* Computes the values at the integrator's state. */
 void record_table_fill(struct record_table *table);
+/* Looks at a time of the last step, as far as the wanted columns need it, and computes the values there.
+ * Returns a status of the runtime. */
+int record_table_look(struct record_table *table, double t);
 /* The same for a row of results: where events set inputs and parameters at this time, their values after it,
  * and all that follows from these. An input therefore holds from its row on. */
 void record_table_fill_row(struct record_table *table);
@@ -253,6 +256,24 @@ void record_limits_print(const struct record_limits *limits, FILE *out);
 /* Writes list "limits" if the model has limits. */
 void record_limits_put(const struct record_limits *limits, const struct record_writer *writer);
 
+/* ---- Integral of a column (integral_record.c), on the interpolant of the steps ---- */
+
+struct record_integral {
+    struct record_table *table; /* of the observed integrator; it may serve others, too */
+    int place;                  /* of the column */
+    double longest;             /* panel of the quadrature [s] */
+    double t;                   /* end of what has been added [s] */
+    double value, size;         /* so far: the integral, and that of the magnitude */
+    double scale;               /* expected size, 0: unknown; errors count relative to both */
+};
+
+/* Begins at the integrator's time, for a motion of this length [s]. */
+void record_integral_begin(struct record_integral *integral, struct record_table *table, int place,
+                           double span, double scale);
+/* Adds the last step, up to the shown state. Returns a status of the runtime; the integrator shows the same
+ * state as before. */
+int record_integral_pass(struct record_integral *integral);
+
 /* ---- The motion from start to end, output by output (motion_record.c) ---- */
 
 /* The bound on the work of one motion: outputs that are written as they are computed; outputs, samples and
@@ -272,8 +293,9 @@ struct record_motion {
     /* takes the steps instead of the integrator, as refdyn_integrator_step; NULL: the integrator does */
     int (*step)(void *stepper, double t_out, long steps);
     void *stepper;
-    struct record_stops *stops;   /* conditions that end it; the caller may set them after record_start */
-    struct record_limits *limits; /* to compare it with; as for stops, NULL: none */
+    struct record_stops *stops;       /* conditions that end it; the caller may set them after record_start */
+    struct record_limits *limits;     /* to compare it with; as for stops, NULL: none */
+    struct record_integral *integral; /* of it; as for stops, NULL: none */
 
     double next_sample; /* time of the next sample, INFINITY if there is none [s] */
     struct refdyn_energy energy;

@@ -20,6 +20,9 @@ int refdyn_row_terms(struct refdyn_workspace *work, double t, const double *q, c
  * the rounding of its terms. */
 double refdyn_allowed_residual(const struct refdyn_workspace *work, int a, double tol, double least,
                                const double *x);
+/* Returns the largest coefficient of row a as a part of its size, at most 1. Both count by the masses, but
+ * their ratio serves in any metric. */
+double refdyn_share_of_size(const struct refdyn_workspace *work, int a);
 /* Returns the largest coefficient of row a; where all of them are rounding, the largest one without
  * cancellation. */
 double refdyn_largest_coefficient(const struct refdyn_workspace *work, int a);

@@ -140,6 +140,13 @@ double refdyn_allowed_residual(const struct refdyn_workspace *work, int a, doubl
     return allowed_of_one(&rows, a, tol, least, x);
 }
 
+double refdyn_share_of_size(const struct refdyn_workspace *work, int a) {
+    double largest = 0;
+    for (int j = 0; j < work->n; j++)
+        largest = fmax(largest, fabs(work->u[a * work->n + j]) * work->weight[j]);
+    return largest < work->row_size[a] ? largest / work->row_size[a] : 1;
+}
+
 double refdyn_largest_coefficient(const struct refdyn_workspace *work, int a) {
     const struct level_of_one rows = rows_with(work, NULL);
     return largest_of_row_of_one(&rows, a);

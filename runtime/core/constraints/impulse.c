@@ -35,9 +35,8 @@ static double spread_row(struct refdyn_workspace *work, int a, int count) {
     double *row = work->basis + count * n;
     memcpy(row, work->u + a * n, (size_t)n * sizeof *row);
     refdyn_factor_half_forward(work->reduced, n, n, row);
-    const double before = sqrt(dense_dot(row, row, n)),
-                 least = work->rank_tol * fmax(before, work->row_size[a]);
-    if (!(refdyn_leave_rest(work, count, row) * before > least))
+    const double share = refdyn_share_of_size(work, a);
+    if (!(refdyn_leave_rest(work, count, row) * share > work->rank_tol))
         return 0;
     const double length = sqrt(dense_dot(row, row, n));
     for (int j = 0; j < n; j++)

@@ -46,8 +46,8 @@ int refdyn_factor_metric(struct refdyn_workspace *work) {
     return REFDYN_MASS_NOT_POSITIVE;
 }
 
-/* A = u L^-T for the marked rows, each divided by its length or, if that is larger, by its size, as is its
- * entry of `wanted`. Zero rows are unmarked. */
+/* A = u L^-T for the marked rows, each divided by the length that it would have without cancellation, as is
+ * its entry of `wanted`. Zero rows are unmarked. */
 static void spread_rows(struct refdyn_workspace *work, int *active) {
     const int n = work->n;
     for (int a = 0; a < work->m; a++) {
@@ -56,8 +56,8 @@ static void spread_rows(struct refdyn_workspace *work, int *active) {
         double *row = work->basis + a * n;
         memcpy(row, work->u + a * n, (size_t)n * sizeof *row);
         refdyn_factor_half_forward(work->reduced, n, n, row);
-        const double length = fmax(sqrt(dense_dot(row, row, n)), work->row_size[a]);
-        active[a] = length > 0;
+        const double share = refdyn_share_of_size(work, a), length = sqrt(dense_dot(row, row, n)) / share;
+        active[a] = share > 0 && length > 0;
         for (int j = 0; j < n && active[a]; j++)
             row[j] /= length;
         if (active[a])

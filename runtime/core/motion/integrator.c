@@ -672,11 +672,11 @@ int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, l
     return conclude(integrator, t_out, status);
 }
 
-int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
+int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out, long steps,
                            struct refdyn_attempt *attempt) {
     struct refdyn_motion *motion = enter(integrator);
     int status = REFDYN_OK;
-    while (!status && (!attempt->is_over || is_before(motion, t_out)))
+    for (; steps > 0 && !status && (!attempt->is_over || is_before(motion, t_out)); steps--)
         status = refdyn_accept_step(motion, t_out, 1, attempt);
     if (status == REFDYN_HALTED) {
         refdyn_parameters_leave(&motion->parameters, motion->work);
@@ -717,8 +717,7 @@ static int look(struct refdyn_integrator *integrator, double t,
     const int status = refdyn_integrator_status(integrator);
     if (status)
         return status;
-    if (!(refdyn_time_events_right_of(&motion->time_events, t) >= motion->step.t_begin &&
-          (t <= integrator->t || ends_at(motion, t))))
+    if (!(t >= motion->step.t_from && (t <= integrator->t || ends_at(motion, t))))
         return REFDYN_BAD_TIME;
     enter(integrator);
     return leave(integrator, shows(integrator, t), t);

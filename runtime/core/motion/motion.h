@@ -8,6 +8,8 @@
 #ifndef REFDYN_MOTION_H
 #define REFDYN_MOTION_H
 
+#include <math.h>
+
 #include "runtime/core/methods/methods.h"
 
 struct refdyn_motion;
@@ -91,9 +93,9 @@ int refdyn_integrator_notice(struct refdyn_integrator *integrator);
 enum { REFDYN_HALTED = 1000, REFDYN_LEFT_TO_MOTION };
 
 /* Advances towards t_out until the batch may take a step, which *attempt describes, and returns HALTED.
- * Otherwise t_out is reached or the motion has failed, as with refdyn_integrator_to. *attempt is over before
- * the first call. */
-int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out,
+ * Otherwise t_out is reached, the motion has taken this number of steps itself or has failed, as with
+ * refdyn_integrator_step. *attempt is over before the first call. */
+int refdyn_integrator_halt(struct refdyn_integrator *integrator, double t_out, long steps,
                            struct refdyn_attempt *attempt);
 /* Call it after taking the step at which the motion halted, with OK, LEFT_TO_MOTION or an error of the
  * method. */
@@ -805,8 +807,9 @@ int refdyn_integrator_show(struct refdyn_integrator *integrator, double t);
 
 /* The time at which rates, rows and energies of t, inside the last step or at its end, are evaluated. */
 static inline double refdyn_rows_side_of(const struct refdyn_motion *motion, double t) {
-    return motion->rows_change ? refdyn_step_inside(&motion->step, t)
-                               : refdyn_time_events_right_of(&motion->time_events, t);
+    return motion->rows_change
+               ? refdyn_step_inside(&motion->step, t)
+               : fmax(refdyn_time_events_right_of(&motion->time_events, t), motion->step.t_begin);
 }
 
 /* The longest ordinary step: half of the way to an obstacle whose special step has failed [s]. */

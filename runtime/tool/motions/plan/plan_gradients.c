@@ -1,5 +1,5 @@
 /*
- * Gradients of a plan: derivatives of the extremes of limits and of objectives, and integrals over motions.
+ * Gradients of a plan: derivatives of the extremes of limits and of objectives.
  *
  * Copies that repeat the steps of a motion provide derivatives of values at given times. With the fraction s
  * of the motion as time, the derivative of an extreme is that of its value at constant s: within the motion
@@ -9,6 +9,8 @@
  *     dy/dx = (dy/dx)_s + y' (dt/dx - s d(end)/dx),
  *
  * with the derivative and the rate y' on the side of the extreme, since values jump or kink there.
+ *
+ * An integral over the motion is a value at its end. Each copy integrates over its own steps.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -16,8 +18,6 @@
 
 #include "runtime/tool/motions/plan/planning.h"
 #include "runtime/tool/support/system/system.h"
-
-enum { PANELS = 200 /* of Simpson's rule for integrals over the motion */ };
 
 /* Distance from a time event, as a part of the motion or of the stretch, at which values near it are taken,
  * and at twice of which again. It is larger than the changes of copies. */
@@ -114,12 +114,14 @@ static int side_of(const struct plan *plan, const struct placed *placed, int str
 struct outputs {
     double *t; /* (count) [s] */
     int count;
-    double *at; /* ((count + 2) x signals) */
-    double *by; /* (values x (count + 2) x signals); NULL without derivatives */
+    int width;  /* values of an output: the signals, and an objective rd.integral */
+    double *at; /* ((count + 2) x width) */
+    double *by; /* (values x (count + 2) x width) */
 };
 
-static void outputs_start(struct outputs *outputs, size_t most) {
-    *outputs = (struct outputs){.t = format_allocate_large(most + 1, sizeof *outputs->t)};
+static void outputs_start(const struct plan *plan, struct outputs *outputs, size_t most) {
+    *outputs = (struct outputs){.t = format_allocate_large(most + 1, sizeof *outputs->t),
+                                .width = plan->signal_count + (plan->file->measure == PLAN_INTEGRAL)};
 }
 
 static void add_time(struct outputs *outputs, double t) {
@@ -157,7 +159,7 @@ static int output_at(const struct plan *plan, const struct outputs *outputs, dou
 /* The derivative by x; NAN if there is none. */
 static double derivative(const struct plan *plan, const struct outputs *outputs, int value, int row,
                          int signal) {
-    const size_t width = (size_t)plan->signal_count, rows = (size_t)outputs->count + 2;
+    const size_t width = (size_t)outputs->width, rows = (size_t)outputs->count + 2;
     const double by = outputs->by[((size_t)value * rows + (size_t)row) * width + (size_t)signal];
     return by * (plan->values[value].to - plan->values[value].from);
 }
@@ -167,25 +169,42 @@ static double derivative_or_zero(struct plan *plan, double by) {
     return isnan(by) ? 0 : by;
 }
 
-/* Computes the outputs; end_rates (values): NULL without derivatives. */
-static void run_outputs(struct plan *plan, struct plan_point *point, const struct motions *motions, int one,
-                        const double *end_rates, struct outputs *outputs) {
-    const size_t size = ((size_t)outputs->count + 2) * (size_t)plan->signal_count + 1;
+/* The motion whose outputs are computed. */
+struct computed {
+    const struct plan *plan;
+    double span; /* [s] */
+};
+
+static void write_values(void *context, const struct refdyn_batch_case *one, double *values) {
+    plan_write_signals(((const struct computed *)context)->plan, one, values);
+}
+
+static int see_step(void *context, const struct refdyn_batch_case *one) {
+    const struct computed *computed = context;
+    return plan_add_step(computed->plan, one, computed->span);
+}
+
+/* Computes the outputs. */
+static void run_outputs(struct plan *plan, struct plan_point *point, const struct placed *placed,
+                        struct outputs *outputs) {
+    const size_t size = ((size_t)outputs->count + 2) * (size_t)outputs->width + 1;
     struct refdyn_underivable *underivable =
         memory_scratch(&format_memory, (size_t)plan->count * sizeof *underivable);
-    struct refdyn_batch batch = motions->batch;
+    struct refdyn_batch batch = placed->motions->batch;
+    struct computed computed = {plan, end_of(placed) - plan->batch.t};
     batch.times = outputs->t;
     batch.time_count = outputs->count;
     outputs->at = format_allocate_large(size, sizeof *outputs->at);
-    outputs->by = end_rates ? format_allocate_large(size * (size_t)plan->count, sizeof *outputs->by) : NULL;
+    outputs->by = format_allocate_large(size * (size_t)plan->count, sizeof *outputs->by);
     struct refdyn_derivatives given = {.batch = &batch,
-                                       .number = one,
-                                       .count = end_rates ? plan->count : 0,
+                                       .number = placed->one,
+                                       .count = plan->count,
                                        .variables = plan->variables,
-                                       .end_rates = end_rates,
-                                       .width = plan->signal_count,
-                                       .values = plan_write_signals,
-                                       .context = plan,
+                                       .end_rates = rates_of(plan, placed, placed->stretches.count),
+                                       .width = outputs->width,
+                                       .values = write_values,
+                                       .step = plan->file->measure == PLAN_INTEGRAL ? see_step : NULL,
+                                       .context = &computed,
                                        .at = outputs->at,
                                        .derivatives = outputs->by,
                                        .underivable = underivable};
@@ -199,44 +218,6 @@ static void outputs_release(struct outputs *outputs) {
     free(outputs->t);
     free(outputs->at);
     free(outputs->by);
-}
-
-/* ---- Integrals ---- */
-
-static void add_panels(const struct plan *plan, double end, struct outputs *outputs) {
-    for (int i = 1; i < PANELS && plan->file->measure == PLAN_INTEGRAL; i++)
-        add_time(outputs, plan->batch.t + (end - plan->batch.t) * i / PANELS);
-}
-
-/* Simpson's rule over the outputs, and its derivatives by x unless there are none. */
-static void integrate(struct plan *plan, struct plan_point *point, int one, double end,
-                      const struct outputs *outputs, const double *end_rates) {
-    const double span = end - plan->batch.t;
-    const int part = plan_part(plan, one, 0, PLAN_BEGIN);
-    double *by = point->objective_by + part * plan->count, sum = 0;
-    for (int i = 0; i <= PANELS; i++) {
-        const int row = output_at(plan, outputs, plan->batch.t + span * i / PANELS);
-        const double weight = (i == 0 || i == PANELS ? 1 : i % 2 ? 4 : 2) / (3.0 * PANELS);
-        sum += weight * outputs->at[row * plan->signal_count + plan->objective];
-        for (int k = 0; k < plan->count && outputs->by; k++)
-            by[k] +=
-                weight * span * derivative_or_zero(plan, derivative(plan, outputs, k, row, plan->objective));
-    }
-    point->objectives[part] = (struct plan_extreme){span * sum, end};
-    for (int k = 0; k < plan->count && end_rates; k++)
-        by[k] += sum * end_rates[k] * (plan->values[k].to - plan->values[k].from);
-}
-
-void plan_integrate(struct plan *plan, struct plan_point *point, const struct motions *motions, int one) {
-    const double end = motions->ends[one];
-    struct outputs outputs;
-    outputs_start(&outputs, PANELS);
-    add_panels(plan, end, &outputs);
-    arrange(plan, end, &outputs);
-    run_outputs(plan, point, motions, one, NULL, &outputs);
-    if (point->is_done)
-        integrate(plan, point, one, end, &outputs, NULL);
-    outputs_release(&outputs);
 }
 
 /* ---- Extremes ---- */
@@ -266,8 +247,7 @@ static void differentiate_at_event(const struct plan *plan, const struct placed 
                  *end_rates = rates_of(plan, placed, placed->stretches.count);
     const int near = output_at(plan, outputs, t + aside), far = output_at(plan, outputs, t + 2 * aside);
     const double rate =
-        (outputs->at[far * plan->signal_count + signal] - outputs->at[near * plan->signal_count + signal]) /
-        aside;
+        (outputs->at[far * outputs->width + signal] - outputs->at[near * outputs->width + signal]) / aside;
     for (int k = 0; k < plan->count; k++)
         by[k] = 2 * derivative(plan, outputs, k, near, signal) - derivative(plan, outputs, k, far, signal) +
                 rate * (plan->values[k].to - plan->values[k].from) * (rates[k] - part * end_rates[k]);
@@ -329,20 +309,26 @@ static void add_part(const struct plan *plan, const struct plan_point *point, co
                     point->objectives[number].t, outputs);
 }
 
+/* An integral is the last value of the last output. */
+static void differentiate_integral(struct plan *plan, struct plan_point *point, const struct placed *placed,
+                                   const struct outputs *outputs) {
+    double *by = point->objective_by + plan_part(plan, placed->one, 0, PLAN_BEGIN) * plan->count;
+    for (int k = 0; k < plan->count; k++)
+        by[k] = derivative_or_zero(plan, derivative(plan, outputs, k, outputs->count, outputs->width - 1));
+}
+
 static void differentiate_case(struct plan *plan, struct plan_point *point, const struct placed *placed) {
     const int parts = PLAN_PARTS * placed->stretches.count;
-    const double end = end_of(placed), *end_rates = rates_of(plan, placed, placed->stretches.count);
     struct outputs outputs;
-    outputs_start(&outputs, (size_t)(2 * (2 * plan->limit_count + 1) * parts + PANELS));
+    outputs_start(plan, &outputs, (size_t)(2 * (2 * plan->limit_count + 1) * parts));
     for (int part = 0; part < parts; part++)
         add_part(plan, point, placed, part, &outputs);
-    add_panels(plan, end, &outputs);
-    arrange(plan, end, &outputs);
-    run_outputs(plan, point, placed->motions, placed->one, end_rates, &outputs);
+    arrange(plan, end_of(placed), &outputs);
+    run_outputs(plan, point, placed, &outputs);
     for (int part = 0; part < parts && point->is_done; part++)
         differentiate_part(plan, point, placed, part, &outputs);
     if (point->is_done && plan->file->measure == PLAN_INTEGRAL)
-        integrate(plan, point, placed->one, end, &outputs, end_rates);
+        differentiate_integral(plan, point, placed, &outputs);
     outputs_release(&outputs);
 }
 

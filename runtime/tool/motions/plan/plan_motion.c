@@ -120,13 +120,24 @@ void plan_describe(const struct plan *plan, const double *x, int points, struct 
     }
 }
 
-void plan_write_signals(void *context, const struct refdyn_batch_case *one, double *values) {
-    const struct plan *plan = context;
+void plan_write_signals(const struct plan *plan, const struct refdyn_batch_case *one, double *values) {
     struct record_table *table = &plan->tables[one->room];
     table->integrator = one->integrator;
     record_table_fill(table);
     for (int k = 0; k < plan->signal_count; k++)
         values[k] = table->values[plan->signals[k]];
+    if (plan->file->measure == PLAN_INTEGRAL)
+        values[plan->signal_count] = plan->integrals[one->room].value;
+}
+
+int plan_add_step(const struct plan *plan, const struct refdyn_batch_case *one, double span) {
+    struct record_table *table = &plan->tables[one->room];
+    struct record_integral *integral = &plan->integrals[one->room];
+    table->integrator = one->integrator;
+    if (one->integrator->t > plan->batch.t)
+        return record_integral_pass(integral);
+    record_integral_begin(integral, table, plan->signals[plan->objective], span, plan->integral_scale);
+    return REFDYN_OK;
 }
 
 void plan_note_failure(struct plan *plan, struct plan_point *point, int status, double t) {

@@ -3,7 +3,7 @@
  * point x.
  *
  * A free motion of each case locates the extremes within its steps, as `sim` does. The scan compares many
- * points by outputs alone.
+ * points by extremes of their outputs alone.
  */
 #include <math.h>
 #include <string.h>
@@ -72,8 +72,29 @@ static void take_end(struct plan *plan, struct plan_point *point, int part, stru
             for (int k = 0; k < 2; k++)
                 plan_extremes(plan, point, part, i)[k] =
                     (struct plan_extreme){table->values[plan->signals[plan->limits[i].signal]], t};
+    if (plan->file->measure == PLAN_INTEGRAL)
+        point->objectives[part] = (struct plan_extreme){plan->integrals[0].value, t};
+    plan->integral_scale = plan->integrals[0].size;
     if (plan->file->measure == PLAN_AT_END)
         point->objectives[part] = (struct plan_extreme){table->values[plan->signals[plan->objective]], t};
+}
+
+/* Begins an objective rd.integral. */
+static void begin_integral(struct plan *plan, struct motion *motion, double end) {
+    struct record_table *table = &plan->tables[0];
+    if (plan->file->measure != PLAN_INTEGRAL)
+        return;
+    table->integrator = &motion->integrator;
+    motion->record.integral = &plan->integrals[0];
+    record_integral_begin(motion->record.integral, table, plan->signals[plan->objective],
+                          end - motion->integrator.t, plan->integral_scale);
+}
+
+/* Adds the part of the last step up to the shown state to what the motion is compared with. */
+static int pass_shown(struct motion *motion) {
+    const int status = motion->record.limits ? record_limits_pass(motion->record.limits) : REFDYN_OK;
+    return status == REFDYN_OK && motion->record.integral ? record_integral_pass(motion->record.integral)
+                                                          : status;
 }
 
 /* Runs the motion from stretch to stretch. */
@@ -92,13 +113,15 @@ static void run_free(struct plan *plan, struct plan_point *point, int one,
     limits.is_inner = true; /* a value after a time event belongs to the next stretch */
     if (count > 0)
         motion.record.limits = &limits;
+    if (status == REFDYN_OK)
+        begin_integral(plan, &motion, stretches->t[stretches->count]);
     for (int i = 0; i < stretches->count && status == REFDYN_OK && point->is_done; i++) {
         record_limits_clear(&limits);
         status = simulate_advance(&motion, stretches->t[i + 1], NULL);
         if (status == REFDYN_OK && record_is_stopped(&motion.record))
             status = REFDYN_EVENT_ENDS;
-        if (status == REFDYN_OK && count > 0)
-            status = record_limits_pass(&limits); /* if a step goes on beyond the stretch */
+        if (status == REFDYN_OK)
+            status = pass_shown(&motion); /* if a step goes on beyond the stretch */
         if (status == REFDYN_OK)
             take_extremes(plan, point, first + PLAN_PARTS * i, stretches->t + i, &limits, limit_of);
     }
@@ -122,8 +145,6 @@ static void evaluate_case(struct plan *plan, struct plan_point *point, const str
         return;
     }
     run_free(plan, point, one, &stretches);
-    if (point->is_done && plan->file->measure == PLAN_INTEGRAL)
-        plan_integrate(plan, point, motions, one);
 }
 
 void plan_point_evaluate(struct plan *plan, struct plan_point *point) {
@@ -189,14 +210,19 @@ struct scan {
     struct plan *plan;
     const struct motions *motions;
     double *objectives, *excesses;       /* by number of the motion */
-    double *values;                      /* (rooms x signals) */
+    double *values;                      /* (rooms x (signals + 1)) */
     struct refdyn_batch_result *results; /* by number of the motion */
 };
+
+static int see_step(void *context, const struct refdyn_batch_case *one) {
+    const struct scan *scan = context;
+    return plan_add_step(scan->plan, one, scan->motions->ends[one->number] - scan->plan->batch.t);
+}
 
 static int see_output(void *context, const struct refdyn_batch_case *one, int number) {
     struct scan *scan = context;
     const struct plan *plan = scan->plan;
-    double *values = scan->values + one->room * plan->signal_count,
+    double *values = scan->values + one->room * (plan->signal_count + 1),
            *objective = &scan->objectives[one->number];
     const enum plan_measure measure = plan->file->measure;
     const bool is_last = number == SCAN_OUTPUTS;
@@ -213,8 +239,7 @@ static int see_output(void *context, const struct refdyn_batch_case *one, int nu
     else if (measure == PLAN_LARGEST)
         *objective = number ? fmax(*objective, values[plan->objective]) : values[plan->objective];
     else if (measure == PLAN_INTEGRAL)
-        *objective += values[plan->objective] * (scan->motions->ends[one->number] - plan->batch.t) *
-                      (number && !is_last ? 1 : 0.5) / SCAN_OUTPUTS;
+        *objective = values[plan->signal_count];
     return 0;
 }
 
@@ -268,7 +293,7 @@ void plan_scan(struct plan *plan, const double *x, int points, double *objective
     struct scan scan = {.plan = plan, .motions = &motions};
     scan.objectives = memory_scratch(&format_memory, (size_t)total * sizeof(double));
     scan.excesses = memory_scratch(&format_memory, (size_t)total * sizeof(double));
-    scan.values = memory_scratch(&format_memory, (rooms * (size_t)plan->signal_count + 1) * sizeof(double));
+    scan.values = memory_scratch(&format_memory, rooms * ((size_t)plan->signal_count + 1) * sizeof(double));
     scan.results = memory_scratch(&format_memory, (size_t)total * sizeof *scan.results);
     for (int i = 0; i < total; i++) {
         scan.excesses[i] = -INFINITY;
@@ -285,6 +310,7 @@ void plan_scan(struct plan *plan, const double *x, int points, double *objective
     motions.batch.count = total;
     motions.batch.context = &scan;
     motions.batch.output = see_output;
+    motions.batch.step = plan->file->measure == PLAN_INTEGRAL ? see_step : NULL;
     motions.batch.end = see_end;
     motions.batch.stop = is_stopped;
     plan->motions += total;

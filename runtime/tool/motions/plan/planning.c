@@ -261,6 +261,7 @@ static void start_tables(struct plan *plan) {
         simulate_table_start(&plan->tables[i], plan->table.integrator, plan->scene->compiled.spatial);
         record_table_want(&plan->tables[i], is_wanted);
     }
+    plan->integrals = format_allocate((size_t)rooms, sizeof *plan->integrals);
 }
 
 /* The batch has copies of the scene's parameters and inputs, which each motion sets. */

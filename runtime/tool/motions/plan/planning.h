@@ -104,8 +104,10 @@ struct plan {
     struct record_table table;   /* columns of a motion */
     struct record_table *tables; /* (threads x rooms_of_thread) of motions computed at the same time */
     int rooms_of_thread;
-    int *signals;              /* (signal_count) columns that limits and objective use */
-    const char **signal_names; /* (signal_count) */
+    struct record_integral *integrals; /* (threads x rooms_of_thread) of an objective rd.integral */
+    double integral_scale;             /* the integral of its magnitude in the last motion; 0: none yet */
+    int *signals;                      /* (signal_count) columns that limits and objective use */
+    const char **signal_names;         /* (signal_count) */
     int signal_count;
 
     int case_count;
@@ -188,8 +190,11 @@ int plan_place_in_stretches(struct plan *plan, const struct motions *motions, in
                             struct plan_stretches *stretches);
 /* Notes that a motion did not reach its end. */
 void plan_note_failure(struct plan *plan, struct plan_point *point, int status, double t);
-/* Writes the signals of a shown state; the context is the plan. */
-void plan_write_signals(void *context, const struct refdyn_batch_case *one, double *values);
+/* Writes the signals of a shown state, and after them the integral so far if the objective is one. */
+void plan_write_signals(const struct plan *plan, const struct refdyn_batch_case *one, double *values);
+/* Begins the integral at the start of a case that lasts for `span` [s]; adds its last step. Returns a status
+ * of the runtime. */
+int plan_add_step(const struct plan *plan, const struct refdyn_batch_case *one, double span);
 /* Number of extremes, which is that of inequalities. */
 size_t plan_extreme_count(const struct plan *plan);
 /* The number of a part. */
@@ -204,8 +209,6 @@ double plan_value_at(const struct plan *plan, int value, const double *x);
 
 /* ---- Gradients (plan_gradients.c) ---- */
 
-/* Computes an objective rd.integral of the placed motion of a case. */
-void plan_integrate(struct plan *plan, struct plan_point *point, const struct motions *motions, int one);
 /* Adds the gradients. */
 void plan_point_differentiate(struct plan *plan, struct plan_point *point);
 
