@@ -401,11 +401,14 @@ enum refdyn_singular {
 /** Options of a motion. */
 struct refdyn_options {
     enum refdyn_method method; /**< the integration method */
-    double tol;      /**< local error tolerance of adaptive steps, as a change of positions in units of
-                          1 rad and `length`; 0: fixed steps */
-    double step;     /**< fixed step, or first step of an adaptive method (0: chosen) [s] */
-    double step_max; /**< largest adaptive step [s]; 0: no bound */
-    double length;   /**< translation that counts as much as 1 rad [m]; 0: that of the model */
+    double tol;       /**< local error tolerance of adaptive steps, as a change of positions in units of
+                           1 rad and `length`; 0: fixed steps */
+    double tol_rates; /**< adaptive steps: local error tolerance of rates, accelerations and forces of the
+                          programme, relative to the largest of each kind so far, in addition to `tol`. Steps
+                          end at the requested times; 0: their errors do not count */
+    double step;      /**< fixed step, or first step of an adaptive method (0: chosen) [s] */
+    double step_max;  /**< largest adaptive step [s]; 0: no bound */
+    double length;    /**< translation that counts as much as 1 rad [m]; 0: that of the model */
     enum refdyn_stabilise stabilise; /**< how the motion stays on its rows */
     double gain_share; /**< Baumgarte gains alpha = beta = gain_share / step; 0: the gains of the rows */
     enum refdyn_singular singular; /**< what happens where rows lose rank */

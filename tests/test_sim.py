@@ -74,6 +74,67 @@ def test_verify_after_a_jump_at_the_start():
     assert summary["energy_error"] < 1e-4 and "balance: " not in said
 
 
+# ---- Errors of rates, accelerations and forces ----
+
+KINDS = ("rates", "accelerations", "forces")
+STIFF = {name: [MODELS / f"{name}.lua", "--until", until, "--every", every]
+         for name, until, every in (("planar", 1, 0.0025), ("spinup", 6, 0.03), ("scara", 1.7, 0.0085), ("slidercrank", 0.3, 0.0015))}
+TIGHT = {}
+
+
+def tight(name):
+    if name not in TIGHT:
+        TIGHT[name] = motion(*STIFF[name], "--method", "radau9", "--tol", "1e-12")[0]
+    return TIGHT[name]
+
+
+def of_accelerations(run, name):
+    """The largest error of an acceleration over the largest of all."""
+    reference, columns = tight(name), [column for column in run if column.endswith("dd")]
+    return max(abs(run[column] - reference[column]).max() for column in columns) / max(abs(reference[column]).max() for column in columns)
+
+
+@pytest.mark.parametrize("name, outputs", [("planar", 400), ("planar", 2000), ("spinup", 400), ("spinup", 2000)])
+def test_no_step_excites_what_the_motion_does_not(name, outputs):
+    """Explicit steps at their stability limit once left vibrations of 66 times the largest acceleration."""
+    model, _, until, _, every = STIFF[name]
+    case = [model, "--until", until, "--every", until / outputs]
+    run, reference = motion(*case)[0], motion(*case, "--method", "radau9", "--tol", "1e-12")[0]
+    columns = [column for column in run if column.endswith("dd")]
+    off = max(abs(run[column] - reference[column]).max() for column in columns)
+    assert off <= 1e-3 * SCALE * max(abs(reference[column]).max() for column in columns)
+
+
+@pytest.mark.parametrize("name", STIFF)
+def test_tolerance_of_rates(name):
+    run, _, summary = motion(*STIFF[name], "--tol-rates", "1e-7")
+    assert of_accelerations(run, name) <= 1e-5 * SCALE and summary["tol_rates"] == 1e-7
+
+
+@pytest.mark.parametrize("how", [(), ("--tol-rates", "1e-4"), ("--method", "rodas5p")], ids=str)
+@pytest.mark.parametrize("name", ["planar", "scara", "slidercrank"])
+def test_verify_estimates_rates_and_forces(name, how):
+    """The worst column of each kind within a factor of 3."""
+    run, said, summary = motion(*STIFF[name], *how, "--verify")
+    for kind in KINDS:
+        estimated = summary["error"][kind]
+        found = {column: abs(run[column] - tight(name)[column]).max() for column in estimated}
+        worst = max(found, key=found.get)
+        assert found[worst] / 3 <= estimated[worst] <= 3 * found[worst] or found[worst] < 1e-9, (kind, worst, found[worst], estimated[worst])
+        assert kind in said
+
+
+def test_verify_where_no_motion_bounds_errors_of_rates():
+    """Past a singular position. The errors of positions are estimated as anywhere else."""
+    case = [TESTS / "models" / "equal_crank.lua", "--until", 1]
+    refdyn("sim", *case, "--tol-rates", "1e-7", "-o", "/dev/null", status=3)
+    run, said, summary = motion(*case, "--verify")
+    angles = motion(*case, "--set", "row=angles", "--tol", "1e-11")[0]
+    found = max(errors(run, angles, summary)[0].values())
+    assert found / 3 <= summary["error"]["largest"] <= 3 * found and summary["error"]["is_trusted"]
+    assert all(summary["error"][kind] is None for kind in KINDS) and "rates, accelerations and forces: no estimate" in said
+
+
 SPIN = """local rd = require "refdyn"
 return rd.model { name = "spin", links = { { "body", joint = "%s", start = { %s }, start_rate = { psi = 2.3, %s }, mass = 1.7,
   inertia = { xx = 0.11, yy = 0.2, zz = 0.25 } } } }

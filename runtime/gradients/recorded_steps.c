@@ -73,9 +73,9 @@ static void add_due(struct refdyn_pattern *pattern, const struct refdyn_state_ev
 /* Does the last step end where the caller or the end of the motion has asked for it? */
 static int is_at_fixed(const struct refdyn_motion *motion, const struct refdyn_ahead *ahead) {
     const struct refdyn_step *step = &motion->step;
-    const int ends_at_outputs = motion->options.tol == 0 || step->method->kind->ends_at_outputs;
     return step->t_end > step->t_begin &&
-           ((ends_at_outputs && step->t_end == ahead->t_out) || step->t_end == ahead->bound);
+           ((refdyn_steps_end_at_outputs(motion) && step->t_end == ahead->t_out) ||
+            step->t_end == ahead->bound);
 }
 
 /* Adds the waypoint at the end of the last step. Returns its index, -1 if there is none, -2 without memory.

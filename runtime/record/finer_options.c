@@ -10,6 +10,8 @@ static const double part = 0.01;
 /* Below this tolerance rounding exceeds the error of the steps. */
 static const double least = 1e-14;
 const double record_finer_most = 0.1;
+/* Tolerance of rates in the finer motion, unless the motion has a smaller one itself, and its least value. */
+static const double rates = 1e-7, rates_least = 1e-9;
 /* Times as many places at which events are looked for. */
 enum { LOOKS = 8 };
 
@@ -33,4 +35,11 @@ struct refdyn_options record_finer_options(const struct refdyn_integrator *integ
         *share = pow(0.5, order);
     }
     return options;
+}
+
+/* Without it, errors of accelerations do not follow the tolerance of positions. */
+double record_finer_rates(const struct refdyn_options *options) {
+    if (options->tol == 0)
+        return 0;
+    return options->tol_rates > 0 ? fmax(fmin(rates, part * options->tol_rates), rates_least) : rates;
 }

@@ -452,6 +452,38 @@ void record_table_put_units(const struct record_table *table, const struct recor
     writer->close(writer->context, '}');
 }
 
+static bool ends_with(const char *text, const char *end) {
+    const size_t length = strlen(text), size = strlen(end);
+    return length >= size && strcmp(text + length - size, end) == 0;
+}
+
+/* Datasets outside points have these paths, those of points and contacts these endings. */
+static enum record_kind kind_of_path(const char *path) {
+    static const struct {
+        const char *start, *end;
+        enum record_kind kind;
+    } kinds[] = {{"/qd", "/qd", RECORD_RATE},
+                 {"/qdd", "/qdd", RECORD_ACCELERATION},
+                 {"/force", "/force", RECORD_FORCE},
+                 {"/lambda", "/lambda", RECORD_FORCE},
+                 {"/contacts/", "/force", RECORD_FORCE},
+                 {"/points/", "/rd", RECORD_RATE},
+                 {"/points/", "/w", RECORD_RATE},
+                 {"/points/", "/rdd", RECORD_ACCELERATION},
+                 {"/points/", "/wd", RECORD_ACCELERATION}};
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (strncmp(path, kinds[i].start, strlen(kinds[i].start)) == 0 && ends_with(path, kinds[i].end))
+            return kinds[i].kind;
+    return RECORD_OTHER;
+}
+
+enum record_kind record_table_kind(const struct record_table *table, int column) {
+    for (int i = 0; i < table->part_count; i++)
+        if (column < table->parts[i].first + table->parts[i].count)
+            return kind_of_path(table->parts[i].path);
+    return RECORD_OTHER;
+}
+
 bool record_table_is_state(const struct record_table *table, int column) {
     return column >= table->ends[RECORD_STATES - 1] && column < table->ends[RECORD_STATES];
 }

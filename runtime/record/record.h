@@ -74,6 +74,9 @@ struct record_part {
     bool is_derivative;            /* added to the columns of the motion, and not read as one of them */
 };
 
+/* What a column is, as far as errors of motions are estimated by kinds. */
+enum record_kind { RECORD_OTHER, RECORD_RATE, RECORD_ACCELERATION, RECORD_FORCE, RECORD_KINDS };
+
 struct record_table {
     struct refdyn_integrator *integrator;
     const struct refdyn_spatial *spatial; /* NULL if no point has angular columns */
@@ -110,6 +113,8 @@ void record_table_fill_row(struct record_table *table);
 /* The first column that is infinite or NaN after record_table_fill, NULL if there is none. Multipliers and
  * forces that are not unique are NaN and do not count. */
 const char *record_table_not_finite(const struct record_table *table);
+/* The kind of a column; multipliers are forces. */
+enum record_kind record_table_kind(const struct record_table *table, int column);
 /* Returns whether a column of this name may be NaN in the rows of a motion: a force that is not unique. */
 bool record_may_be_open(const char *name);
 /* Returns whether the column is the value of a continuous state. */
@@ -333,6 +338,9 @@ void record_restore(const struct record_motion *motion);
 struct refdyn_options record_finer_options(const struct refdyn_integrator *integrator, double *share);
 /* The largest factor of the tolerance. */
 extern const double record_finer_most;
+/* The tolerance of rates in a finer motion that shows the errors of rates, accelerations and forces as well;
+ * 0 with fixed steps. */
+double record_finer_rates(const struct refdyn_options *options);
 
 /* ---- Messages about failed computations, and about states (failure_messages.c) ---- */
 

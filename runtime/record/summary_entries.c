@@ -50,6 +50,8 @@ static void put_method(const struct record_writer *writer, const struct record_s
                                                    : record_stabilise_names[options->stabilise]);
     writer->number(writer->context, options->tol > 0 ? "tol" : "step",
                    options->tol > 0 ? options->tol : options->step);
+    if (options->tol_rates > 0)
+        writer->number(writer->context, "tol_rates", options->tol_rates);
     if (options->step_max > 0)
         writer->number(writer->context, "step_max", options->step_max);
 }

@@ -121,6 +121,13 @@ void refdyn_attempt_measured(const struct refdyn_motion *motion, struct refdyn_a
     attempt->is_measured = 1;
 }
 
+/* The error of rates, accelerations and forces of a completed step, in tolerances, as far as it counts. */
+static double error_of_rates(struct refdyn_motion *motion, double h, double error) {
+    const double tolerance = motion->options.tol_rates;
+    return tolerance > 0 ? refdyn_rate_errors_measure(motion, h, tolerance)
+                         : refdyn_automatic_error_of_rates(motion, h, error);
+}
+
 /* *error: of the step, in tolerances; INFINITY if it could not be evaluated. The step is accepted if it is at
  * most 1 and *t is INFINITY; a finite *t is an obstacle where the step has to end. */
 static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attempt, int status, double *error,
@@ -136,12 +143,13 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
             refdyn_step_largest_error(&motion->step, attempt->h, refdyn_attempt_span(motion, attempt->h)));
     *error = attempt->size;
     attempt->ahead.rank = motion->work->partition.rank;
-    const int is_good = *error <= 1 || refdyn_repeats(motion);
-    if (is_good)
+    if (*error <= 1)
         status = refdyn_motion_complete(motion);
     if (status && refdyn_repeats(motion))
         return status;
-    if (!is_good || status) {
+    if (*error <= 1 && !status && !refdyn_repeats(motion))
+        *error = fmax(*error, error_of_rates(motion, attempt->h, *error));
+    if (!(*error <= 1) || status) {
         *t = refdyn_obstacles_cause(motion, &attempt->ahead, status);
         return isfinite(*t) ? REFDYN_OK : status;
     }

@@ -149,6 +149,7 @@ int refdyn_motion_accept(struct refdyn_motion *motion, double h) {
     struct refdyn_step *step = &motion->step;
     refdyn_statistics_step(&motion->statistics, motion->work, h);
     refdyn_statistics_method(&motion->statistics, step->number);
+    refdyn_rate_errors_note(motion);
     refdyn_automatic_after_step(motion);
     return motion->options.balance && step->method->kind->leaves_out_work
                ? refdyn_find_work_done(step, 1, step->state_new + 2 * step->n)

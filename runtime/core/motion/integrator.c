@@ -324,6 +324,8 @@ static int start(struct refdyn_integrator *integrator) {
     if (!status)
         status = meet_jumps(integrator);
     refdyn_automatic_start(integrator->motion);
+    if (!status)
+        refdyn_rate_errors_start(integrator->motion);
     return status;
 }
 
@@ -410,7 +412,7 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
     int status = refdyn_integrator_status(integrator);
     if (status)
         return status;
-    struct refdyn_motion *motion = enter(integrator);
+    enter(integrator);
     stop_here(integrator);
     refdyn_partition_bound_rank(integrator->work, integrator->work->m);
     take_parameters(integrator);
@@ -421,7 +423,6 @@ int refdyn_integrator_refresh(struct refdyn_integrator *integrator) {
         status = refdyn_equations(integrator->work, integrator->t_right, integrator->q, integrator->qd);
     if (!status)
         status = solve_seen(integrator);
-    refdyn_automatic_go_back(motion, motion->step.t_end - integrator->t);
     if (!status)
         status = begin_here(integrator);
     if (!status)

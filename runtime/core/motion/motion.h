@@ -1,9 +1,9 @@
 /*
  * Motions: what the files of this folder offer each other, the bindings and batches. Callers use refdyn.h.
  *
- * Parts in reading order: obstacles ahead, one accepted step, its length, the automatic method; the
- * programme, the parameters; time events, rows that jump or fade out, singular states; contacts, state
- * events, kinks; energy; steps that copies repeat; the motion, the struct of all these parts.
+ * Parts in reading order: obstacles ahead, one accepted step, its length, the automatic method,
+ * errors of rates; the programme, the parameters; time events, rows that jump or fade out, singular states;
+ * contacts, state events, kinks; energy; steps that copies repeat; the motion, the struct of all these parts.
  */
 #ifndef REFDYN_MOTION_H
 #define REFDYN_MOTION_H
@@ -191,7 +191,9 @@ struct refdyn_automatic {
     enum refdyn_method next;   /* method of the next step */
     long steps_left, patience; /* until the trial of this candidate ends, or the next one begins */
     int wants_spectrum;
-    double marked_t, marked_operations;
+    double way;       /* of the steps since the last mark, as long as positions would let them be [s] */
+    double held_back; /* the last step, if positions alone limited it, over its length */
+    double marked_operations;
 };
 
 /* Begins the first trial, at the start of a motion. */
@@ -204,14 +206,34 @@ double refdyn_automatic_tolerance(const struct refdyn_motion *motion);
  * method. It does so if the tangent at the beginning of the step is not finite, because no smaller step
  * changes that. */
 int refdyn_automatic_after_failure(struct refdyn_motion *motion);
+/* Measures the errors of rates, accelerations and forces of a completed step of h, whose error of positions
+ * is `error`, if it is an explicit step near its stability limit. Returns their size in tolerances of such
+ * steps, so that they excite no vibrations; 0 in other steps. */
+double refdyn_automatic_error_of_rates(struct refdyn_motion *motion, double h, double error);
 /* Ends the automatic choice until the next start; the second function changes the method at the beginning of
  * the step. */
 void refdyn_automatic_leave(struct refdyn_motion *motion);
 void refdyn_automatic_change(struct refdyn_motion *motion, enum refdyn_method method);
-/* The motion continues from a time before the end of its last step, by `back` [s]. */
-void refdyn_automatic_go_back(struct refdyn_motion *motion, double back);
 /* Changes to the method that `next` names. */
 void refdyn_automatic_take_up(struct refdyn_motion *motion);
+
+/* ---- Errors of rates, accelerations and forces (rate_errors.c) ---- */
+
+enum { REFDYN_RATE_KINDS = 3 };
+
+/* `struct refdyn_rate_errors` is written only by rate_errors.c. */
+struct refdyn_rate_errors {
+    double
+        largest[REFDYN_RATE_KINDS]; /* rate, acceleration, force of the programme since the start, by unit */
+};
+
+/* Begins with the values of the start, whose row terms are in the workspace; the second function adds those
+ * of an accepted step. */
+void refdyn_rate_errors_start(struct refdyn_motion *motion);
+void refdyn_rate_errors_note(struct refdyn_motion *motion);
+/* Returns the largest error of a completed step of h relative to the largest value of its kind, divided by
+ * the tolerance; INFINITY if it cannot be evaluated. Costs an evaluation, mostly. */
+double refdyn_rate_errors_measure(struct refdyn_motion *motion, double h, double tolerance);
 
 /* ---- The programme: projections along directions that suit the method (programme.c) ---- */
 
@@ -777,6 +799,7 @@ struct refdyn_motion {
     struct refdyn_idle idle;
     struct refdyn_programme programme;
     struct refdyn_automatic automatic;
+    struct refdyn_rate_errors rate_errors;
     struct refdyn_singular_crossing crossing;
     struct refdyn_fading fading;
     struct refdyn_residuals_before before;
@@ -795,6 +818,18 @@ struct refdyn_motion {
 /* Does the motion repeat the steps of another one? */
 static inline int refdyn_repeats(const struct refdyn_motion *motion) {
     return motion->repetition.pattern != NULL;
+}
+
+/* Adaptive steps of most methods reach beyond outputs, where their interpolants provide the state. Their
+ * errors are those of positions alone. */
+static inline int refdyn_steps_end_at_outputs(const struct refdyn_motion *motion) {
+    return motion->options.tol == 0 || motion->options.tol_rates > 0 ||
+           motion->step.method->kind->ends_at_outputs;
+}
+
+/* The judgement of the next step may need its error estimate. */
+static inline int refdyn_rate_errors_may_count(const struct refdyn_motion *motion) {
+    return motion->options.tol_rates > 0 || motion->options.method == REFDYN_AUTO;
 }
 
 /* Returns OK, or NOT_STARTED before a successful start. */

@@ -44,6 +44,10 @@ static const char *wrong_option(const struct refdyn_options *options) {
         return "tol must be positive: the automatic choice takes no fixed steps";
     if (!is_fixed && refdyn_method_definition(options->method)->order_error == 0)
         return "tol must be 0: the method has fixed steps";
+    if (!is_not_negative(options->tol_rates) || options->tol_rates >= 1 ||
+        (is_fixed && options->tol_rates > 0))
+        return is_fixed ? "tol_rates must be 0: steps are fixed"
+                        : "tol_rates must lie between 0 and 1, or be 0 for none";
     if (!is_not_negative(options->step) || (is_fixed && options->step == 0))
         return is_fixed ? "step must be positive" : "step must be positive, or 0 for an automatic one";
     if (!is_not_negative(options->step_max))

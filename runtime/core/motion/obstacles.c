@@ -71,10 +71,8 @@ static double find_bound(struct refdyn_motion *motion, struct refdyn_ahead *ahea
     return ahead->bound;
 }
 
-/* Adaptive steps of most methods reach beyond outputs, where their interpolants provide the state. */
 static double find_output(struct refdyn_motion *motion, struct refdyn_ahead *ahead) {
-    const int is_met = motion->options.tol == 0 || motion->step.method->kind->ends_at_outputs;
-    return is_met ? ahead->t_out : INFINITY;
+    return refdyn_steps_end_at_outputs(motion) ? ahead->t_out : INFINITY;
 }
 
 /* ---- The list ---- */

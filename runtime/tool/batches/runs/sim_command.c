@@ -69,7 +69,7 @@ const struct command sim_command = {
     .name = "sim",
     .run = run_motion,
     .operands = "MODEL.lua",
-    .options = "output until! method step tol step-max accuracy derivatives lanes verify inputs stop every "
+    .options = "output until! method step tol tol-rates step-max accuracy derivatives lanes verify inputs stop every "
                "from stabilise singular start hold release way realise before after mesh play summary watch "
                "of case parameters set fold",
     .tables = {case_rules, simulate_sim_rules, realise_rules, simulate_rules, equilibria_rules, scene_rules},

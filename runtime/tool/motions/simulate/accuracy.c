@@ -185,10 +185,12 @@ bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct record_ta
 /* ---- One run, with positions at its outputs and limits ---- */
 
 /* Writes a row if all its values are finite; otherwise the motion ends there. */
-static void add_output(struct trial *trial, struct record_table *table, struct row_sink *rows) {
+static void add_output(struct trial *trial, struct row_sink *rows) {
+    struct record_table *table = &trial->table;
     struct refdyn_integrator *integrator = &trial->motion.integrator;
-    if (rows) {
+    if (rows || trial->track.table)
         record_table_fill_row(table);
+    if (rows) {
         const char *unfit = record_table_not_finite(table);
         if (unfit) {
             trial->unfit = unfit;
@@ -204,7 +206,8 @@ static void add_output(struct trial *trial, struct record_table *table, struct r
 
 /* Adds the last state of a motion that ended early as one more row. Restores the description of the failure.
  */
-static void add_last(struct trial *trial, struct record_table *table, struct row_sink *rows) {
+static void add_last(struct trial *trial, struct row_sink *rows) {
+    struct record_table *table = &trial->table;
     struct refdyn_integrator *integrator = &trial->motion.integrator;
     const struct refdyn_fault fault = integrator->work->fault;
     const int cause = integrator->cause;
@@ -221,28 +224,28 @@ static void add_last(struct trial *trial, struct record_table *table, struct row
     integrator->failed_t = failed_t;
 }
 
-static void go(struct trial *trial, struct record_table *table, struct row_sink *rows) {
+static void go(struct trial *trial, struct row_sink *rows) {
     struct motion *motion = &trial->motion;
     struct progress progress;
     if (motion->record.stops)
         record_stops_hold(motion->record.stops);
-    if (rows && !rows->form->begin(rows, table))
+    if (rows && !rows->form->begin(rows, &trial->table))
         trial->result = RECORD_NOT_WRITTEN;
     else
-        add_output(trial, table, rows);
+        add_output(trial, rows);
     system_progress_start(&progress, "motion");
     for (long i = 1;
          i < motion->record.outputs && trial->result == REFDYN_OK && !record_is_stopped(&motion->record);
          i++) {
         trial->result = simulate_to(motion, i, &progress);
         if (trial->result == REFDYN_OK && motion->integrator.t > trial->track.t[trial->track.count - 1])
-            add_output(trial, table, rows);
+            add_output(trial, rows);
     }
     system_progress_end(&progress);
     if (trial->result == REFDYN_OK)
         refdyn_energy_scale(&motion->record.energy, &motion->integrator);
     if (rows && trial->result != REFDYN_OK && trial->result != RECORD_NOT_WRITTEN && !trial->unfit)
-        add_last(trial, table, rows);
+        add_last(trial, rows);
     if (rows && !rows->form->end(rows) && trial->result == REFDYN_OK)
         trial->result = RECORD_NOT_WRITTEN;
 }
@@ -257,7 +260,6 @@ void simulate_trial_run(struct trial *trial, const struct task *task,
                         const struct refdyn_options *integration, struct row_sink *rows) {
     const char *method = options_text(task->options, "method");
     struct motion *motion = &trial->motion;
-    struct record_table table;
     *trial = (struct trial){.usage = STATUS_DONE};
     trial->result =
         simulate_start(motion, task->scene, integration, task->until, options_number(task->options, "every"));
@@ -275,11 +277,13 @@ void simulate_trial_run(struct trial *trial, const struct task *task,
         return;
     if (task->on_start)
         task->on_start(task, motion);
-    simulate_table_start(&table, &motion->integrator, task->scene->compiled.spatial);
+    simulate_table_start(&trial->table, &motion->integrator, task->scene->compiled.spatial);
     if (rows)
         start_limits(trial, task->scene);
     simulate_track_start(&trial->track, task->scene->model, motion->record.outputs);
-    go(trial, &table, rows);
+    if (task->has_estimate)
+        simulate_track_keep(&trial->track, &trial->table, motion->record.outputs);
+    go(trial, rows);
     record_restore(&motion->record);
 }
 

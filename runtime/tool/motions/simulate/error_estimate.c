@@ -1,5 +1,5 @@
 /*
- * Estimates the error of a whole motion from the positions of two runs.
+ * Estimates the error of a whole motion from two runs: of positions, and of rates, accelerations and forces.
  *
  * If the error of the other run is a fraction s of the error of the judged run, the runs differ by |1 - s| of
  * the latter (Richardson; Hairer, Norsett and Wanner, Solving ODEs I, II.4). With fixed steps s =
@@ -26,6 +26,11 @@ void simulate_track_start(struct track *track, const struct refdyn_model *model,
     track->r = format_allocate_large(outputs * 3 * (size_t)model->point_count, sizeof *track->r);
 }
 
+void simulate_track_keep(struct track *track, const struct record_table *table, long room) {
+    track->table = table;
+    track->values = format_allocate_large((size_t)room * (size_t)table->count, sizeof *track->values);
+}
+
 void simulate_track_add(struct track *track, const struct refdyn_integrator *integrator) {
     const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_model *model = work->model;
@@ -38,16 +43,20 @@ void simulate_track_add(struct track *track, const struct refdyn_integrator *int
     if (model->point_count > 0)
         model->r(work->p, work->x, integrator->t, integrator->q, integrator->qd,
                  track->r + 3 * i * model->point_count);
+    if (track->table)
+        memcpy(track->values + i * track->table->count, track->table->values,
+               (size_t)track->table->count * sizeof *track->values);
 }
 
 void simulate_track_release(struct track *track) {
     free(track->t);
     free(track->q);
     free(track->r);
+    free(track->values);
     *track = (struct track){.count = 0};
 }
 
-/* ---- The estimate ---- */
+/* ---- Positions ---- */
 
 static long count_common(const struct track *a, const struct track *b) {
     const long most = a->count < b->count ? a->count : b->count;
@@ -102,6 +111,90 @@ static void compare_output(struct estimate *estimate, const struct track *a, con
     raise_peak(&estimate->largest, factor * simulate_track_distance(a, i, b, i), a->t[i]);
 }
 
+/* ---- Rates, accelerations and forces ---- */
+
+static bool is_alike(const struct estimate *estimate, int a, int b) {
+    const char *const *units = estimate->table->units;
+    return estimate->columns[a].kind == estimate->columns[b].kind &&
+           (units[a] && units[b] ? strcmp(units[a], units[b]) == 0 : units[a] == units[b]);
+}
+
+/* A value that is not unique is NaN in both motions. */
+static void compare_column(struct column_error *error, const double *a, const double *b, double t,
+                           double factor) {
+    if (isnan(*a) && isnan(*b))
+        return;
+    raise_peak(&error->peak, factor * fabs(*a - *b), t);
+    error->scale = fmax(error->scale, fabs(*a));
+}
+
+static void compare_columns(struct estimate *estimate, const struct track *a, const struct track *b,
+                            double factor) {
+    const int width = a->table->count;
+    estimate->table = a->table;
+    estimate->columns = format_allocate((size_t)width, sizeof *estimate->columns);
+    for (int k = 0; k < width; k++) {
+        struct column_error *error = &estimate->columns[k];
+        error->kind = record_table_kind(a->table, k);
+        for (long i = 0; i < estimate->count && error->kind != RECORD_OTHER; i++)
+            compare_column(error, a->values + i * width + k, b->values + i * width + k, a->t[i], factor);
+    }
+    for (int k = 0; k < width; k++)
+        for (int j = 0; j < width; j++)
+            if (is_alike(estimate, k, j))
+                estimate->columns[k].scale = fmax(estimate->columns[k].scale, estimate->columns[j].scale);
+}
+
+static double relative(const struct column_error *error) {
+    return error->peak.error > 0 ? error->peak.error / error->scale : 0;
+}
+
+/* The column of a kind with the largest error relative to its scale; -1 if there is none. */
+static int find_worst(const struct estimate *estimate, enum record_kind kind) {
+    int worst = -1;
+    for (int k = 0; estimate->table && k < estimate->table->count; k++)
+        if (estimate->columns[k].kind == kind &&
+            (worst < 0 || relative(&estimate->columns[k]) > relative(&estimate->columns[worst])))
+            worst = k;
+    return worst;
+}
+
+static const char *const kind_names[] = {
+    [RECORD_RATE] = "rates", [RECORD_ACCELERATION] = "accelerations", [RECORD_FORCE] = "forces"};
+
+static void print_kinds(const struct estimate *estimate) {
+    if (!estimate->table)
+        fputs("  rates, accelerations and forces: no estimate; a finer motion that bounds their errors "
+              "fails\n",
+              stderr);
+    for (enum record_kind kind = RECORD_RATE; kind < RECORD_KINDS; kind++) {
+        const int k = find_worst(estimate, kind);
+        if (k < 0)
+            continue;
+        const struct column_error *error = &estimate->columns[k];
+        const char *unit = estimate->table->units[k];
+        fprintf(stderr, "  %-13s %.2g %s, %.1g of the largest, in %s at t = %.6g s\n", kind_names[kind],
+                error->peak.error, unit ? unit : "", relative(error), estimate->table->names[k],
+                error->peak.t);
+    }
+}
+
+static void put_kinds(const struct estimate *estimate, struct document *document) {
+    for (enum record_kind kind = RECORD_RATE; kind < RECORD_KINDS; kind++) {
+        if (!estimate->table) {
+            format_put_null(document, kind_names[kind]);
+            continue;
+        }
+        format_put_open(document, kind_names[kind], '{');
+        for (int k = 0; k < estimate->table->count; k++)
+            if (estimate->columns[k].kind == kind)
+                format_put_number(document, estimate->table->names[k], estimate->columns[k].peak.error);
+        format_put_close(document, '}');
+    }
+}
+
+/* ---- The estimate ---- */
+
 void simulate_estimate_make(struct estimate *estimate, const struct track *judged, const struct track *other,
                             double share) {
     const struct refdyn_model *model = judged->model;
@@ -114,6 +207,8 @@ void simulate_estimate_make(struct estimate *estimate, const struct track *judge
     estimate->coordinates = format_allocate((size_t)model->n, sizeof *estimate->coordinates);
     for (long i = 0; i < count; i++)
         compare_output(estimate, judged, other, i, factor);
+    if (judged->table && other->table)
+        compare_columns(estimate, judged, other, factor);
     estimate->difference = estimate->largest.error / factor;
     estimate->is_trusted = estimate->difference <= near_part * simulate_track_way(judged, count);
 }
@@ -153,6 +248,7 @@ void simulate_estimate_print(const struct estimate *estimate) {
     for (int j = 0; j < model->n; j++)
         fprintf(stderr, "  %-10s %.2g %s at t = %.6g s\n", model->coordinates[j].name,
                 estimate->coordinates[j].error, model->coordinates[j].unit, estimate->coordinates[j].t);
+    print_kinds(estimate);
     if (!estimate->is_trusted)
         print_warning(estimate);
 }
@@ -170,6 +266,7 @@ void simulate_estimate_put(const struct estimate *estimate, struct document *doc
     for (int j = 0; j < model->n; j++)
         format_put_number(document, model->coordinates[j].name, estimate->coordinates[j].error);
     format_put_close(document, '}');
+    put_kinds(estimate, document);
     format_put_number(document, "largest", estimate->largest.error);
     format_put_number(document, "largest_t", estimate->largest.t);
     format_put_truth(document, "is_trusted", estimate->is_trusted);

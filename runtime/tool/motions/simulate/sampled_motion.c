@@ -107,6 +107,11 @@ const struct option_rule simulate_rules[] = {
      "adaptive steps: local error tolerance, relative to 1 rad and the model's length, or 1 m if it "
      "states none (default 1e-6)",
      NULL, NULL},
+    {"tol-rates", "TOL", OPTION_POSITIVE,
+     "adaptive steps: local error tolerance of rates, accelerations and forces as well, relative to the "
+     "largest "
+     "of each kind so far (default: their errors do not count)",
+     NULL, NULL},
     {"step-max", "H", OPTION_POSITIVE, "largest adaptive step [s] (default: no bound)", NULL, NULL},
     {"every", "DT", OPTION_POSITIVE, "time between outputs [s] (default T/200)", NULL, NULL},
     {"from", "WHERE", OPTION_TEXT, "initial (default), statics, or a STATE.json", options_places, NULL},
@@ -130,6 +135,8 @@ static enum status choose_gsl(const struct options *options, struct refdyn_optio
         return options_error(options, "method", ": '%s' needs GSL; build refdyn with it", method);
     if (options_number(options, "step") > 0)
         return options_error(options, "step", ": %s chooses its steps; use --tol", method);
+    if (options_number(options, "tol-rates") > 0)
+        return options_error(options, "tol-rates", ": %s has one tolerance; use --tol", method);
     *integration = refdyn_options_default(REFDYN_RODAS5P);
     integration->stabilise = gsl_stabilise(method);
     if (tol > 0)
@@ -139,7 +146,8 @@ static enum status choose_gsl(const struct options *options, struct refdyn_optio
 
 static enum status choose_method(const struct options *options, struct refdyn_options *integration) {
     const double step = options_number(options, "step"), tol = options_number(options, "tol"),
-                 step_max = options_number(options, "step-max");
+                 step_max = options_number(options, "step-max"),
+                 tol_rates = options_number(options, "tol-rates");
     const char *name = options_text(options, "method");
     int method = step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
     if (simulate_gsl_has(name))
@@ -161,7 +169,14 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     if ((tol > 0 || step_max > 0) && integration->tol == 0)
         return options_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps; use --step",
                              refdyn_method_name(method));
+    if (tol_rates > 0 && (step > 0 || integration->tol == 0))
+        return options_error(options, "tol-rates",
+                             ": fixed steps have no tolerance; omit --step, or name a "
+                             "method with adaptive steps");
+    if (tol_rates >= 1)
+        return options_error(options, "tol-rates", ": must be below 1, because it is relative");
     integration->step_max = step_max;
+    integration->tol_rates = tol_rates;
     if (step > 0) {
         integration->step = step;
         integration->tol = 0;

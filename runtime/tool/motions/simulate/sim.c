@@ -64,6 +64,23 @@ static enum status finish(const struct summary *summary, const struct scene *sce
 
 /* ---- --verify ---- */
 
+/* Runs the motion with finer steps. If they cannot control the errors of rates as well, as near a singular
+ * state, they control those of positions alone, and the columns of rates are not kept. */
+static void run_finer(struct trial *second, struct task *task, struct refdyn_options options,
+                      struct summary *summary) {
+    const double tol_rates = options.tol_rates;
+    options.tol_rates = record_finer_rates(&options);
+    simulate_trial_run(second, task, &options, NULL);
+    summary->cpu_total_s += second->motion.cpu_s;
+    if (second->result == REFDYN_OK || second->result == RECORD_INTERRUPTED || options.tol_rates == tol_rates)
+        return;
+    simulate_trial_release(second);
+    options.tol_rates = tol_rates;
+    task->has_estimate = false;
+    simulate_trial_run(second, task, &options, NULL);
+    summary->cpu_total_s += second->motion.cpu_s;
+}
+
 /* Repeats the motion to the same end with finer steps, and estimates the error of the first run. */
 static enum status verify(const struct trial *trial, const struct task *task, struct summary *summary,
                           struct estimate *estimate) {
@@ -75,13 +92,12 @@ static enum status verify(const struct trial *trial, const struct task *task, st
     again.until = integrator->t;
     again.has_stops = false;
     again.on_start = NULL;
-    simulate_trial_run(&second, &again, &options, NULL);
+    run_finer(&second, &again, options, summary);
     enum status status = second.result == REFDYN_OK ? STATUS_DONE : STATUS_NUMBERS;
     if (status == STATUS_DONE) {
         simulate_estimate_make(estimate, &trial->track, &second.track, share);
         simulate_estimate_events(estimate, &trial->track, &trial->motion, &second.motion);
         summary->estimate = estimate;
-        summary->cpu_total_s += second.motion.cpu_s;
     } else {
         fputs("refdyn: the finer motion of --verify:\n", stderr);
         print_failure(&second);
@@ -286,6 +302,8 @@ static enum status run_scene(struct scene *scene, const struct options *options,
                               .options = options,
                               .until = options_number(options, "until"),
                               .has_stops = options_has(options, "stop"),
+                              .has_estimate =
+                                  options_has(options, "verify") || options_number(options, "accuracy") > 0,
                               .on_start = on_start};
     enum status status = simulate_fit(scene, options, integration);
     const char *play = options_text(options, "play"),

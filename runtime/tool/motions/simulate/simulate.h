@@ -17,16 +17,20 @@
 
 /* Error of a whole motion, from two runs of it at different tolerances or steps. */
 
-/* Positions at the outputs of one run. */
+/* Positions at the outputs of one run, and all columns if their errors are estimated. */
 struct track {
     const struct refdyn_model *model;
     long count;
-    double *t; /* (count) [s] */
-    double *q; /* (count x n) */
-    double *r; /* (count x point_count x 3) [m] */
+    double *t;                        /* (count) [s] */
+    double *q;                        /* (count x n) */
+    double *r;                        /* (count x point_count x 3) [m] */
+    const struct record_table *table; /* whose columns are kept; NULL: none */
+    double *values;                   /* (count x columns) */
 };
 
 void simulate_track_start(struct track *track, const struct refdyn_model *model, long room);
+/* Keeps the columns of the table, which is filled before each output is added. */
+void simulate_track_keep(struct track *track, const struct record_table *table, long room);
 /* Adds the integrator's state as the next output. */
 void simulate_track_add(struct track *track, const struct refdyn_integrator *integrator);
 /* The largest distance between the points of output i of one run and output j of the other; without points,
@@ -43,6 +47,13 @@ struct peak {
     double error, t;
 };
 
+/* The estimated error of a rate, acceleration or force. */
+struct column_error {
+    enum record_kind kind; /* OTHER: no error is estimated */
+    struct peak peak;
+    double scale; /* largest value in the same unit of this kind */
+};
+
 struct estimate {
     const struct refdyn_model *model;
     long count;               /* outputs that both runs share */
@@ -51,8 +62,10 @@ struct estimate {
     struct peak *points;      /* (point_count) */
     struct peak *coordinates; /* (n) */
     struct peak largest;      /* over all points [m]; without points, over the coordinates [their units] */
-    double difference;        /* between the two runs, before scaling */
-    struct record_difference events; /* in which the other run differs */
+    const struct record_table *table; /* of the columns; NULL: their errors are not estimated */
+    struct column_error *columns;     /* (columns) */
+    double difference;                /* between the two runs, before scaling */
+    struct record_difference events;  /* in which the other run differs */
     bool is_trusted;
 };
 
@@ -187,6 +200,7 @@ bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct record_ta
 struct trial {
     struct motion motion;
     struct record_stops stops;
+    struct record_table table;
     struct track track;
     struct record_limits limits; /* of the run whose rows are written */
     enum status usage;           /* STATUS_DONE unless --stop was wrong and nothing ran */
@@ -201,6 +215,7 @@ struct task {
     const struct options *options;
     double until; /* end of the motion unless a stop ends it [s] */
     bool has_stops;
+    bool has_estimate; /* the errors of all columns will be estimated: keeps these columns */
     void (*on_start)(const struct task *task, const struct motion *motion); /* may be NULL */
 };
 
