@@ -130,8 +130,8 @@ struct refdyn_partition {
     int changes;     /**< number of changes of the dependent coordinates since the first choice */
     double condition; /**< estimate for scaled K_d at the last accelerations: |[1 -P]| / smallest pivot */
     double condition_chosen; /**< the same at the time of the choice */
-    double share_chosen;     /**< largest share of a kept row in an omitted one at the time of the choice, in
-                                units of     their sizes, at least 1 */
+    double share_chosen;     /**< the same for the largest share of a kept row in an omitted one, in units of
+                                their sizes; at least 1 */
     double pivot;         /**< smallest pivot of scaled K_d at the last accelerations: 1 best, 0 singular */
     double pivot_min;     /**< smallest pivot since refdyn_partition_reset */
     double condition_max; /**< largest condition since refdyn_partition_reset */
@@ -180,11 +180,11 @@ struct refdyn_workspace {
     double *coupling; /**< (m x n) scratch: M_di + M_dd P / 2 */
     double *reduced; /**< (n x n) scratch: mass matrix of the independent coordinates, or M in projection; its
                           factor */
-    double *weight;  /**< (n) 1/sqrt(M_jj) at the state where the partition was chosen */
-    double *row_state; /**< (1 + 2 n) t, q, qd of u v phi psi k */
-    double *sizes;     /**< (m x n) coefficients of the rows without cancellation, at least |u|, where the
-                          partition     was chosen */
-    double *row_size;  /**< (m) largest size of each row times weight */
+    double *weight;  /**< (n) 1/sqrt(M_jj) at the last call of refdyn_row_sizes */
+    double *row_state; /**< (1 + 2 n) t, q and qd to which u, v, phi, psi and k belong */
+    double *sizes;     /**< (m x n) coefficients of the rows without cancellation, at least |u|, at the last
+                          call of refdyn_row_sizes */
+    double *row_size;  /**< (m) largest size_j weight_j of each row */
     double *anchored;  /**< (anchored_count) values of the anchored parameters */
     double *side;      /**< (n) scratch, ordered: right side, then solution */
     double *lambda;    /**< (m) scratch, ordered: multipliers */
@@ -615,7 +615,7 @@ int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 int refdyn_integrator_look_at_state(struct refdyn_integrator *integrator, double t);
 /** Looks beyond events that are due at the shown state, if they set inputs and parameters alone: work->x,
  * work->p, qdd and lambda become those with which the motion continues. Returns whether they do; then call
- * refdyn_integrator_see_before, which restores them, before the motion goes on. */
+ * refdyn_integrator_see_before, which restores them, before the motion continues. */
 int refdyn_integrator_see_after(struct refdyn_integrator *integrator);
 void refdyn_integrator_see_before(struct refdyn_integrator *integrator);
 /** Computes the multipliers (m) of the rows at the shown state: NaN for each that is not unique, because its
@@ -630,8 +630,8 @@ int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force)
  * [N for a gap in m]; 0 for contacts that do not rest. If forces are not unique, these are the smallest ones,
  * unless one of them would pull. Error: NOT_STARTED. */
 int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces);
-/** Continues from changed values: evaluates the shown state again. What the last step has found after that
- * state, such as events, has not happened. Call it after changing the integrator's q and qd between steps.
+/** Continues from changed values: evaluates the shown state again. Events that the last step has found
+ * after that state have not happened. Call it after changing the integrator's q and qd between steps.
  * After changes of work->x or work->p (then refdyn_prepare), the next call that advances the motion does the
  * same; call it to have the accelerations before that. The gains are those that options.stabilise requests.
  * Errors: NOT_FINITE, REFUSED, those of refdyn_accelerate; NOT_STARTED. */

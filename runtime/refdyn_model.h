@@ -63,8 +63,8 @@ enum refdyn_row_level {
 struct refdyn_row {
     const char *name;            /**< as in the model file */
     enum refdyn_row_level level; /**< of its residual */
-    int driven; /**< 1 + the coordinate whose course the row prescribes (rd.drive, rd.lock); 0: none */
-    const char *unit; /**< of its multiplier: "N" or "N m"; "": that of a formula of the author */
+    int driven;       /**< 1 + the coordinate whose course the row prescribes (rd.drive, rd.lock); 0: none */
+    const char *unit; /**< of its multiplier: "N" or "N m"; "": it depends on the author's formula */
 };
 
 /** A state event: the step of a motion ends where its value crosses zero. */
@@ -250,8 +250,8 @@ struct refdyn_model {
     refdyn_function *M_h;       /**< struct NAME_M_h_result as doubles: M (n x n), h (n) */
     refdyn_function *f;         /**< (n) h + Q [N, N m] */
     refdyn_function *row_terms; /**< struct NAME_row_terms_result: u (m x n), v, phi, psi, k (m each) */
-    refdyn_function *row_sizes; /**< (m x n) |u| without cancellation: larger than u by rounding where u is
-                                   rounding alone. The runtime reads them where it chooses independent rows */
+    refdyn_function *row_sizes; /**< (m x n) sizes of u without cancellation, at least about |u|. By them the
+                                   runtime recognises coefficients that are rounding alone */
     refdyn_function *point_terms; /**< struct NAME_point_terms_result: r, rd, C, d */
     refdyn_function *constrained; /**< struct NAME_constrained_result: qdd (n), power (1), lambda (m) */
     refdyn_function *terms; /**< struct NAME_terms_result: the results of row_terms, then of point_terms */

@@ -123,6 +123,22 @@ def test_lanes_do_not_matter(arguments, in_lanes, tmp_path):
         assert np.array_equal(np.isnan(lanes["final/third_psi"][...]), np.isnan(alone["final/third_psi"][...]))
 
 
+def test_tolerance_of_rates(tmp_path):
+    """From the file or the command line, in lanes and without, it is that of `sim`."""
+    cases = "vary = { mass = rd.grid(0.7, 1.9, 3) }, t_end = 0.5, tol = 1e-6, keep = { final = true }"
+    given = HEAD + "return rd.sweep { %s, tol_rates = 1e-7 }" % cases
+    for name, sweep, arguments in (("plain", HEAD + "return rd.sweep { %s }" % cases, ["--lanes", "1"]), ("file", given, ["--lanes", "1"]), ("lanes", given, ["--lanes", "2"]),
+                                   ("line", HEAD + "return rd.sweep { %s, tol_rates = 1e-3 }" % cases, ["--tol-rates", "1e-7", "--lanes", "1"])):
+        batch(tmp_path, sweep, *arguments, output=f"{name}.h5")
+    refdyn("sim", MODEL, "--set", "mass=1.9", "--until", "0.5", "--every", "0.5", "--tol", "1e-6", "--tol-rates", "1e-7", "-o", tmp_path / "sim.csv")
+    refdyn("sim", "--of", tmp_path / "file.h5", "--case", "2", "-o", tmp_path / "again.csv")
+    run, again = read_run(tmp_path / "sim.csv"), read_run(tmp_path / "again.csv")
+    with h5py.File(tmp_path / "file.h5") as file, h5py.File(tmp_path / "lanes.h5") as lanes, h5py.File(tmp_path / "plain.h5") as plain, h5py.File(tmp_path / "line.h5") as line:
+        found = file["final/tip_z"][...]
+        assert found[2] == run["tip_z"][-1] == again["tip_z"][-1] and np.array_equal(line["final/tip_z"][...], found)
+        assert np.abs(lanes["final/tip_z"][...] - found).max() < 1e-9 and not np.array_equal(plain["final/tip_z"][...], found)
+
+
 def test_parts_are_joined(done, tmp_path):
     """Ranges run separately, in any order, and merged make the same file."""
     for name, cases in (("b.h5", "9:17"), ("a.h5", ":9"), ("c.h5", "17:")):
@@ -143,7 +159,7 @@ def test_a_failed_case_leaves_the_others(tmp_path):
     bad.write_text("mass,arm_psi,torque\n" + "\n".join(rows) + "\n")
     for table in (good, bad):
         done = refdyn("batch", MODEL, "--table", table, "--until", "0.3", "--threads", "2", "-o", table.with_suffix(".h5"))
-    assert "2 of these failed" in done.stderr
+    assert "2 of these failed\nfailed       case 17, the first of them: " in done.stderr and "links[1].mass: value -5; must be positive\n" in done.stderr
     with h5py.File(good.with_suffix(".h5")) as all_good, h5py.File(bad.with_suffix(".h5")) as two_bad:
         assert list(np.flatnonzero(two_bad["status"][...])) == [17, 29] and not all_good["status"][...].any()
         assert list(two_bad["status"][[17, 29]]) == [1, 3]

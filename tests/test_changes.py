@@ -68,7 +68,7 @@ def file_of(tmp_path_factory):
 
 
 def pattern(name, seed, event_times=()):
-    """Stops [(t, touch, u)] of a motion; at some of them u changes for good. Some are at events, or beside them."""
+    """Stops [(t, touch, u)] of a motion; at some of them u changes for good. Some are at events, or next to them."""
     choose, until = random.Random(f"{name} {seed}"), MODELS[name][1]
     times = [until * choose.random() for _ in range(choose.choice([3, 15, 60]))] + [round(until * choose.random(), 1) for _ in range(4)]
     for t in choose.sample(event_times, min(len(event_times), 5)):
@@ -128,7 +128,7 @@ def same_events(found, expected):
 # ---- Python ----
 
 def touched(one, touch, u, last):
-    """Values that are set again, or set and set back, change nothing; u is new or as before. A load that opens a contact opens it at once."""
+    """Values that are set again, or set and set back, change nothing. u is new or as before; a load that would open a contact opens it at once."""
     if touch == "input and back":
         one.set(inputs={"u": u + 1})
     if touch == "parameter and back":
@@ -155,7 +155,7 @@ def advanced(one, stops, until):
 
 @pytest.mark.parametrize("name", MODELS)
 def test_patterns(package, file_of, name, tmp_path):  # noqa: F811
-    """Of all methods; the first pattern has no change, the others have some."""
+    """The first pattern, which changes nothing, by all methods; each of the others, with changes, by one."""
     model = package.Model(file_of(name))
     times = events_of(file_of(name), name)
     for seed in range(COUNT):
@@ -172,7 +172,7 @@ def test_patterns(package, file_of, name, tmp_path):  # noqa: F811
 
 
 def test_loop_of_the_page(package, file_of):  # noqa: F811
-    """A bounce at 0.4 s, in spite of sixty settings before and after it; many settings at one time are no accumulation of events."""
+    """A bounce at 0.4 s, despite sixty settings before and after it; many settings at one time do not count as accumulating events."""
     wall = package.Model(file_of("wall"))
     for method in METHODS:
         one = wall.motion(method=method)

@@ -168,7 +168,7 @@ def test_faults_of_no_line_name_none(tmp_path):
     (tmp_path / "file").write_text("")
     facts = {
         ("check", "empty.lua"): "empty.lua: the file returns nothing; must return rd.model { ... }",
-        ("check", PENDULUM, "--set", "nothing=1"): f"{PENDULUM}: --set nothing: the model has no option, parameter or input of this name",
+        ("check", PENDULUM, "--set", "nothing=1"): f"{PENDULUM}: --set nothing: the model has no option, parameter or input of this name; it has none; declare a number by rd.parameter",
         ("gen", PENDULUM, "-o", "file/out"): "file/out: output: the folder cannot be made: Not a directory",
         ("eval", PENDULUM, "--state", "none.json"): "none.json: state: No such file or directory; must be a readable file",
         ("plot", "none.csv", "-o", "none.svg"): "none.csv: run: No such file or directory; must be a readable file",

@@ -66,15 +66,13 @@ def test_zero_at_the_start(start, tmp_path):
 
 
 def jumps(form, direction, rate, until):
-    """Value at the time t, its jumps and poles, and its zeros, of functions of a = rate t."""
+    """The times before `until` at which a form of a = rate t changes its sign in this direction; the first change is downwards."""
     w = 2 * math.pi
     places = {"square": [(k * math.pi - 0.3) / w for k in range(1, 80)], "tan": [(k * math.pi / 2 - 0.4) / w for k in range(1, 80)],
               "pole": [1.25 * (k + 0.5) for k in range(20)], "pulse": sorted((side * math.acos(0.99) + w * k) / w for k in range(20) for side in (-1, 1)),
               "saw": [(math.pi / 2 * k - 0.2) / w for k in range(1, 80)]}[form]
     places = [place / rate * w for place in places if 0 < place / rate * w < until]
-    first = {"square": "down", "tan": "down", "pole": "down", "pulse": "down", "saw": "down"}[form]
-    kept = [place for place, side in zip(places, itertools.cycle((first, "up"))) if direction in ("both", side)]
-    return kept
+    return [place for place, side in zip(places, itertools.cycle(("down", "up"))) if direction in ("both", side)]
 
 
 FORMS = {"square": "rd.where(rd.less(rd.sin({a} + 0.3), 0), -1, 1)", "tan": "rd.tan({a} + 0.4)", "pole": "1 / rd.cos({a} / 2.5)",

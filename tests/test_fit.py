@@ -222,6 +222,19 @@ return rd.model {
     assert "warning: a slight change of wall reorders events: its derivatives are differences of separate motions" in done.stderr
 
 
+def test_start_of_a_value_on_a_kink(tmp_path):
+    """The search leaves the kink of a spring that only pulls."""
+    model = tmp_path / "pulled.lua"
+    model.write_text("""local rd = require "refdyn"
+local p = rd.parameters { { "pull", 1, "N" }, { "d", 0.4, "N s/m" } }
+return rd.model { name = "pulled", gravity = { 0, 0, 0 }, links = { { "a", joint = "x", mass = 1.5, spring = { x = 20 }, damper = { x = p.d } } },
+  forces = function(s) return { a_x = 3 * rd.max(p.pull, 1) + rd.sin(7 * s.t) } end }""")
+    refdyn("sim", model, "--set", "pull=1.7", "--until", 3, "--every", 0.02, "-o", tmp_path / "run.csv")
+    data = measured(tmp_path / "d.csv", list(csv.DictReader((tmp_path / "run.csv").open())), 3, columns={"a_x": 1e-3})
+    found, done = fit(model, data, "--vary", "pull,d", "--noise", "a_x=1e-3", folder=tmp_path)
+    assert abs(found["values"]["pull"] - 1.7) < 4 * found["standard_errors"]["pull"] and found["rough_errors"] == [], done.stderr
+
+
 BAD = {
     "degrees": (lambda i, v: [v[0], math.degrees(v[1]), v[2]], ":1: data: column column_psi is 57.* times the motion: it seems to be in degrees"),
     "exchanged": (lambda i, v: [v[0], v[2], v[1]], ":1: data: columns column_psi and E_xdd seem exchanged: each resembles the motion of the other"),

@@ -393,6 +393,72 @@ def test_other_order_of_events(tmp_path):
     assert numpy.isfinite(found["d_ball_z_by_H"][:-1]).all() and numpy.isnan(found["d_ball_z_d_by_H"][-1])
 
 
+# Each value is exactly on a kink or jump: slide a pulls, slide b is held by a contact without force, slide c follows a row.
+BENT = """local rd = require "refdyn"
+local p = rd.parameters { { "a", 0 }, { "one", 1 }, { "few", 0 }, { "step", 0 }, { "late", 0 }, { "lift", 0 }, { "row", 0 }, { "course", 2 }, { "m", 1.5, "kg" } }
+local u = rd.input("u", 0, "N")
+return rd.model { name = "kinks", gravity = { 0, 0, 0 }, points = { b = "b" },
+  links = { { "a", joint = "x", mass = p.m }, { "b", joint = "z", mass = 0.8 }, { "c", joint = "x", mass = 1 }, { "d", joint = "x", mass = 1, damper = { x = 0.3 } } },
+  forces = function(s)
+    return { a_x = 1 + rd.max(p.a, 0) + rd.min(p.one, 1) + 3 * p.few + 0.02 * rd.abs(p.few) + rd.where(rd.less(p.step, 0), 1, 2) + u + rd.abs(u),
+             b_z = p.lift, d_x = 0.4 + rd.where(rd.less(s.t, 0.5), 1, 1 + rd.abs(p.late)) }
+  end,
+  constraints = function(s) return { rd.position { s.q.c_x - rd.max(0, p.row) * s.t^2 }, rd.contact { s.points.b.z, name = "floor" } } end,
+  courses = function(s) return { bent = rd.abs(p.course - 2) * s.t + p.course^2 } end }
+"""
+# By value: column, slope above and below it for t = 1.
+SIDES = {"a": ("a_x", 1 / 3, 0), "one": ("a_x", 0, 1 / 3), "few": ("a_x", 3.02 / 3, 2.98 / 3), "lift": ("b_z", 0.625, 0), "row": ("c_x", 1, 0),
+         "course": ("bent", 5, 3), "u": ("a_x", 2 / 3, 0)}
+
+
+@pytest.mark.parametrize("arguments", [(), ("--method", "radau9"), ("--method", "rk54", "--lanes", 4), ("--method", "rodas5p"),
+                                       ("--method", "rk4", "--step", 0.05)])
+def test_values_on_a_kink(arguments, tmp_path):
+    """A slope of its own on each side: nan in the columns concerned, with both slopes; other columns keep their derivatives."""
+    model = written(tmp_path, "kinks", BENT)
+    found, said = derive(model, "--until", 1, "--every", 0.25, *arguments, names=[*SIDES, "step", "late", "m"], folder=tmp_path)
+    for name, (column, above, below) in SIDES.items():
+        where = re.search(rf"--derivatives {name}: nan from t = .* s on in columns that have different slopes above and below this {name}, as at a kink or jump of a "
+                          rf"formula or a contact that just touches \((.*) at t = 1 s: (.*) above, (.*) below\); change {name} slightly for one side\n", said)
+        assert where and where[1] == column, (name, said)
+        assert abs(float(where[2]) - above) < 1e-4 and abs(float(where[3]) - below) < 1e-4, where[0]
+        assert numpy.isnan(found[f"d_{column}_by_{name}"][1:]).all()
+        clean = "d_x" if column != "d_x" else "a_x"
+        assert (found[f"d_{clean}_by_{name}"] == 0).all()
+    assert numpy.isnan(found["d_a_x_by_step"][1:]).all() and "--derivatives step: nan" in said
+    late = found["d_d_x_by_late"][found["t"] < 0.49]
+    assert (late == 0).all() and numpy.isnan(found["d_d_x_by_late"][-1])
+    assert numpy.isfinite(found["d_a_x_by_m"]).all() and "--derivatives m:" not in said
+
+
+def test_values_near_a_kink(tmp_path):
+    """Slightly beside it, each side has its slope."""
+    model = written(tmp_path, "kinks", BENT)
+    for name, (column, above, below) in SIDES.items():
+        for side, slope in ((1e-3, above), (-1e-3, below)):
+            value = {"one": 1, "course": 2}.get(name, 0) + side
+            found, said = derive(model, "--until", 1, "--every", 1, "--set", f"{name}={value}", names=[name], folder=tmp_path)
+            extra = 2 * side if name == "course" else 0
+            assert abs(found[f"d_{column}_by_{name}"][-1] - slope - extra) < 1e-5 and "warning: --derivatives" not in said, (name, side)
+
+
+@pytest.mark.parametrize("method", ["auto", "radau9"])
+def test_rounding_is_no_kink(method, tmp_path):
+    """Accelerations that hardly depend on a value differ by rounding."""
+    found, said = derive(REFERENCE, "--until", 0.5, "--every", 0.1, "--method", method, names=["m_base", "s_sup", "d_sup", "m_col", "h"], folder=tmp_path)
+    assert "slopes" not in said and all(numpy.isfinite(found[name]).all() for name in found if name.startswith("d_"))
+
+
+def test_batch_says_that_a_value_is_on_a_kink(tmp_path):
+    sweep = tmp_path / "sweep.lua"
+    sweep.write_text('local rd = require "refdyn"\nreturn rd.sweep { vary = { a = { 0, 1 } }, t_end = 1, keep = { derivatives = { "a" } } }')
+    refdyn("batch", written(tmp_path, "kinks", BENT), sweep, "-o", tmp_path / "runs.csv")
+    with open(tmp_path / "runs.csv") as file:
+        on, off = csv.DictReader(file)
+    assert on["reason"] == "no derivative by a: it has different slopes above and below this a, as at a kink or jump of a formula or a contact that just touches"
+    assert numpy.isnan(float(on["d_a_x_by_a"] or "nan")) and abs(float(off["d_a_x_by_a"]) - 1 / 3) < 1e-8 and not off["reason"]
+
+
 @pytest.mark.parametrize("method", ["auto", "rk54", "rodas5p", "radau9"])
 def test_grazing(method, tmp_path):
     """A ball that just reaches a ceiling, with dense outputs: exact before, nan from the ceiling on, also inside the step that meets it."""

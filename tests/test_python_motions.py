@@ -94,6 +94,7 @@ def known(attrs):
 Q, QD = [0.01, 0.2, 0.6, 0.03], [0.1, -0.2, 0.3, 0.05]
 SIMULATIONS = {
     "adaptive": (REFERENCE, {}, dict(t_end=0.1, tol=1e-7)),
+    "rates": (REFERENCE, {"n_rfe": 1}, dict(t_end=0.1, tol_rates=1e-6)),
     "rk4": (REFERENCE, {"n_rfe": 1}, dict(t_end=0.1, step=1e-3, every=0.013)),
     "statics": (REFERENCE, {}, dict(t_end=0.05, from_="statics", every=0.01, parameters={"m_E": 2.3, "xc": 0.54})),
     "held": (REFERENCE, {}, dict(t_end=0.02, from_="statics", hold=["column_psi", "effector_z"], parameters={"m_E": 2.1})),
@@ -238,6 +239,18 @@ def test_motion_with_tolerance(arm):
     assert rough.statistics["rejected"] >= 0 and rough.statistics["phi_max"] < 1e-10
 
 
+def test_motion_with_tolerance_of_rates(smooth):
+    """Accelerations are much more accurate. Fixed steps, and a tolerance of 1, are refused."""
+    plain, strict, fine = smooth.motion(), smooth.motion(tol_rates=1e-9), smooth.motion(tol=1e-13, method="rk8")
+    for each in (plain, strict, fine):
+        each.advance(0.37)
+    far = [np.abs(each.qdd - fine.qdd).max() for each in (plain, strict)]
+    assert far[1] < 1e-7 * np.abs(fine.qdd).max() and far[1] < 0.1 * far[0], far
+    for given in (dict(step=0.01), dict(tol_rates=1), dict(method="rk4")):
+        with pytest.raises(ValueError, match="tol_rates"):
+            smooth.motion(**{"tol_rates": 1e-4, **given})
+
+
 def test_events_of_a_motion(package, swing):
     fall = swing.motion([0.1, 0.2], [0, 0.4], method="rk8", tol=1e-10)
     assert fall.advance(2) and not fall.has_ended
@@ -352,7 +365,7 @@ def test_motions_change_over(package, monkeypatch, tmp_path):
     asked = []
     other = compiled._opened(compiled.description["library"])
     values, anchored = package.motion.values_of(compiled, {})
-    core = compiled.library.motion(package.motion.options_of("rk8", 1e-12, None, None, None, None, None, False), values, anchored, compiled.x, (), lambda: asked.append(1) or other)
+    core = compiled.library.motion(package.motion.options_of("rk8", 1e-12, None, None, None, None, None, None, False), values, anchored, compiled.x, (), lambda: asked.append(1) or other)
     core.start(0.0, None, None, np.inf, 0.0, (), None, None, None, (), 0, False)
     assert core.advance(200.0) is None and asked == [1] and core.t == 200
 

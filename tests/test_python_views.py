@@ -1,4 +1,4 @@
-"""What Python shows of a model and a motion: attributes that are only read, views that can be pickled, and arrays and frames of any layout."""
+"""What Python shows of a model and a motion: read-only attributes, views that can be pickled, and arrays and frames of any layout."""
 import copy
 import importlib
 import io
@@ -20,7 +20,7 @@ def swing(package):
     return package.Model.from_text(SWING)
 
 
-# ---- Attributes that are only read; times as an index; arrays of any layout ----
+# ---- Read-only attributes; times as an index; arrays of any layout ----
 
 ASSIGNMENTS = {
     "motion.q[0] = 5": ValueError, "motion.state[1] = 0": ValueError, "motion.qdd[:] = 0": ValueError, "motion.force[0] = 1": ValueError,
@@ -42,7 +42,7 @@ def test_errors_about_assignments_name_the_remedy(swing):
     motion = swing.motion(Q, QD)
     with pytest.raises(AttributeError, match=re.escape("speed: a motion is changed by motion.advance(t) and motion.set(...)")):
         motion.speed = 1
-    with pytest.raises(TypeError, match=re.escape("inputs: these values are only read; use motion.set(inputs={...})")):
+    with pytest.raises(TypeError, match=re.escape("inputs: these values are read-only; use motion.set(inputs={...})")):
         motion.inputs["push"] = 2
 
 

@@ -66,7 +66,7 @@ def test_virtual_work(scene, stabilise, count=20 if LONG else 1):
 
 
 def test_a_mechanism_without_redundant_rows():
-    """The motor of a horizontal four-bar holds 5.074 N m; the pin's multipliers balance the forces on all other coordinates."""
+    """Every force is a number. The force on the rocker is the multiplier of the rod times a lever, which is no longer than the rocker."""
     run, said, summary = motion(CLOSED, "--set", "scene=rod", "--start", "project", "--until", 0.5, "--tol", 1e-9)
     slope = run["force_rocker_psi"] / run["lambda_distance_1"]
     assert "not unique" not in said and summary["units"]["lambda_distance_1"] == "N" and summary["units"]["lambda_drive_crank_psi"] == "N m"
@@ -78,7 +78,7 @@ def test_forces_that_are_not_unique(tmp_path):
     csv, h5, summary = (tmp_path / f"run.{kind}" for kind in ("csv", "h5", "json"))
     scene = ["--set", "scene=twice", "--start", "project", "--until", 0.2, "--every", 0.02]
     said = refdyn("sim", CLOSED, *scene, "-o", csv, "--summary", summary).stderr
-    assert "forces that are not unique, nan in the results: the multiplier of pin x" in said and "force_a_psi, force_b_psi" in said
+    assert "these forces are not unique and are nan in the results: the multiplier of pin x" in said and "force_a_psi, force_b_psi" in said
     assert "torque: redundant rows share force_a_psi" in said
     limit, = json.loads(summary.read_text())["limits"]
     assert limit["smallest"] is None and limit["largest"] is None

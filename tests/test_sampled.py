@@ -138,8 +138,8 @@ def test_a_motion_replays_itself(tmp_path, start, every, method):
 
 
 @pytest.mark.parametrize("method", ["auto", "rk8", "rodas5p"])
-def test_samples_of_inputs_beside_those_of_a_controller(tmp_path, method):
-    """The times of an input's file and of a controller differ by rounding, and limits are examined between them: no step is lost."""
+def test_samples_of_inputs_with_those_of_a_controller(tmp_path, method):
+    """The times in a file of inputs and those of a controller differ by rounding, and limits are compared between them: no step is lost."""
     model, inputs, start, summary = (tmp_path / name for name in ("model.lua", "inputs.csv", "start.json", "summary.json"))
     model.write_text("""local rd = require "refdyn"
 local push, held = rd.input("push", 0, "N"), rd.input("held", 0, "N")

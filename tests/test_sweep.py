@@ -296,7 +296,7 @@ REFUSALS = {
     "vari = { mass = 1 }, vary = { mass = 1 }": 'vari: unknown field; did you mean "vary"?',
     "tol = 1e-6": "rd.sweep: vary is missing; add vary = { m = rd.grid(1, 3, 5) }",
     "vary = { mass = 1 }, tol = -1": "tol: value -1; must be positive",
-    "vary = { mass = 1 }, tol = 1e-6, step = 1": "step: fixed steps, but tol or step_max is given for adaptive steps; remove one of them",
+    "vary = { mass = 1 }, tol = 1e-6, step = 1": "step: fixed steps, but tol, tol_rates or step_max is given for adaptive steps; remove one of them",
     "vary = { mass = 1 }, method = 3": "method: a number; must be a text",
     "vary = { mass = 1 }, keep = {}": "keep: keeps nothing; add final = true or names of columns",
     "vary = { mass = 1 }, keep = { finl = true }": 'keep.finl: unknown field; did you mean "final"?',
@@ -359,7 +359,7 @@ def test_columns_that_a_sequence_has(folder):
 
 def test_other_files(folder):
     assert refusals(folder, "return 3\n") == ["sweep.lua: the file returns a number; must return rd.sweep { ... }"]
-    assert refusals(folder, "return {\n") == ["sweep.lua:2: unexpected symbol near <eof>"]
+    assert refusals(folder, "return {\n") == ["sweep.lua:2: unexpected symbol near <eof>; the '{' in line 1 lacks its end"]
     assert refusals(folder, MODEL)[0].startswith("sweep.lua:3: rd.option: belongs to model files; in a sweep use one of sweep, grid, log_grid,")
     assert refusals(folder, 'return require "refdyn".free()') == [
         "sweep.lua:1: rd.free: belongs to fit files; in a sweep use one of sweep, grid, log_grid, uniform, log_uniform, normal, pi"]

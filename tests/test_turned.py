@@ -121,7 +121,7 @@ def test_equilibria_and_modes(kind):
         assert len(found) == len(expected) and numpy.abs(numpy.divide(found, expected) - 1).max() < 1e-9
 
 
-# ---- Rows of which others take the place on the way ----
+# ---- Rows that replace each other during a motion ----
 
 def test_bennett(tmp_path):
     """Of five rows two are independent everywhere, but not the same two. Errors against a tight run, over several turns."""

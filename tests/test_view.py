@@ -434,10 +434,12 @@ def refused(status, *arguments, **more):
 
 def test_usage(runs):
     arm, bars, out = runs / "arm.csv", runs / "bars.h5", runs / "none.html"
-    usage = "usage: refdyn view RUN... -o PAGE.html [--model MODEL.lua] [--watch] [--set NAME=VALUE] [--live] [--range NAME=FROM:TO] [--options NAME=VALUE,...] [--pull] [--until T] [--step H] [--tol TOL]\n"
+    usage = "usage: refdyn view RUN... -o PAGE.html [OPTIONS]; refdyn view --help lists them\n"
     assert refused(2, arm, "-o", out) == f"refdyn view: {arm}: a CSV does not contain its model; add --model\n{usage}"
-    assert refused(2, bars, "--model", MANIPULATOR, "-o", out) == f"refdyn view: --model: all runs are HDF5 files, which contain their models; omit it\n{usage}"
-    assert refused(2, bars, "--set", "n_rfe=1", "-o", out) == f"refdyn view: --set: all runs are HDF5 files, which contain their models; omit it\n{usage}"
+    model = "  --model MODEL.lua         model of the runs that are CSV files; HDF5 files contain theirs\n"
+    assert refused(2, bars, "--model", MANIPULATOR, "-o", out) == f"refdyn view: --model: all runs are HDF5 files, which contain their models; omit it\n{model}{usage}"
+    said = refused(2, bars, "--set", "n_rfe=1", "-o", out)
+    assert said.startswith("refdyn view: --set: all runs are HDF5 files, which contain their models; omit it\n  --set NAME=VALUE ") and said.endswith(usage)
     assert refused(2, bars) == f"refdyn view: -o is missing\n{usage}"
     assert not out.exists()
 

@@ -133,6 +133,8 @@ const char *text_comment(struct memory *memory, const char *text);
 /* Number of bytes of the UTF-8 character (RFC 3629, sect. 4) at the beginning of a text of `length` >= 1
  * bytes, and its code point. 0 if no character begins there. */
 int utf8_decode(const char *text, size_t length, unsigned *code);
+/* Whether this character turns the direction of reading, so that a line shows another text. */
+bool utf8_turns_direction(unsigned code);
 
 /* A character that is not ASCII: its name and what to write instead, both for messages. */
 struct look_alike {

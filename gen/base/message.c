@@ -20,7 +20,7 @@ static bool is_control(unsigned code) {
 }
 
 /* Marks, embeddings, overrides and isolates of the bidirectional algorithm: UAX 9. */
-static bool turns_direction(unsigned code) {
+bool utf8_turns_direction(unsigned code) {
     return code == 0x061C || code == 0x200E || code == 0x200F || (code >= 0x202A && code <= 0x202E) ||
            (code >= 0x2066 && code <= 0x2069);
 }
@@ -31,7 +31,7 @@ static size_t fit_length(const char *text, size_t length) {
     size_t at = 0;
     while (at < length) {
         const int count = utf8_decode(text + at, length - at, &code);
-        if (count == 0 || is_control(code) || turns_direction(code))
+        if (count == 0 || is_control(code) || utf8_turns_direction(code))
             break;
         at += (size_t)count;
     }

@@ -98,7 +98,8 @@ struct row_terms {
 expression constraints_rate_gain(struct graph *g, const struct row *row);
 expression constraints_position_gain(struct graph *g, const struct row *row);
 struct row_terms *constraints_derive(const struct kinematics *k);
-/* row_sizes.c: the coefficients u of row `index` without cancellation, by frame: theory, sect. 6.7. */
+/* row_sizes.c: by frame, the sizes of the coefficients u of row `index` without cancellation: theory, sect.
+ * 6.7. */
 expression *constraints_sizes(const struct kinematics *k, int index, const struct row_terms *row);
 /* By row, u M^-1 u^T of bodies that no joint holds: theory, sect. 5.6. */
 expression *constraints_free_responses(const struct kinematics *k, const struct row_terms *rows);

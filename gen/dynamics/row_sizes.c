@@ -2,9 +2,9 @@
  * How large the coefficients of rows would be without cancellation (theory, sect. 6.7): this size
  * distinguishes a coefficient that is 0 except for rounding from one that its author makes small.
  *
- * Input: the rows as pulls on points and coefficients of their own coordinates. Output: by joint, the wrench
- * that a row transmits; and the response of the pulled bodies if they were free, the measure of a pivot of S
- * (theory, sect. 5.6).
+ * Input: the rows as pulls on points and coefficients of their own coordinates. Output: by joint, the size of
+ * the wrench that a row transmits; and how the pulled bodies would respond if they were free, with which
+ * pivots of S are compared (theory, sect. 5.6).
  */
 #include "gen/dynamics/dynamics.h"
 #include "gen/base/base.h"
@@ -94,7 +94,7 @@ static void add_pull(const struct kinematics *k, int p, struct vector pull, stru
     sum->moment = vector_add(g, sum->moment, vector_cross(g, vector_sub(g, r, sum->at), pull));
 }
 
-/* |F| |c - o| + |M| at a turn, |F| at a slide. */
+/* |F| |c - o| + |M| at a revolute joint, |F| at a prismatic one. */
 static expression size_at_joint(const struct kinematics *k, int j, const struct transmitted *sum) {
     struct graph *g = k->g;
     const expression force = length_of(g, sum->force);
@@ -125,7 +125,8 @@ struct own_inertia {
     expression mass, turning; /* turning: the traces of the inertias about each frame's own origin */
 };
 
-/* By frame, the sum over everything beyond it, without runs: constants, since no body is moved. */
+/* By frame, the sums over all frames beyond it, except for those in runs. They are constants, because the
+ * inertias are not moved to another origin. */
 static struct own_inertia *inertias_beyond(const struct kinematics *k) {
     struct graph *g = k->g;
     struct own_inertia *beyond = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *beyond);

@@ -195,7 +195,7 @@ struct row {
     const char *path;       /* its name in messages: "constraints[1]" */
     bool is_programme;      /* the author's own course of the motion, which drives can realise instead */
     int driven;             /* 1 + the coordinate that it drives or locks, or 0 */
-    const char *unit;       /* of its multiplier, "" where the author's formula has any unit */
+    const char *unit;       /* of its multiplier; "" if it depends on the author's formula */
     bool is_closure;        /* part of a closed loop or joint, some of whose rows may be redundant */
     expression rests;       /* of a contact: the parameter that is 1 while the contact rests and its row acts,
                                and 0 otherwise. No expression (0) if the row always acts */

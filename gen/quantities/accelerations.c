@@ -54,8 +54,8 @@ static expression dot(struct derivation *d, const expression *a, const expressio
 
 /*
  * 1 / pivot, or 0 for a redundant row: S is positive semidefinite, so that only the rounding of its diagonal
- * term remains; where the joints take up the whole row, that term is itself rounding. The multiplier of the
- * row is then 0. Theory, sect. 5.6.
+ * term remains. Where the joints take up the whole row, that term is itself rounding. The multiplier of a
+ * redundant row is 0. Theory, sect. 5.6.
  */
 static expression pivot_inverse(struct derivation *d, expression pivot, expression diagonal,
                                 expression free_response) {

@@ -380,9 +380,25 @@ static void check_linear(const struct check *check, const struct row *row, const
     }
 }
 
-static void check_row(const struct check *check, const struct row *row) {
+/* Reports a row without symbols of its own level. */
+static void refuse_still(const struct check *check, const struct row *row, const struct moving *moving) {
     static const char *const needed[] = {"a coordinate or the position of a moving point",
-                                         "a rate or the velocity of a moving point", "an acceleration"};
+                                         "a rate or the velocity of a moving point, as s.points.tip.zd",
+                                         "an acceleration, as s.qdd.arm_psi or s.points.tip.zdd"};
+    const char *has = "no coordinate", *other = "";
+    if (row->level == ROW_ACCELERATION && moving->symbols[1] > 0) {
+        has = "velocities, but on no acceleration";
+        other = "; rd.velocity keeps a velocity";
+    } else if (moving->symbols[0] > 0) {
+        has = row->level == ROW_VELOCITY ? "positions, but on no velocity"
+                                         : "positions, but on no acceleration";
+        other = "; rd.position keeps a position";
+    }
+    message_error(check->messages, row->place, "%s: depends on %s; must contain %s%s", row->path, has,
+                  needed[row->level], other);
+}
+
+static void check_row(const struct check *check, const struct row *row) {
     const char *path = row->path;
     struct moving moving = moving_of(check, row->residual);
     check_formula(check, row->place, path, row->residual);
@@ -397,8 +413,7 @@ static void check_row(const struct check *check, const struct row *row) {
     else if (moving.symbols[row->level] > 0 && row->level == ROW_ACCELERATION)
         check_linear(check, row, path, &moving);
     else if (moving.symbols[row->level] == 0 && message_is_first_mention(check->messages, "still", path))
-        message_error(check->messages, row->place, "%s: depends on no coordinate; must contain %s", path,
-                      needed[row->level]); /* once for all rows of one entry */
+        refuse_still(check, row, &moving); /* once for all rows of one entry */
 }
 
 static void check_row_names(const struct check *check) {

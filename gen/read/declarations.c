@@ -365,9 +365,10 @@ expression declarations_add_input(struct declarations *declarations, struct plac
     return expr_symbol(declarations->graph, SYMBOL_INPUT, declarations->input_count - 1, 0);
 }
 
-static const char *nearest_declared(const struct declarations *declarations, const char *name) {
-    int count = declarations->option_count + declarations->parameter_count + declarations->input_count;
-    const char **names = memory_get(declarations->memory, ((size_t)count + 1) * sizeof *names);
+/* The names that --set can set. */
+static const char **settable_names(const struct declarations *declarations, int *count) {
+    *count = declarations->option_count + declarations->parameter_count + declarations->input_count;
+    const char **names = memory_get(declarations->memory, ((size_t)*count + 1) * sizeof *names);
     int at = 0;
     for (int i = 0; i < declarations->option_count; i++)
         names[at++] = declarations->options[i].name;
@@ -375,7 +376,17 @@ static const char *nearest_declared(const struct declarations *declarations, con
         names[at++] = declarations->parameters[i].name;
     for (int i = 0; i < declarations->input_count; i++)
         names[at++] = declarations->inputs[i].name;
-    return message_nearest_name(name, names, count);
+    return names;
+}
+
+/* The names as a list, which is cut if it is long. */
+static const char *shown_names(const struct declarations *declarations, const char *const *names, int count) {
+    enum { SHOWN = 20 };
+    const char *list = message_names(declarations->memory, names, count < SHOWN ? count : SHOWN);
+    if (count == 0)
+        return "it has none; declare a number by rd.parameter";
+    return memory_format(declarations->memory, count > SHOWN ? "it has %s and %d more" : "it has %s", list,
+                         count - SHOWN);
 }
 
 void declarations_refuse_unknown_settings(const struct declarations *declarations,
@@ -384,7 +395,9 @@ void declarations_refuse_unknown_settings(const struct declarations *declaration
         const char *name = declarations->request->settings[i].name, *dot = strrchr(name, '.');
         if (declarations->setting_kind[i] || declarations->lacks_parameters)
             continue;
-        const char *nearest = nearest_declared(declarations, dot ? dot + 1 : name);
+        int count;
+        const char **names = settable_names(declarations, &count);
+        const char *nearest = message_nearest_name(dot ? dot + 1 : name, names, count);
         if (text_index(name, coordinates, coordinate_count) >= 0)
             message_error(declarations->messages, command_line(declarations),
                           "--set %s: a coordinate; set its start in the model or in a STATE.json", name);
@@ -394,6 +407,7 @@ void declarations_refuse_unknown_settings(const struct declarations *declaration
                           nearest, strchr(name, ' ') ? ", without blanks" : "");
         else
             message_error(declarations->messages, command_line(declarations),
-                          "--set %s: the model has no option, parameter or input of this name", name);
+                          "--set %s: the model has no option, parameter or input of this name; %s", name,
+                          shown_names(declarations, names, count));
     }
 }

@@ -227,6 +227,56 @@ bool lint_characters(struct memory *memory, struct messages *messages, const cha
     return reported == 0;
 }
 
+/* ---- brackets ---- */
+
+/* An opening bracket, and the column at which its line begins. */
+struct bracket {
+    char is;
+    int line, indent;
+};
+
+/* The column of the first character of a line that is not blank. */
+static int indent_of(const char *source, const char *at) {
+    const char *line = at;
+    while (line > source && line[-1] != '\n')
+        line--;
+    return (int)strspn(line, " \t");
+}
+
+static bool is_first_of_line(const char *source, const struct token *token) {
+    const char *at = token->start;
+    while (at > source && (at[-1] == ' ' || at[-1] == '\t'))
+        at--;
+    return at == source || at[-1] == '\n';
+}
+
+/* A closing bracket at the beginning of a line stands below the line of its opening bracket. If it does not,
+ * it closes another bracket than its author thought. */
+const char *lint_open_bracket(struct memory *memory, const char *text, const char *source, size_t length) {
+    struct bracket *open = memory_get(memory, (length + 1) * sizeof *open), wrong = {0};
+    struct scanner scanner = scanner_start(source, length);
+    int count = 0;
+    for (struct token token = scanner_next(&scanner); token.kind != TOKEN_END;
+         token = scanner_next(&scanner)) {
+        const char is = token.kind == TOKEN_SYMBOL && token.end == token.start + 1 ? *token.start : ' ';
+        if (strchr("{([", is))
+            open[count++] = (struct bracket){is, token.line, indent_of(source, token.start)};
+        else if (strchr("})]", is) && count > 0) {
+            const struct bracket last = open[--count];
+            if (!wrong.is && last.line < token.line && is_first_of_line(source, &token) &&
+                indent_of(source, token.start) != last.indent)
+                wrong = last;
+        }
+    }
+    if (count == 0)
+        return "";
+    const struct bracket *meant = wrong.is ? &wrong : &open[count - 1];
+    if (strstr(text, memory_format(memory, "at line %d)", meant->line)))
+        return ""; /* Lua has named it */
+    return memory_format(memory, "; the '%c' in line %d %s", meant->is, meant->line,
+                         wrong.is ? "may lack its end" : "lacks its end");
+}
+
 /* ---- advice on syntax of other languages ---- */
 
 /* What Lua expected, with which its message begins; the token that it found, with which it ends; and advice.

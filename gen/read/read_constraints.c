@@ -63,7 +63,7 @@ static struct group start_group(const struct reader *reader, const struct value 
                           .beta = fields_get_value(check, value, gains[1])};
 }
 
-/* Units of multipliers of rows whose residual is a distance, a cosine or an angle, or of any kind. */
+/* Units of multipliers, of rows whose residual is a distance, a cosine or an angle, or any formula. */
 static const char force[] = "N", moment[] = "N m", any_unit[] = "";
 
 /* Adds one row. `part` distinguishes it from the other rows of its entry; NULL if it is the only one. */
@@ -455,7 +455,7 @@ static expression away(const struct reader *reader, int coordinate, expression v
     return expr_sub(g, expr_symbol(g, SYMBOL_COORDINATE, coordinate, 0), value);
 }
 
-/* The last row drives or locks this coordinate. */
+/* Notes that the last row drives or locks this coordinate. */
 static void note_driven(const struct reader *reader, int coordinate) {
     reader->model->rows[reader->model->row_count - 1].driven = coordinate + 1;
 }

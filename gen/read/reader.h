@@ -63,6 +63,9 @@ void lint_source(struct memory *memory, struct messages *messages, const char *f
  * error a line. Lua would show these characters byte by byte. True if there are none. */
 bool lint_characters(struct memory *memory, struct messages *messages, const char *file, const char *source,
                      size_t length);
+/* Advice to follow Lua's message `text` that the source ends too early: the bracket that is open; "" if there
+ * is none. */
+const char *lint_open_bracket(struct memory *memory, const char *text, const char *source, size_t length);
 /* Advice to follow Lua's message `text` about syntax of other languages; "" if there is none. */
 const char *lint_advice(const char *text);
 

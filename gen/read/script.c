@@ -331,6 +331,16 @@ static const char *hint_for(const char *text) {
     return lint_advice(text);
 }
 
+/* The bracket that a file leaves open, as a text to follow a message; "" if there is none. */
+static const char *open_bracket_of(const struct script *script, const char *path, const char *text) {
+    for (int i = 0; i < script->sources.count; i++) {
+        const struct source_file *source = &script->sources.list[i];
+        if (strcmp(source->path, path) == 0)
+            return lint_open_bracket(script->memory, text, source->text, source->length);
+    }
+    return "";
+}
+
 /* Reports an error at the place with which its text begins, or else at the innermost line of the model's
  * files. A place in our own Lua is removed. */
 static void report(struct script *script, const char *text, size_t length) {
@@ -341,7 +351,8 @@ static void report(struct script *script, const char *text, size_t length) {
         rest = rest ? rest + 2 : text;
     }
     const char *safe = message_safe_text(script->memory, rest, length - (size_t)(rest - text));
-    message_error(script->messages, place, "%s%s", safe, hint_for(safe));
+    const char *hint = text_ends_with(safe, "near <eof>") ? open_bracket_of(script, place.file, safe) : "";
+    message_error(script->messages, place, "%s%s", safe, *hint ? hint : hint_for(safe));
 }
 
 /* Records the place of an error. Lua calls it before it leaves the functions that were running. */

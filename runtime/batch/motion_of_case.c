@@ -298,8 +298,8 @@ enum turn refdyn_worker_begin(struct worker *worker, long index) {
     return show(worker, 0) ? TURN_LEFT : refdyn_worker_go(worker);
 }
 
-/* Returns the time that the motion is to reach next. Whoever looks at each step sees the end of one before
- * the motion attempts another. */
+/* Returns the time that the motion is to reach next. With a callback for steps, the motion reaches the end of
+ * each step before it attempts another. */
 static double goal(const struct worker *worker) {
     const double t = fmin(output_time(worker, worker->output), worker->next_sample),
                  end = refdyn_step_seen_end(&worker->integrator.motion->step);

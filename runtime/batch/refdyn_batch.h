@@ -48,7 +48,7 @@ struct refdyn_batch_column {
  * more slowly. */
 int refdyn_batch_widest(void);
 
-/** A case that is being computed. Callbacks may only read it, except where they are said to look. */
+/** A case that is being computed. Callbacks may only read it, except that `step` may look. */
 struct refdyn_batch_case {
     long index;  /**< place in the list of the batch */
     long number; /**< number of the case */
@@ -117,10 +117,10 @@ struct refdyn_batch {
      * needed. Callbacks run on the threads, for different cases at the same time. A callback that returns
      * non-zero ends its case without `end`, and the batch. */
     int (*output)(void *context, const struct refdyn_batch_case *one, int number);
-    /** Called at the start of each case and after each of its steps, which refdyn_integrator_look may look
-     * at; then the shown state must be the same as before. An output within a step comes between two calls,
-     * of which the first is for the part of the step before it. A status other than 0 ends the case with this
-     * status. NULL: not needed. */
+    /** Called at the start of each case and after each of its steps. It may call refdyn_integrator_look
+     * within the step, and must then show the earlier state again. An output within a step comes between two
+     * calls, of which the first is for the part of the step before it. A status other than 0 ends the case
+     * with this status. NULL: not needed. */
     int (*step)(void *context, const struct refdyn_batch_case *one);
     /** Called when a case has ended. NULL: not needed. */
     int (*end)(void *context, const struct refdyn_batch_case *one, const struct refdyn_batch_result *result);
@@ -164,6 +164,11 @@ struct refdyn_underivable {
     int is_at_start; /**< 1: the event is at the start of the motion */
     long jumps;      /**< values that are NaN because they jump at the time of their output */
     double t_jump;   /**< the first such time [s] */
+    long bends;      /**< values that are NaN because they have different slopes above and below the value of
+                          the variable, as at a kink or jump of a formula or a contact that just touches */
+    double t_bend;   /**< time of the first of them [s] */
+    int column;      /**< its column; the next three: the last of them in this column */
+    double t_slopes, above, below; /**< its time [s], and its slopes by the variable */
 };
 
 /**
@@ -190,6 +195,8 @@ struct refdyn_derivatives {
     /** (count) derivative of the motion's end by each variable [s]: outputs keep their fractions of the
      * motion. NULL: the end is fixed. */
     const double *end_rates;
+    int keeps_means; /**< 1: values with different slopes above and below keep their mean, as a search needs
+                        it; they are not looked for */
 
     double *at;          /**< ((time_count + 2) x width) values of the motion; NULL: not needed */
     double *derivatives; /**< (count x (time_count + 2) x width) */

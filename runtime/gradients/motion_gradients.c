@@ -7,7 +7,8 @@
  *
  * The change of a value is about 1e-5 of it, adapted if the motion responds too little or too much for the
  * differences to be accurate. If a copy fails, all sides of its difference are repeated with refined steps;
- * if it meets other events, with a smaller change.
+ * if it meets other events, with a smaller change. Exactly on a kink, both sides have slopes of their own:
+ * the second difference then falls like the change, instead of its square.
  */
 #include "runtime/gradients/gradients.h"
 
@@ -39,6 +40,18 @@ static const double smaller = 1.0 / 64, below_failed = 1.0 / 4;
 /* An output is at an event if their times differ by less than this part of the motion. There, a value jumps
  * if its second difference exceeds `jump` of the largest difference between the sides, and rounding. */
 static const double near_part = 1e-5, jump = 0.05, rounding = 1e-11;
+/* Sides of a value have different slopes if the second difference of a column exceeds this part of its
+ * difference and, when the change is divided by `probe`, is divided by `probe` as well, up to the last part:
+ * that of a smooth column falls by the square of `probe`, rounding by any factor. At a jump, neither
+ * difference falls, and both are equal up to the last part. */
+static const double bent_least = 5e-3, probe = 4, unequal = 0.02;
+/* Bends below the first part of a column, where accelerations and forces have rounding, must fall more
+ * exactly. */
+static const double noise = 1e-8, exact = 1e-3;
+/* A bend is no rounding in a column that is larger by the first factor. Elsewhere it must exceed these parts
+ * of the largest difference and of the largest value of all columns, and its own difference by the last
+ * factor, or be equal to that: one side has no slope. */
+static const double natural = 100, seen_least = 1e-7, trace = 1e-13, symmetric = 30;
 
 /* Which copies form a difference; x the value and d its change. */
 enum form { CENTRAL, /* x + d, x - d */ ONE_SIDED /* x + d, x + 2 d */ };
@@ -51,7 +64,8 @@ struct difference {
     double good;   /* last change with which they have not; 0: none */
     double most;   /* bound on the magnitude of further changes */
     int tries, is_open;
-    int is_lost; /* there is no derivative: the last copies are those with the change `failed` */
+    int is_probing; /* its sides are compared with those of a larger change */
+    int is_lost;    /* there is no derivative: the last copies are those with the change `failed` */
 };
 
 /* How a copy has ended. */
@@ -77,6 +91,8 @@ struct run {
     int first, count; /* variables of the block */
     struct shift shifts[SIDES * BLOCK + 1];
     struct ending endings[SIDES * BLOCK + 1];
+    double *bends;     /* (block x width) largest second difference of each column; -1: its sides differ */
+    double *apart;     /* (block x width) largest difference */
     double *values;    /* (SIDES * block x rows x width) by copy */
     double *positions; /* (SIDES * block x rows x n) */
     double cpu_s;      /* of the last copies [s]; their ends are counted under the lock of `counted` */
@@ -456,6 +472,87 @@ static void lose(struct run *run, int i) {
     difference->change = difference->is_open ? difference->failed : difference->change;
 }
 
+/* The largest difference between the two sides of column k, over all outputs. */
+static double largest_difference(const struct run *run, const double *a, const double *b, int k) {
+    double largest = 0;
+    for (int row = 0; row < run->given->outputs; row++)
+        largest = fmax(largest, fabs(a[(size_t)row * (size_t)run->width + (size_t)k] -
+                                     b[(size_t)row * (size_t)run->width + (size_t)k]));
+    return largest;
+}
+
+/* The largest value of column k, except at events. */
+static double largest_value(const struct run *run, int k) {
+    double largest = 0;
+    for (int row = 0; row < run->given->outputs; row++)
+        if (!run->is_near[row])
+            largest = fmax(largest, fabs(run->base[(size_t)row * (size_t)run->width + (size_t)k]));
+    return largest;
+}
+
+/* The largest difference and second difference of column k, except at events, where values jump. Returns
+ * whether the sides may have different slopes; `least` is that of least_bend. */
+static int find_bend(const struct run *run, int i, int k, double least, double *apart, double *bend) {
+    const double *a = values_of(run, SIDES * i), *b = values_of(run, SIDES * i + 1);
+    const double size = largest_value(run, k);
+    *apart = *bend = 0;
+    for (int row = 0; row < run->given->outputs; row++) {
+        const size_t at = (size_t)row * (size_t)run->width + (size_t)k;
+        if (run->is_near[row])
+            continue;
+        *apart = fmax(*apart, fabs(a[at] - b[at]));
+        *bend = fmax(*bend, fabs(a[at] - 2 * run->base[at] + b[at]));
+    }
+    const int is_clear = *bend > least && (*bend > symmetric * *apart || *bend == *apart);
+    return *bend > rounding * size && *bend > bent_least * *apart && (size > natural * *bend || is_clear);
+}
+
+/* The least second difference that is no rounding in a column that is 0 otherwise. */
+static double least_bend(const struct run *run, int i) {
+    const double *a = values_of(run, SIDES * i), *b = values_of(run, SIDES * i + 1);
+    double least = 0;
+    for (int k = 0; k < run->width; k++)
+        least =
+            fmax(least, fmax(seen_least * largest_difference(run, a, b, k), trace * largest_value(run, k)));
+    return least;
+}
+
+/* Looks for columns whose sides may have different slopes: these copies are compared with those of a smaller
+ * change, and with one without a change. */
+static void compare_sides(struct run *run, int i) {
+    struct difference *difference = &run->differences[i];
+    const size_t first = (size_t)i * (size_t)run->width;
+    const double least = least_bend(run, i);
+    int count = 0;
+    for (int k = 0; k < run->width && difference->form == CENTRAL && !run->given->keeps_means; k++) {
+        double *bend = &run->bends[first + (size_t)k];
+        if (find_bend(run, i, k, least, &run->apart[first + (size_t)k], bend))
+            count++;
+        else
+            *bend = 0;
+    }
+    if (count == 0)
+        return;
+    run->needs_base = difference->is_open = 1;
+    difference->is_probing = run->has_base;
+    difference->change /= run->has_base ? probe : 1;
+}
+
+/* Marks columns whose sides have different slopes. */
+static void judge_probe(struct run *run, int i) {
+    const double least = least_bend(run, i);
+    for (int k = 0; k < run->width; k++) {
+        const size_t at = (size_t)i * (size_t)run->width + (size_t)k;
+        double apart, bend;
+        const int is_seen = find_bend(run, i, k, least, &apart, &bend) && run->bends[at] > 0;
+        const double off = bend > noise * largest_value(run, k) ? unequal : exact;
+        const int is_kink = fabs(run->bends[at] - probe * bend) < off * probe * bend,
+                  is_jump =
+                      fabs(run->apart[at] - apart) < unequal * apart && fabs(apart - bend) < unequal * apart;
+        run->bends[at] = is_seen && (is_kink || is_jump) ? -1 : 0;
+    }
+}
+
 /* Judges a difference whose copies have ended like the motion. If it is curved, the motion itself may differ
  * from its copies, whose iterations end at another tolerance: a copy without a change shows this. */
 static void judge_good(struct run *run, int i) {
@@ -472,6 +569,8 @@ static void judge_good(struct run *run, int i) {
         difference->change = change;
     else if (difference->failed != 0 && response < response_lost)
         lose(run, i);
+    else
+        compare_sides(run, i);
 }
 
 /* Judges a difference whose copies were computed. */
@@ -481,6 +580,8 @@ static void judge(struct run *run, int i, int *refines) {
     difference->is_open = 0;
     if (difference->is_lost)
         note_failures(run, i);
+    else if (!has_failed(run, i) && difference->is_probing)
+        judge_probe(run, i);
     else if (!has_failed(run, i))
         judge_good(run, i);
     else if (difference->tries < ROUNDS &&
@@ -499,21 +600,35 @@ static int has_open(const struct run *run) {
 
 /* ---- Differences ---- */
 
-/* The largest difference between the two sides of column k, over all outputs. */
-static double largest_difference(const struct run *run, const double *a, const double *b, int k) {
-    double largest = 0;
-    for (int row = 0; row < run->given->outputs; row++)
-        largest = fmax(largest, fabs(a[(size_t)row * (size_t)run->width + (size_t)k] -
-                                     b[(size_t)row * (size_t)run->width + (size_t)k]));
-    return largest;
-}
-
 /* Does value number `at` jump at the event that is at its output? */
 static int jumps(const struct run *run, enum form form, const double *a, const double *b, size_t at) {
     const double base = run->base[at],
                  twice = fabs(form == CENTRAL ? a[at] - 2 * base + b[at] : base - 2 * a[at] + b[at]);
     return twice > rounding * fabs(base) &&
            twice > jump * largest_difference(run, a, b, (int)(at % (size_t)run->width));
+}
+
+/* Does value number `at` have different slopes on the sides of the variable? */
+static int is_bent(const struct run *run, int i, const double *a, const double *b, size_t at) {
+    const double bend = fabs(a[at] - 2 * run->base[at] + b[at]);
+    return run->bends[(size_t)i * (size_t)run->width + at % (size_t)run->width] < 0 &&
+           bend > rounding * fabs(run->base[at]) && bend > bent_least * fabs(a[at] - b[at]);
+}
+
+/* Notes such a value; the last one of the first column is kept with its slopes. */
+static void note_bend(const struct run *run, struct refdyn_underivable *found, const double *a,
+                      const double *b, int row, int k, double change) {
+    const size_t at = (size_t)row * (size_t)run->width + (size_t)k;
+    if (found->bends++ == 0) {
+        found->t_bend = run->times[row];
+        found->column = k;
+    }
+    if (k <= found->column) {
+        found->column = k;
+        found->t_slopes = run->times[row];
+        found->above = (a[at] - run->base[at]) / change;
+        found->below = (run->base[at] - b[at]) / change;
+    }
 }
 
 /* Writes the derivatives by variable i of the block. */
@@ -537,6 +652,9 @@ static void write_derivatives(struct run *run, int i) {
             if (!is_lost && run->is_near[row] && jumps(run, difference->form, a, b, at)) {
                 found->t_jump = found->jumps++ == 0 ? run->times[row] : found->t_jump;
                 out[at] = NAN;
+            } else if (!is_lost && is_bent(run, i, a, b, at)) {
+                note_bend(run, found, a, b, row, k, difference->change);
+                out[at] = NAN;
             }
         }
 }
@@ -553,6 +671,7 @@ static int refine(struct run *run) {
 }
 
 static int differentiate_block(struct run *run) {
+    memset(run->bends, 0, BLOCK * (size_t)run->width * sizeof *run->bends);
     for (int i = 0; i < run->count; i++)
         run->differences[i] =
             (struct difference){.form = CENTRAL,
@@ -586,9 +705,12 @@ static int allocate(struct run *run) {
     run->times = malloc(rows * sizeof(double));
     run->is_near = calloc(rows, sizeof *run->is_near);
     run->base = malloc((row_size(run) + 1) * sizeof(double));
+    run->bends = calloc(BLOCK * (size_t)run->width + 1, sizeof(double));
+    run->apart = malloc((BLOCK * (size_t)run->width + 1) * sizeof(double));
     run->values = malloc((copies * row_size(run) + 1) * sizeof(double));
     run->positions = malloc((copies * rows * n + 1) * sizeof(double));
-    return run->start && run->q && run->times && run->is_near && run->base && run->values && run->positions
+    return run->start && run->q && run->times && run->is_near && run->base && run->bends && run->apart &&
+                   run->values && run->positions
                ? refdyn_recorded_start(&run->recorded, model)
                : REFDYN_BAD_MEMORY;
 }
@@ -600,6 +722,8 @@ static void release(struct run *run) {
     free(run->times);
     free(run->is_near);
     free(run->base);
+    free(run->bends);
+    free(run->apart);
     free(run->values);
     free(run->positions);
     free(run);

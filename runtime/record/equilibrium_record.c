@@ -111,6 +111,7 @@ void record_print_no_equilibrium(const struct record_equilibrium *equilibrium, i
     record_print_failed(work, answer, t, equilibrium->q, NULL, out);
     if (!result->force && work->fault.row >= 0) {
         record_print_residuals(work, t, equilibrium->q, equilibrium->qd, "the start", out);
+        record_print_start_advice(out);
         return;
     }
     if (answer != REFDYN_NOT_FINITE)

@@ -77,7 +77,7 @@ static void print_gap(const struct refdyn_workspace *work, double t, const doubl
     free(values);
 }
 
-/* Two turns whose entries in M are as of one axis: 1 - M_ij^2/(M_ii M_jj) is below this. */
+/* Two turns count as parallel if 1 - M_ij^2/(M_ii M_jj) is at most this. */
 static const double parallel = 1e-12;
 
 static bool are_parallel(const double *M, int n, int i, int j) {
@@ -97,7 +97,7 @@ static int find_parallel_turns(const struct refdyn_model *model, const double *M
     return -1;
 }
 
-/* After MASS_NOT_POSITIVE: names the turns that are about one axis, and the remedy. */
+/* After MASS_NOT_POSITIVE: names the turns about the same axis, and the remedy. */
 static void print_parallel_turns(const struct refdyn_workspace *work, double t, const double *q,
                                  const double *qd, FILE *out) {
     const struct refdyn_model *model = work->model;
@@ -109,14 +109,13 @@ static void print_parallel_turns(const struct refdyn_workspace *work, double t, 
     const int last = work->fault.coordinate < 0 ? -1 : find_parallel_turns(model, M, work->fault.coordinate);
     if (last >= 0) {
         const int middle = model->parent[last];
-        fprintf(
-            out,
-            "refdyn: %s and %s are about one axis at %s = %.4g degrees, where three turns do not describe "
-            "all rotations; list the turns of the joint in another order, or put a constant `turn` before "
-            "the joint, so that %s stays away from this value\n",
-            model->coordinates[model->parent[middle]].name, model->coordinates[last].name,
-            model->coordinates[middle].name, q[middle] * 180 / 3.14159265358979323846,
-            model->coordinates[middle].name);
+        fprintf(out,
+                "refdyn: %s and %s turn about the same axis at %s = %.4g degrees, where three turns do not "
+                "describe all rotations; list the turns of the joint in another order, or put a constant "
+                "`turn` before the joint, so that %s stays away from this value\n",
+                model->coordinates[model->parent[middle]].name, model->coordinates[last].name,
+                model->coordinates[middle].name, q[middle] * 180 / 3.14159265358979323846,
+                model->coordinates[middle].name);
     }
     free(M);
 }
@@ -165,6 +164,12 @@ void record_print_residuals(struct refdyn_workspace *work, double t, const doubl
                 record_number(residual_of(work, largest), text));
     }
     fputc('\n', out);
+}
+
+void record_print_start_advice(FILE *out) {
+    fputs("refdyn: no state near the start satisfies the rows; check that lengths and angles can reach "
+          "them, or choose a start nearer to them\n",
+          out);
 }
 
 enum { SWEEPS_MOST = 60 };
@@ -250,8 +255,8 @@ void record_print_rows_left_out(const struct refdyn_model *model, const int *row
         fputc('\n', out);
 }
 
-/* Returns whether the formula of this row has no slope at the state of the last evaluation. The row of a joint
- * whose axes let no coordinate change it has one. */
+/* Returns whether the formula of this row has no slope at the state of the last evaluation. A row of a joint
+ * has one even where the joint's axes keep every coordinate from changing the residual. */
 static bool has_no_slope(const struct refdyn_workspace *work, int row) {
     for (int j = 0; j < work->n; j++)
         if (work->u[row * work->n + j] != 0 || work->sizes[row * work->n + j] != 0)
@@ -259,15 +264,40 @@ static bool has_no_slope(const struct refdyn_workspace *work, int row) {
     return true;
 }
 
-void record_print_redundant_rows(const struct refdyn_workspace *work, FILE *out) {
+/* Warns of redundant rows that have no slope at q, but have one elsewhere. Rows without any, such as those
+ * that keep a plane mechanism in its plane, are no mistake. */
+static void warn_of_rows_without_slope(struct refdyn_workspace *work, double t, const double *q,
+                                       const double *qd, FILE *out) {
+    const struct refdyn_partition *partition = &work->partition;
+    const int end = refdyn_programme_rows(work->model);
+    int *rows = malloc((size_t)work->m * sizeof *rows), count = 0, shown = 0;
+    double *beside = malloc((size_t)work->n * sizeof *beside);
+    for (int i = partition->rank; i < work->m && rows; i++)
+        if (partition->row[i] < end && has_no_slope(work, partition->row[i]))
+            rows[count++] = partition->row[i];
+    for (int j = 0; j < work->n && beside; j++)
+        beside[j] = q[j] + 0.1 * cos(1 + 2.3 * j); /* no special place */
+    const bool is_moved = count > 0 && beside && refdyn_equations(work, t, beside, qd) == REFDYN_OK;
+    for (int i = 0; i < count && is_moved; i++)
+        if (!has_no_slope(work, rows[i]))
+            fprintf(out, "%s%s", shown++ ? ", " : "refdyn: warning: ", work->model->rows[rows[i]].name);
+    if (shown > 0)
+        fprintf(out,
+                " %s no slope there: no coordinate changes %s residual; write what is to be 0 without "
+                "powers, products or abs\n",
+                shown > 1 ? "have" : "has", shown > 1 ? "their" : "its");
+    if (count > 0)
+        refdyn_equations(work, t, q, qd);
+    free(rows);
+    free(beside);
+}
+
+void record_print_redundant_rows(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                                 FILE *out) {
     const struct refdyn_partition *partition = &work->partition;
     if (partition->rank < 0)
         return;
     record_print_rows_left_out(work->model, partition->row + partition->rank, work->m - partition->rank, out);
-    for (int i = partition->rank; i < work->m; i++)
-        if (partition->row[i] < refdyn_programme_rows(work->model) && has_no_slope(work, partition->row[i]))
-            fprintf(out,
-                    "refdyn: warning: %s has no slope there: no coordinate changes its residual; write what "
-                    "is to be 0 without powers, products or abs\n",
-                    work->model->rows[partition->row[i]].name);
+    if (work->m > 0)
+        warn_of_rows_without_slope(work, t, q, qd, out);
 }

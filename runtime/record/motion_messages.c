@@ -139,7 +139,8 @@ static void print_open(const struct record_motion *motion, FILE *out) {
     int open = 0;
     for (int i = 0; has_forces && i < model->m + refdyn_joint_count(model); i++)
         if (isnan(values[i])) {
-            fputs(open++ ? ", " : "refdyn: warning: forces that are not unique, nan in the results: ", out);
+            fputs(open++ ? ", " : "refdyn: warning: these forces are not unique and are nan in the results: ",
+                  out);
             if (i < model->m)
                 fprintf(out, "the multiplier of %s", model->rows[i].name);
             else
@@ -154,7 +155,8 @@ void record_print_start(const struct record_motion *motion, bool is_as_requested
     print_off(motion, is_as_requested, out);
     print_beyond(motion, out);
     print_free_contacts(motion, out);
-    record_print_redundant_rows(motion->work, out);
+    const struct refdyn_integrator *integrator = motion->integrator;
+    record_print_redundant_rows(motion->work, integrator->t, integrator->q, integrator->qd, out);
     print_open(motion, out);
 }
 
@@ -200,6 +202,7 @@ static void print_start_residuals(const struct record_motion *motion, int status
     if (memcmp(motion->q, integrator->q, (size_t)work->n * sizeof *integrator->q) != 0)
         record_print_residuals(work, motion->from, integrator->q, integrator->qd,
                                "where the projection ended", out);
+    record_print_start_advice(out);
 }
 
 static void print_reason(const struct record_motion *motion, int status, const char *unfit, FILE *out) {
@@ -308,6 +311,18 @@ static void print_jumps(const char *name, const struct refdyn_underivable *why, 
         why->jumps > 1 ? "their derivatives are" : "its derivative is");
 }
 
+static void print_bends(const char *name, const char *column, const struct refdyn_underivable *why,
+                        FILE *out) {
+    char t[4][RECORD_NUMBER_LENGTH];
+    fprintf(
+        out,
+        "refdyn: warning: --derivatives %s: nan from t = %s s on in columns that have different slopes above "
+        "and below this %s, as at a kink or jump of a formula or a contact that just touches (%s at t = %s "
+        "s: %s above, %s below); change %s slightly for one side\n",
+        name, record_number(why->t_bend, t[0]), name, column, record_number(why->t_slopes, t[1]),
+        record_number(why->above, t[2]), record_number(why->below, t[3]), name);
+}
+
 static void print_underivable(const struct refdyn_model *model, const char *name,
                               const struct refdyn_underivable *why, FILE *out) {
     char t[RECORD_NUMBER_LENGTH], change[RECORD_NUMBER_LENGTH];
@@ -321,10 +336,13 @@ static void print_underivable(const struct refdyn_model *model, const char *name
 }
 
 void record_print_underivable(const struct refdyn_model *model, const char *const *names,
-                              const struct refdyn_underivable *underivable, int count, FILE *out) {
+                              const char *const *columns, const struct refdyn_underivable *underivable,
+                              int count, FILE *out) {
     for (int i = 0; i < count; i++) {
         if (underivable[i].jumps > 0)
             print_jumps(names[i], &underivable[i], out);
+        if (underivable[i].bends > 0)
+            print_bends(names[i], columns[underivable[i].column], &underivable[i], out);
         if (underivable[i].status)
             print_underivable(model, names[i], &underivable[i], out);
     }

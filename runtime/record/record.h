@@ -107,8 +107,8 @@ void record_table_fill(struct record_table *table);
 /* Looks at a time of the last step, as far as the wanted columns need it, and computes the values there.
  * Returns a status of the runtime. */
 int record_table_look(struct record_table *table, double t);
-/* The same for a row of results: where events set inputs and parameters at this time, their values after it,
- * and all that follows from these. An input therefore holds from its row on. */
+/* Computes a row of results. If events set only inputs and parameters at this time, the row has their new
+ * values, with the accelerations and forces that follow from them: an input holds from its row on. */
 void record_table_fill_row(struct record_table *table);
 /* The first column that is infinite or NaN after record_table_fill, NULL if there is none. Multipliers and
  * forces that are not unique are NaN and do not count. */
@@ -173,7 +173,7 @@ struct record_mark {
 struct record_events {
     struct record_mark *list; /* (RECORD_EVENTS_KEPT), NULL if the model has no events */
     int *modes;               /* (contact_count) modes of the contacts at the last call */
-    double *left;             /* (contact_count) when they had last opened then; NaN: never [s] */
+    double *left;             /* (contact_count) when each had last opened at the last call; NaN: never [s] */
     long count;               /* of all events */
     bool has_ended;           /* by the event `end` */
     struct record_mark end;
@@ -281,8 +281,8 @@ int record_integral_pass(struct record_integral *integral);
 
 /* ---- The motion from start to end, output by output (motion_record.c) ---- */
 
-/* The bound on the work of one motion: outputs that are written as they are computed; outputs, samples and
- * numbers of a kind that are kept in memory; steps. */
+/* Bounds on the work of one motion: outputs that are written as they are computed; outputs and samples that
+ * are kept in memory; steps. */
 enum { RECORD_OUTPUTS_MAX = 10000000, RECORD_KEPT_MAX = 1000000, RECORD_STEPS_MAX = 1000000000 };
 
 /* Further statuses, beyond the runtime's. */
@@ -351,13 +351,17 @@ void record_print_failed(const struct refdyn_workspace *work, int status, double
 /* Prints up to three rows with the largest residuals at a state, which `where` describes. */
 void record_print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                             const char *where, FILE *out);
+/* Prints what helps if no state near the start satisfies the rows. */
+void record_print_start_advice(FILE *out);
 /* Prints the condition of the rows at a state. Returns true if they are close to losing rank. */
 bool record_print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                             FILE *out);
 /* Prints the names of redundant rows. */
 void record_print_rows_left_out(const struct refdyn_model *model, const int *rows, int count, FILE *out);
-/* The same for all rows of a workspace after its accelerations were solved. */
-void record_print_redundant_rows(const struct refdyn_workspace *work, FILE *out);
+/* The same for all rows of a workspace after its accelerations were solved at this state, with a warning of
+ * those that have no slope there. */
+void record_print_redundant_rows(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                                 FILE *out);
 
 /* ---- Advice after a failed motion (failure_advice.c) ---- */
 
@@ -390,7 +394,8 @@ void record_print_balance_warning(const struct record_motion *motion, FILE *out)
 
 /* Warns of derivatives that do not exist: by which of the names (count), from what time, and why. */
 void record_print_underivable(const struct refdyn_model *model, const char *const *names,
-                              const struct refdyn_underivable *underivable, int count, FILE *out);
+                              const char *const *columns, const struct refdyn_underivable *underivable,
+                              int count, FILE *out);
 
 /* What the summary has in addition to the motion. */
 struct record_summary {

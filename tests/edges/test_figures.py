@@ -162,7 +162,7 @@ def test_single_panels(tmp_path):
         assert figure.find(title) and whole.find(title) and len(figure.curves()) == 1
     assert len(draw(tmp_path, run, panel="energy,angles").curves()) == 2
     said = refdyn("plot", "run_0.csv", "--panel", "energy,angel", "-o", "x.svg", cwd=tmp_path, status=2).stderr
-    names = re.match(r"refdyn plot: --panel: 'angel' is not one of ([a-z, -]+)\nusage: ", said)
+    names = re.match(r"refdyn plot: --panel: 'angel' is not one of ([a-z, -]+)\n  --panel a,b ", said)
     assert names and f"these panels only: {names[1]}\n" in refdyn("plot", "--help").stdout
     said = refdyn("plot", "run_0.csv", "--panel", "torsion", "-o", "x.svg", cwd=tmp_path, status=1).stderr
     assert said == "run_0.csv:1: run: no column for these panels; give a file of refdyn sim\n"

@@ -139,7 +139,7 @@ def cases(folder):
 
 
 def with_option(words, text):
-    """An option that the command has already gets the other value."""
+    """Replaces the value of an option that the command already has."""
     name = text.split("=")[0]
     words = [str(word) for word in words]
     if name in words and name not in ("--set", "--stop"):
@@ -156,7 +156,7 @@ def bounds():
 
 
 def fault(folder, case):
-    """What is wrong with the answer to a case; '' for nothing."""
+    """Returns what is wrong with the answer to a case; '' if nothing is."""
     name, label, changed = case
     words, written = COMMANDS[name]
     write_files(folder, changed)
@@ -253,7 +253,7 @@ def test_too_much_work(which, tmp_path):
 
 @pytest.mark.parametrize("more", PACE, ids=" ".join)
 def test_motions_without_end(more, tmp_path):
-    """Nobody knows the number of adaptive steps before; after 10,000 of them it is clear that there would be too many."""
+    """The number of adaptive steps is not known in advance; after 10,000 of them it is clear that there would be too many."""
     write_files(tmp_path, {"cart.lua": CART.replace('"d", 3', '"d", 0')})
     arguments = ["sim", "cart.lua", *more, "-o", "run.csv"]
     process = subprocess.run([REFDYN, *arguments], cwd=tmp_path, capture_output=True, text=True, preexec_fn=bounds)

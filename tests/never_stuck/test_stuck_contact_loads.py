@@ -1,5 +1,5 @@
 """Contacts at rest whose loads jump: closed forms of bodies that are lifted, kicked, made lighter or carried by what brakes; random scenes by all
-methods and in batches against tight runs. No contact ever pulls, and it opens when the load jumps, not at the next output."""
+methods and in batches against tight runs. No contact ever pulls, and each opens when its load jumps, not at the next output."""
 import random
 
 import h5py

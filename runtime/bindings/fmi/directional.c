@@ -143,8 +143,8 @@ static double energy_change(const struct fmu_instance *instance, int index,
 
 /* ---- By central differences ---- */
 
-/* The force on a coordinate of the rows that drive it, from the rates of a state whose row terms are in the
- * workspace. */
+/* Returns the force on a coordinate of the rows that drive it, from the rates of a state whose row terms are
+ * in the workspace. */
 static double drive_force(const struct refdyn_workspace *work, const double *rates, int coordinate) {
     double force = 0;
     for (int a = 0; a < work->m; a++)
@@ -187,7 +187,7 @@ static int find_moved(struct fmu_instance *instance, struct fmu_variable unknown
     return status;
 }
 
-/* Rates may have left the row terms of a moved state in the workspace. */
+/* Computes the row terms of the present state, since the workspace may have those of a moved one. */
 static void restore_rows(struct fmu_instance *instance) {
     const struct refdyn_integrator *integrator = &instance->integrator;
     struct refdyn_parameters *parameters = &integrator->motion->parameters;

@@ -99,8 +99,8 @@ PyObject *refdyn_library_function(PyObject *self, PyObject *arguments) {
 
 /* ---- One state ---- */
 
-/* Returns qd of the call: the rates of a quantity, or zeros for None. If `qdd` (n) follows, both in one row.
- */
+/* Returns qd of the call, or zeros for None. With `qdd` (n), returns both in one row. Returns NULL, without a
+ * Python error, for anything else. */
 static const double *open_rates(struct one_call *call, const struct function *function, PyObject *qd,
                                 PyObject *qdd) {
     const int n = function->library->model->n;

@@ -88,8 +88,8 @@ struct one_call {
     double local[ONE_CALL_LOCAL];
 };
 
-/* Begins a call of a method of `self`. more: numbers that the caller needs in call->more. Returns 0 with a
- * Python error without memory. _end must follow. */
+/* Begins a call of a method of `self`. more: number of doubles that the caller needs in call->more. Returns 0
+ * with a Python error if memory runs out; otherwise refdyn_one_call_end must follow. */
 int refdyn_one_call_begin(struct one_call *call, const struct library *library, PyObject *self, int more);
 void refdyn_one_call_end(struct one_call *call);
 /* Opens one row of `count` doubles; results may have several axes. Returns NULL, without a Python error, for
@@ -102,8 +102,8 @@ int refdyn_one_call_number(PyObject *object, double *number);
 int refdyn_read_by_name(const struct passing *passing, PyObject *given, double *to);
 /* Reads inputs and parameters. Returns 0, without a Python error, if Python has to check them. */
 int refdyn_one_call_values(struct one_call *call, PyObject *inputs, PyObject *parameters);
-/* Prepares the parameters of the call. Returns whether the model accepts them. Needs no interpreter's lock.
- */
+/* Prepares the parameters of the call. Returns whether the model accepts them. Does not need the lock of the
+ * interpreter. */
 int refdyn_one_call_prepare(const struct one_call *call);
 
 /* ---- Results as objects of Python (dict_writer.c) ---- */

@@ -167,22 +167,23 @@ void refdyn_motion_print_failure(const struct motion *motion, FILE *out) {
 
 /* ---- A new motion ---- */
 
-/* Reads (method, tol, step, step_max, stabilise, follows_step, singular, project_start, balance, step_limit).
- * A tolerance or step of 0 and a negative stabilise select the defaults of the method; a step selects fixed
- * steps. */
+/* Reads (method, tol, step, step_max, tol_rates, stabilise, follows_step, singular, project_start, balance,
+ * step_limit). A tolerance or step of 0 and a negative stabilise select the defaults of the method; a step
+ * selects fixed steps. */
 static int read_options(struct refdyn_options *options, PyObject *given) {
     const char *name, *fact = "method is unknown";
-    double tol, step, step_max;
+    double tol, step, step_max, tol_rates;
     int stabilise, follows_step, singular, project_start, balance;
     long step_limit;
-    if (!PyArg_ParseTuple(given, "sdddiiiiil", &name, &tol, &step, &step_max, &stabilise, &follows_step,
-                          &singular, &project_start, &balance, &step_limit))
+    if (!PyArg_ParseTuple(given, "sddddiiiiil", &name, &tol, &step, &step_max, &tol_rates, &stabilise,
+                          &follows_step, &singular, &project_start, &balance, &step_limit))
         return 0;
     const int method = refdyn_method_find(name);
     *options = refdyn_options_default((enum refdyn_method)method);
     options->tol = step > 0 ? 0 : tol > 0 ? tol : options->tol;
     options->step = step > 0 ? step : options->step;
     options->step_max = step_max;
+    options->tol_rates = tol_rates;
     options->stabilise = stabilise < 0 ? options->stabilise : (enum refdyn_stabilise)stabilise;
     options->gain_share = follows_step ? record_gain_share : 0;
     options->singular = (enum refdyn_singular)singular;

@@ -92,8 +92,8 @@ static PyObject *report(const struct motion *motion, const struct call *call, in
     if (status)
         fprintf(text.out, "refdyn: --derivatives: %s\n", refdyn_status_text(status));
     else
-        record_print_underivable(motion->library->model, call->texts, call->underivable, call->count,
-                                 text.out);
+        record_print_underivable(motion->library->model, call->texts, motion->table.names, call->underivable,
+                                 call->count, text.out);
     PyObject *said = refdyn_text_close(&text);
     return said ? Py_BuildValue("iN", status, said) : NULL;
 }

@@ -20,8 +20,8 @@ int refdyn_row_terms(struct refdyn_workspace *work, double t, const double *q, c
  * the rounding of its terms. */
 double refdyn_allowed_residual(const struct refdyn_workspace *work, int a, double tol, double least,
                                const double *x);
-/* Returns the largest coefficient of row a as a part of its size, at most 1. Both count by the masses, but
- * their ratio serves in any metric. */
+/* Returns the largest coefficient of row a as a part of its size, at most 1. Both are weighted by
+ * masses, but their ratio can be used in any metric. */
 double refdyn_share_of_size(const struct refdyn_workspace *work, int a);
 /* Returns the largest coefficient of row a; where all of them are rounding, the largest one without
  * cancellation. */
@@ -32,8 +32,8 @@ int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double
 /* Factors K_d, writes [K_d^-1 K_i, K_d^-1 sign right] into work->rows and P into work->P; right (m). Chooses
  * another partition where necessary. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign);
-/* Returns the rank of the rows in the workspace. is_off: a row whose independent part is no larger than phi
- * explains counts as dependent. Keeps the partition; overwrites work->rows. */
+/* Returns the rank of the rows in the workspace. With is_off, a row counts as dependent if its independent
+ * part is no larger than phi explains. Keeps the partition; overwrites work->rows. */
 int refdyn_rank_of_rows(struct refdyn_workspace *work, int is_off);
 /* Chooses the dependent coordinates again, after the set of rows has changed; the rank may grow. Errors:
  * NOT_FINITE, ROWS_INCONSISTENT. */
@@ -47,7 +47,8 @@ void refdyn_partition_bound_rank(struct refdyn_workspace *work, int most);
 struct refdyn_dependence {
     struct refdyn_workspace *work;
     int rank;    /* number of independent rows */
-    double blur; /* a sum may depend on null vectors by this part of its largest coefficient */
+    double blur; /* a sum counts as unique if null vectors change it by at most this part of its largest
+                    coefficient */
 };
 /* Eliminates the rows u, whose force r is `force` (n), with the rank of the partition. Overwrites work->rows,
  * which the functions below read. */
@@ -75,7 +76,7 @@ double refdyn_metric_length(const struct refdyn_workspace *work, const double *c
 void refdyn_metric_unspread(const struct refdyn_workspace *work, double *z);
 /* Like refdyn_project, for a state whose equations are already in the workspace. */
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd);
-/* The same for the start of a motion. Error as well: ROWS_INCONSISTENT for rows that contradict those on
+/* The same for the start of a motion. Further error: ROWS_INCONSISTENT for rows that contradict those on
  * which they nearly depend. */
 int refdyn_project_start(struct refdyn_workspace *work, double t, double *q, double *qd);
 /* Directions to project along instead. The matrix of their products with their rows must be regular. */

@@ -6,8 +6,8 @@
  * if and only if g . v = 0 for each v.
  *
  * Elimination with full pivoting, P K^T = L U with U = [U_1 U_2], where the columns of K^T are the rows
- * divided by their largest entries. With y = U_1^-T g_1 the sum is y . (L^-1 P r), and row o beyond the first
- * ones, which has the null vector e_o - U_1^-1 U_2o, changes it by g_o - y . U_2o.
+ * divided by their largest entries. With y = U_1^-T g_1 the sum is y . (L^-1 P r). Each row o beyond the rank
+ * has the null vector e_o - U_1^-1 U_2o, which changes the sum by g_o - y . U_2o.
  */
 #include "runtime/core/constraints/constraints.h"
 
@@ -16,12 +16,11 @@
 
 #include "runtime/core/linear/linear.h"
 
-/* A sum counts as unique up to this part of its largest coefficient, and this multiple of the residual of the
- * rows: off the programme, dependent rows are nearly so. */
+/* A sum counts as unique up to this part of its largest coefficient plus this multiple of the residual of the
+ * rows, because off the programme dependent rows are only nearly dependent. */
 static const double blur = 1e-7, misses = 100;
 
-/* work->rows := K^T. The coordinates keep the weights of the last choice of the partition, which stay as they
- * are. */
+/* work->rows := K^T. Coordinates have the weights of the last call of refdyn_row_sizes. */
 static void gather(struct refdyn_workspace *work) {
     const int n = work->n;
     for (int a = 0; a < work->m; a++) {
@@ -79,7 +78,7 @@ static double sum_of(const struct refdyn_dependence *dependence) {
     return dense_dot(y, work->side, rank);
 }
 
-/* A row whose gradient is 0 adds nothing to a sum. */
+/* The coefficient of a scaled row in a sum. A row whose gradient is 0 adds nothing. */
 static double coefficient(const struct refdyn_workspace *work, int row, double of_row) {
     return work->row_size[row] > 0 ? of_row / work->row_size[row] : 0;
 }

@@ -18,8 +18,8 @@
 
 /* A choice is replaced when its condition has grown by this factor: its pivots have then lost one digit. */
 static const double worse = 10;
-/* Rows are chosen again when the kept ones enter an omitted one with this many times their shares at the
- * choice: they have then become nearly dependent. */
+/* Rows are chosen again when the largest share of a kept row in an omitted one has grown by this factor since
+ * the choice: the kept rows have then become nearly dependent. */
 static const double greater = 3;
 /* Off the constraint manifold a redundant row looks independent, in proportion to the residual. A redundant
  * row stays redundant up to the first factor times the residual, and up to the second value. */

@@ -71,8 +71,8 @@ int refdyn_is_consistent(struct refdyn_workspace *work, double tol, const double
     return rows_hold(work, of_positions(work), tol, 1, q) && rows_hold(work, of_velocities(work), tol, 1, qd);
 }
 
-/* Returns whether omitted rows contradict the others by no more than inexact lengths do, which no change of
- * the coordinates could mend. Overwrites work->rows. */
+/* Returns whether omitted rows contradict the others by no more than inexact lengths do. No change of the
+ * coordinates could remove this contradiction. Overwrites work->rows. */
 static int contradicts_little(struct refdyn_workspace *work, struct level level, const double *x) {
     const int n = work->n;
     for (int a = 0; a < work->m; a++) {
@@ -176,9 +176,9 @@ int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q,
     return refdyn_project_along(work, NULL, t, q, qd);
 }
 
-/* Rows that look independent by no more than their residuals explain, as those of an overconstrained linkage
- * with inexact lengths do, are met by no state. Near a singular position, which a motion reaches later, the
- * same is true. */
+/* No state satisfies rows that look independent by no more than their residuals explain, like those of an
+ * overconstrained linkage with inexact lengths. This is also true near a singular position, but a motion
+ * reaches one only after its start. */
 int refdyn_project_start(struct refdyn_workspace *work, double t, double *q, double *qd) {
     const int status = refdyn_project_evaluated(work, t, q, qd);
     if (status == REFDYN_NO_CONVERGENCE && refdyn_rank_of_rows(work, 1) < refdyn_rank_of_rows(work, 0))

@@ -117,10 +117,11 @@ void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide
 int refdyn_step_rates(const struct refdyn_step *step, double t, const double *state, double *rates);
 /* The method forgets earlier steps and, with is_new, all information about the motion. */
 void refdyn_step_break_off(struct refdyn_step *step, int is_new);
-/* Sets both ends of the step to `state` at t, where a motion begins or continues. */
+/* Sets both ends of the step to `state` at t_begin, where a motion begins or continues; t_from: as in the
+ * struct. */
 void refdyn_step_place(struct refdyn_step *step, double t_from, double t_begin, const double *state);
 /* The end of the last step becomes the start of the next one. If t_begin is right of a time event there, the
- * state moves on by this amount of rounding, so that many events do not add up to a delay. */
+ * state moves on by this difference of rounding, so that many events do not add up to a delay. */
 void refdyn_step_next(struct refdyn_step *step, double t_begin);
 /* Discards the attempted step: its end becomes its start. */
 void refdyn_step_give_up(struct refdyn_step *step);
@@ -136,8 +137,8 @@ void refdyn_step_complete(struct refdyn_step *step, double t);
 void refdyn_step_limit(struct refdyn_step *step, double t);
 /* Returns the time at which rates for time t are evaluated, inside this limit. */
 double refdyn_step_inside(const struct refdyn_step *step, double t);
-/* Returns whether t lies before the end of a step that was taken; t may be left of its beginning, at a time
- * event there. */
+/* Returns whether t lies before the end of a step that was taken. At a time event, t may lie left of the
+ * step's beginning. */
 int refdyn_step_is_inside(const struct refdyn_step *step, double t);
 /* Returns the end as callers see it: before the first attempt from a time event, the time of the event. */
 double refdyn_step_seen_end(const struct refdyn_step *step);

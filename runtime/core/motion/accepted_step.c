@@ -189,7 +189,7 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
 /* Returns whether the steps tried last cover so little of the time that the motion would need more than
  * step_limit of them. */
 static int is_too_slow(struct refdyn_motion *motion, long tried) {
-    enum { TRIED = 10000 }; /* no transient takes as many at such a pace */
+    enum { TRIED = 10000 }; /* steps between two estimates: a transient at this pace is shorter */
     struct refdyn_pace *pace = &motion->pace;
     const double t = motion->step.t_begin, covered = t - pace->t;
     if (tried > 0 && tried < pace->tried + TRIED)

@@ -1,10 +1,10 @@
 /*
  * The right side of an instant at which events set inputs or parameters.
  *
- * In: an integrator at an output where such events are due, which act with the next step. Out: inputs,
- * parameters, accelerations and multipliers as these events leave them, at the state that the caller sees;
- * then those before again. A recorded input therefore holds from its row on. Events that make rates jump, or
- * end the motion, are not looked beyond.
+ * In: an integrator at an output where these events are due; they act with the next step. Out: inputs,
+ * parameters, accelerations and multipliers as these events leave them, at the state that the caller sees.
+ * refdyn_integrator_see_before restores the earlier ones. A recorded input therefore holds from its row on.
+ * If an event makes rates jump or ends the motion, the values before it are shown.
  */
 #include "runtime/core/motion/motion.h"
 
@@ -35,7 +35,7 @@ static int is_quiet(const struct refdyn_model *model, const struct refdyn_event 
     return !sets_rates;
 }
 
-/* Are all events that are due at the state that the caller sees of this kind? */
+/* Are events due at the state that the caller sees, and is each of them quiet? */
 static int are_quiet(const struct refdyn_integrator *integrator) {
     const struct refdyn_motion *motion = integrator->motion;
     const struct refdyn_state_events *events = &motion->state_events;

@@ -57,9 +57,10 @@ static const double left_behind = 300;
 static const double slowed = 0.4;
 /* Tolerance of errors of rates, accelerations and forces in explicit steps at their stability limit, relative
  * to the largest so far, over the tolerance of positions. With 20, accelerations of models/planar.lua and
- * spinup.lua are within 1e-3 at 200 to 4000 outputs, with 100 within 3e-3, without within 70. */
+ * spinup.lua are within 1e-3 at 200 to 4000 outputs; with 100, within 3e-3; without a bound, within 70. */
 static const double excited = 20;
-/* A step of a trial counts as long as its error of positions would let it be, up to this factor. */
+/* A step of a trial counts with the length that its error of positions alone would allow, at most this many
+ * times its own. */
 static const double held_back_most = 10;
 /* Time of an operation over that in an emitted function: on dense matrices, which fill vector registers, and
  * in sweeps over joints. Measured by tests/bench/implicit. */
@@ -219,8 +220,8 @@ double refdyn_automatic_tolerance(const struct refdyn_motion *motion) {
     return adds_up ? fmax(tol / adds_up_followed, DBL_EPSILON) : tol;
 }
 
-/* Do errors of rates count in steps of this length? At the stability limit of an explicit method fast modes
- * keep whatever errors excite, and positions hardly show it. */
+/* Do errors of rates count in steps of this length? At the stability limit of an explicit method, fast modes
+ * that errors have excited do not decay, and positions hardly show them. */
 static int rates_count(const struct refdyn_motion *motion, double step) {
     return is_explicit(motion->step.number) && step * motion->automatic.found.rate >= explicit_limit / 2;
 }

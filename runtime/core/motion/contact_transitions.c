@@ -489,7 +489,7 @@ static int begin(struct refdyn_motion *motion) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     for (int k = 0; k < contacts->count; k++)
         contacts->rate_rounding[k] = DBL_MIN;         /* below it, products lose their digits */
-    if (motion->step.t_limit <= motion->step.t_begin) /* of a time event that has passed */
+    if (motion->step.t_limit <= motion->step.t_begin) /* the limit of a time event that has passed */
         refdyn_step_limit(&motion->step, INFINITY);
     const int status = look(motion, motion->step.t_begin, motion->step.state);
     if (status)

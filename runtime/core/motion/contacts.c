@@ -26,8 +26,8 @@ static const double force_digits = 64 * DBL_EPSILON;
 static const double difference_part = 1e-4;
 /* A column of which less than this part is orthogonal to the others depends on them. */
 static const double dependent = 1e-9;
-/* A force that pulls counts as rounding up to this part of the largest force so far. At outputs it may be as
- * large as the second part, or as the tolerance, by errors of the interpolated state. */
+/* A force that pulls counts as rounding up to this part of the largest force so far. At outputs, errors of
+ * the interpolated state may make it as large as the second part, or as the tolerance. */
 static const double pull_digits = 1e-12, pull_seen = 1e-6;
 /* Replaces the longest step before the first one [s]. */
 static const double first_step = 1e-3;

@@ -52,8 +52,8 @@ static int meet_impact(struct refdyn_motion *motion, int i, struct done *done) {
     return status;
 }
 
-/* Do the rows of the programme contradict the rates by more than before? psi (m): residuals before. Contacts
- * open, or have an impact. */
+/* Do the rows of the programme contradict the rates by more than before? psi (m): residuals before. Rows of
+ * contacts do not count, since contacts open or have an impact. */
 static int contradicts_rows(struct refdyn_workspace *work, const double *qd, const double *psi) {
     const int n = work->n;
     for (int a = 0; a < refdyn_programme_rows(work->model); a++) {
@@ -259,8 +259,8 @@ static int take_due(struct refdyn_motion *motion) {
     return status;
 }
 
-/* Time events, kinks, other events and the caller may have changed the load: contacts that would pull open.
- */
+/* Time events, kinks, other events and the caller may have changed the load. Contacts open if they would
+ * pull. */
 int refdyn_event_actions_open_contacts(struct refdyn_motion *motion) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     const struct refdyn_step *step = &motion->step;

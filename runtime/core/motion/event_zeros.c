@@ -31,7 +31,7 @@ static const double rounding = 8 * DBL_EPSILON;
 static const double zero_width = 1e-13;
 /* Zeros that are nearer to each other than this part of the step are the same. */
 static const double same_zero = 1e-10;
-/* A force that jumps is zero at the kink within this part of the step. */
+/* The zero of a force that jumps at a kink differs from the kink's by at most this part of the step. */
 static const double jump_width = 1e-9;
 /* A distance from a zero can be rounding only below this part of a step. */
 static const double rounding_part = 1e-6;
@@ -375,8 +375,8 @@ static void note_samples(struct refdyn_state_events *events) {
         events->risen[i] = fmax(events->risen[i], events->most[i]);
 }
 
-/* The time within which value i crosses zero at the same time as another. A force that jumps at a kink is
- * zero where the kink is, and its zero is as accurate as one on the interpolant. */
+/* Value i crosses zero at the same time as another if no more than this time is between them. A force that
+ * jumps at a kink is zero where the kink is, and its zero is as accurate as one on the interpolant. */
 static double together(const struct refdyn_state_events *events, int i, double t) {
     const double located = 8 * zero_width * events->contacts.longest;
     return refdyn_state_events_blur(t) + (refdyn_state_events_is_kink(events, i) ? located : 0);
@@ -417,9 +417,9 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
     *t_event = step->t_begin;
 }
 
-/* Do the last two samples of a value show that it is about to cross zero at the end of the step, where it is
- * zero except for rounding? Kinks count where the step was cut to end on one,
- * or loads of contacts may jump. */
+/* Is a value zero at the end of the step except for rounding, and do its last two samples show that it is
+ * about to cross zero? Kinks count where the step was cut to end on one, or where loads of contacts may jump.
+ */
 static int ends_before_zero(const struct refdyn_state_events *events, const struct refdyn_step *step) {
     const int last = events->last;
     const double time = (events->thetas[last] - events->thetas[last - 1]) * (step->t_end - step->t_begin);
@@ -442,8 +442,8 @@ static void keep_sides(struct refdyn_state_events *events) {
         events->side[i] = events->side_end[i];
 }
 
-/* The side of a value that is on `side` and then on side `now`, in a step without an event of it: a crossing
- * in the event's direction is rounding. */
+/* The side of a value that was on `side` and is on side `now`, in a step without an event of this value. A
+ * crossing in the event's direction is then rounding. */
 static int side_after(const struct refdyn_step *step, int i, int side, int now) {
     return now != 0 && !refdyn_state_events_watches(step, i, now) ? now : side;
 }
@@ -476,10 +476,9 @@ static int is_met(const struct refdyn_state_events *events, const struct refdyn_
     return distance <= same_time(step) || no_longer_falls || events->tries >= TRIES_MOST;
 }
 
-/* Loads of contacts may jump at kinks. Steps to a kink at t end before it by this time, which exceeds
- * rounding and the error of a zero on the interpolant, so that no stage sees the load after it. Short steps
- * end on it.
- */
+/* Loads of contacts may jump at kinks. A step to a kink at t ends before it by this time, so that no stage
+ * sees the load after it. The time exceeds rounding and the error of a zero on the interpolant. Short steps
+ * end on the kink. */
 static double before_kink(const struct refdyn_state_events *events, const struct refdyn_step *step,
                           double t) {
     const double back = 4 * fmax(same_time(step), zero_width * (step->t_end - step->t_begin));
@@ -495,7 +494,7 @@ static void try_again(struct refdyn_state_events *events, double distance, doubl
     *t_event = t;
 }
 
-/* The step ends on the zero of its target. A last one ends just before a kink. */
+/* The step ends on the zero of its target. At a kink it is taken once more and ends just before it. */
 static void end_on_target(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
     const double back = before_kink(events, step, step->t_end);
     if (back == 0 || events->tries >= TRIES_MOST) {

@@ -356,7 +356,7 @@ int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, cons
     return leave(integrator, status, t);
 }
 
-/* The state that the caller saw before it has changed it. */
+/* Returns the state that the caller saw before it changed the values. */
 static const double *find_seen(struct refdyn_motion *motion, double t) {
     struct refdyn_step *step = &motion->step;
     double *state = motion->state_events.room;
@@ -367,14 +367,14 @@ static const double *find_seen(struct refdyn_motion *motion, double t) {
     return step->method->kind->interpolate(step, refdyn_step_theta(step, t), state) ? step->state_new : state;
 }
 
-/* The caller changes values at the state that it sees, and the last step counts only until there. Events take
- * their values of this state with the inputs and parameters before the change. */
+/* The caller has changed values at the state that it sees, and the last step counts only until there. The
+ * values of events at this state are computed with the inputs and parameters before the change. */
 static void stop_here(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     struct refdyn_workspace *work = integrator->work;
     double *changed = work->x;
     refdyn_idle_start(motion);
-    if (refdyn_step_is_inside(&motion->step, integrator->t)) /* it is no reason for a longer one */
+    if (refdyn_step_is_inside(&motion->step, integrator->t)) /* the next step becomes no longer than it */
         refdyn_control_bound(&motion->control, motion->control.last);
     if (motion->state_events.count == 0)
         return;
@@ -480,8 +480,8 @@ static int find_row_terms_seen(const struct refdyn_integrator *integrator) {
                : refdyn_row_terms(work, integrator->t_right, integrator->q, integrator->qd);
 }
 
-/* Accelerations and multipliers of a state of the motion, whose row terms are in the workspace; is_known:
- * they are those of the step's end. */
+/* Accelerations and multipliers of a state of the motion, whose row terms are in the workspace. is_known: the
+ * state is the step's end, where they are known. */
 static int accelerate_seen(struct refdyn_integrator *integrator, int is_known) {
     const struct refdyn_step *step = &integrator->motion->step;
     const int n = step->n;
@@ -561,8 +561,8 @@ static int show_state(struct refdyn_integrator *integrator, double t) {
     return status;
 }
 
-/* Row of a contact that pulls in the state that the caller sees; -1: none. is_end: except for those that open
- * there, since the state is the end of the step. */
+/* Returns the row of a contact that pulls in the state that the caller sees; -1: none. is_end: the state is
+ * the end of the step, and contacts that open there do not count. */
 static int pulling_seen(const struct refdyn_integrator *integrator, int is_end) {
     const struct refdyn_state_events *events = &integrator->motion->state_events;
     const struct refdyn_contacts *contacts = &events->contacts;
@@ -573,8 +573,8 @@ static int pulling_seen(const struct refdyn_integrator *integrator, int is_end) 
     return -1;
 }
 
-/* Where a contact opens at the end of the step, by a time event or a kink, the caller sees the state before
- * that. Error: CONTACT_PULLS, where it pulls there, too. */
+/* If a contact opens at the end of the step, by a time event or a kink, the caller sees the state before it
+ * opens. Error: CONTACT_PULLS if it pulls in that state, too. */
 static int accelerate_before(struct refdyn_integrator *integrator) {
     struct refdyn_motion *motion = integrator->motion;
     const struct refdyn_step *step = &motion->step;

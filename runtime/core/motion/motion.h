@@ -191,8 +191,8 @@ struct refdyn_automatic {
     enum refdyn_method next;   /* method of the next step */
     long steps_left, patience; /* until the trial of this candidate ends, or the next one begins */
     int wants_spectrum;
-    double way;       /* of the steps since the last mark, as long as positions would let them be [s] */
-    double held_back; /* the last step, if positions alone limited it, over its length */
+    double way;       /* sum of the steps since the last mark, as long as positions alone would allow [s] */
+    double held_back; /* length that positions alone would allow the last step, over its length */
     double marked_operations;
 };
 
@@ -223,8 +223,8 @@ enum { REFDYN_RATE_KINDS = 3 };
 
 /* `struct refdyn_rate_errors` is written only by rate_errors.c. */
 struct refdyn_rate_errors {
-    double
-        largest[REFDYN_RATE_KINDS]; /* rate, acceleration, force of the programme since the start, by unit */
+    /* rate, acceleration, force of the programme since the start, by unit */
+    double largest[REFDYN_RATE_KINDS];
 };
 
 /* Begins with the values of the start, whose row terms are in the workspace; the second function adds those
@@ -232,7 +232,7 @@ struct refdyn_rate_errors {
 void refdyn_rate_errors_start(struct refdyn_motion *motion);
 void refdyn_rate_errors_note(struct refdyn_motion *motion);
 /* Returns the largest error of a completed step of h relative to the largest value of its kind, divided by
- * the tolerance; INFINITY if it cannot be evaluated. Costs an evaluation, mostly. */
+ * the tolerance; INFINITY if it cannot be evaluated. Usually costs one evaluation. */
 double refdyn_rate_errors_measure(struct refdyn_motion *motion, double h, double tolerance);
 
 /* ---- The programme: projections along directions that suit the method (programme.c) ---- */
@@ -289,7 +289,7 @@ void refdyn_parameters_leave(struct refdyn_parameters *parameters, struct refdyn
 void refdyn_parameters_set(struct refdyn_parameters *parameters, struct refdyn_workspace *work, int place,
                            double value);
 void refdyn_parameters_take(struct refdyn_parameters *parameters, const struct refdyn_workspace *work);
-/* The inputs (input_count) when they were taken. */
+/* Returns the inputs (input_count) that were taken. */
 double *refdyn_parameters_inputs(const struct refdyn_parameters *parameters,
                                  const struct refdyn_model *model);
 /* Returns whether the caller has changed a parameter or an input since then. Call it outside the two calls.
@@ -312,8 +312,8 @@ struct refdyn_time_events {
 
 void refdyn_time_events_lay_out(struct refdyn_time_events *events, const struct refdyn_model *model,
                                 struct layout *layout);
-/* Computes the known events for the present parameters and inputs; none of them counts as passed. The motion
- * stays on the right side of another event where it is. t, q and qd: any. */
+/* Computes the known events for the present parameters and inputs; no known event counts as passed. At a
+ * switch, the motion stays on the right side of it. t, q and qd: any. */
 void refdyn_time_events_take(struct refdyn_time_events *events, const struct refdyn_workspace *work, double t,
                              const double *q, const double *qd);
 /* t, or the right side of a time event that is there: where functions have the values with which the motion
@@ -466,8 +466,9 @@ void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refd
 /* Replaces the gaps of contacts that are not free by their values. Errors: those of refdyn_rates. */
 int refdyn_contacts_values(struct refdyn_contacts *contacts, const struct refdyn_step *step, double t,
                            const double *state, double *values);
-/* The multipliers (m) at the beginning of a step: notes the size of the forces. The second function returns
- * whether contact k rests and pulls by more than rounding, or, at an output, by more than its error. */
+/* The first function notes the size of the forces, from the multipliers (m) at the beginning of a step. The
+ * second one returns whether contact k rests and pulls by more than rounding or, if is_seen (an output), by
+ * more than the error of interpolation. */
 void refdyn_contacts_note_forces(struct refdyn_contacts *contacts, const double *multipliers);
 int refdyn_contacts_pulls(const struct refdyn_contacts *contacts, const double *multipliers, int k,
                           int is_seen);
@@ -539,8 +540,8 @@ struct refdyn_state_events {
     double t_last; /* of the last event [s], */
     int repeats;   /* and how many followed each other without time between, or with values within rounding */
 
-    /* written only by state_events.c: the caller knows of the due events; values may have jumped from those
-     * in the first samples */
+    /* written only by state_events.c: the caller knows of the due events; values may have jumped from the
+     * first samples */
     int is_told, looks_again;
 };
 
@@ -573,13 +574,13 @@ struct refdyn_assessed refdyn_state_events_assess(const struct refdyn_state_even
 void refdyn_state_events_clear_due(struct refdyn_state_events *events);
 void refdyn_state_events_add_due(struct refdyn_state_events *events, int i);
 void refdyn_state_events_forget(struct refdyn_state_events *events);
-/* Call it before values may jump from those of a state at t, because inputs, parameters, the state or
- * formulas of time do: the next step begins by examining them again. */
+/* Call it at a state at t before inputs, parameters, the state or formulas of time change there, because
+ * values may then jump: the next step begins by examining them again. */
 void refdyn_state_events_look_again(struct refdyn_state_events *events, const struct refdyn_step *step,
                                     double t, const double *state);
-/* Call them where the caller continues from a state at t, inside the last step or at its end: the first
- * before, the second after it has changed anything. What the step has found after t has not happened. What is
- * due at t stays so, unless the change moves its value back to where it came from. */
+/* Call them where the caller continues from a state at t, inside the last step or at its end: the first one
+ * before, the second one after its changes. Events that the step has found after t have not happened. An
+ * event that is due at t stays due, unless the change moves its value back to where it came from. */
 void refdyn_state_events_stop(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                               const double *state);
 void refdyn_state_events_go_on(struct refdyn_state_events *events, const struct refdyn_step *step);
@@ -631,8 +632,8 @@ void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new);
 
 /* ---- The right side of an instant at which events set values (after_events.c) ---- */
 
-/* Of the caller's values, what the events are to replace. `struct refdyn_after` is written only by
- * after_events.c. */
+/* The caller's values, which those after the events replace for a while. `struct refdyn_after` is written
+ * only by after_events.c. */
 struct refdyn_after {
     double *p, *x, *qdd, *lambda; /* as in the workspace and the integrator; empty without changes */
     double *terms;                /* of events */
@@ -837,7 +838,7 @@ static inline int refdyn_integrator_status(const struct refdyn_integrator *integ
     return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
 }
 
-/* As refdyn_integrator_look, anywhere in the last step, also after the shown state. */
+/* Like refdyn_integrator_look, at any time in the last step, also after the shown state. */
 int refdyn_integrator_show(struct refdyn_integrator *integrator, double t);
 
 /* The time at which rates, rows and energies of t, inside the last step or at its end, are evaluated. */

@@ -15,8 +15,8 @@
 #include "runtime/core/linear/linear.h"
 
 enum { NODES = 4 };
-/* Times of the cubic, as parts of the step from the present one, outside the part in which rows do not
- * determine accelerations; and the weights of their values. */
+/* Times of the cubic relative to the present one, as parts of the step, outside the part in which rows do not
+ * determine accelerations; and the weights of their values at the present time. */
 static const double nodes[NODES] = {-0.165, -0.099, -0.033, 0.033},
                     weights[NODES] = {0.0625, -0.3125, 0.9375, 0.3125};
 
@@ -125,7 +125,7 @@ int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, doubl
     const struct refdyn_workspace *work = integrator->work;
     struct refdyn_state_events *events = &integrator->motion->state_events;
     struct refdyn_contacts *contacts = &events->contacts;
-    for (int k = 0; k < contacts->count; k++) /* the rest of a pull is an error of the interpolated state */
+    for (int k = 0; k < contacts->count; k++) /* a remaining pull is an error of the interpolated state */
         forces[k] = fmax(integrator->lambda[contacts->first_row + k], 0);
     if (contacts->are_unique)
         return REFDYN_OK;

@@ -229,8 +229,8 @@ static int is_moved_by_state(const struct refdyn_state_events *events, const str
     return 0;
 }
 
-/* Value i has changed from `before`, without a step. It may be clear of zero now, maybe on another side. If
- * it was beyond zero by an error, it counted as zero there, and only the change from there counts. */
+/* Value i has changed from `before` without a step. It may now be clear of zero, perhaps on another side. If
+ * an error had carried it beyond zero, it counted as zero, and only the change since then counts. */
 static void jump(struct refdyn_state_events *events, const struct refdyn_step *step, int i, double before,
                  double noise) {
     const int side = events->side[i], is_kink = refdyn_state_events_is_kink(events, i);
@@ -253,8 +253,9 @@ static void look_for_jump(struct refdyn_state_events *events, const struct refdy
 
 /* ---- The start ---- */
 
-/* A value that is zero at the start leaves it to the side where a time event there has carried it, or to the
- * side of its rate, as if it came from the other side. The values and terms are those right of the start. */
+/* A value that is zero at the start leaves zero as if it came from the other side. A time event there may
+ * have carried it to a side; otherwise its rate decides. The values and terms are those right of the start.
+ */
 static void start_on_zero(struct refdyn_state_events *events, const struct refdyn_step *step, int i) {
     const double value = events->values[i];
     const struct refdyn_assessed found =
@@ -278,7 +279,7 @@ static void start_contact(struct refdyn_state_events *events, int i) {
         refdyn_state_events_add_due(events, i);
 }
 
-/* Clears what the motion before has left. */
+/* Clears what the previous motion has left. */
 static void clear(struct refdyn_state_events *events) {
     refdyn_state_events_forget(events);
     events->t_last = -INFINITY;
@@ -292,7 +293,7 @@ static void clear(struct refdyn_state_events *events) {
         events->risen[i] = INFINITY;
 }
 
-/* The side of each value at t, 0: it is zero there. Error: NOT_FINITE. */
+/* Sets the side of each value at t; 0: it is zero there. Error: NOT_FINITE. */
 static int find_sides(struct refdyn_state_events *events, const struct refdyn_step *step, double t) {
     const int status = refdyn_state_events_values(events, step, t, step->state, events->values);
     refdyn_state_events_evaluate_terms(events, step, t, step->state);

@@ -105,7 +105,7 @@ static int are_position_rows(const struct refdyn_model *model, const int *rows, 
 
 /* Increases the load from 0 to 1; q keeps the last equilibrium. */
 static int raise_load(struct statics *statics, double *q) {
-    enum { TRIED_MOST = 20000 /* from a start that is so many lengths away nothing is followed */ };
+    enum { TRIED_MOST = 20000 /* steps of the load; a start that needs more is too far away */ };
     double load = 0, step = statics->options->load_step;
     for (int tried = 0; load < 1; tried++) {
         if (tried == TRIED_MOST)

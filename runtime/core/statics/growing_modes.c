@@ -135,8 +135,7 @@ static int find_pencil(struct balance *b, double s) {
     return 1;
 }
 
-/* Returns whether lambda = s (1 + 1/tau) of tau = re + i im grows; the conjugate of a counted one does not.
- */
+/* Returns whether lambda = s (1 + 1/tau) of tau = re + i im grows. Of two conjugates only one counts. */
 static int is_growing(double re, double im) {
     const double square = re * re + im * im;
     if (!(square > 0) || im < 0)

@@ -116,7 +116,7 @@ static int dissipates(struct balance *b, const double *D) {
     return refdyn_factor(b->H, left, left) < 0;
 }
 
-/* Counts growing modes if forces have no potential, or if a damper adds energy. Returns whether they count.
+/* Counts growing modes if forces have no potential, or if a damper adds energy. Returns whether they decide.
  */
 static int judge_by_modes(struct balance *b, struct refdyn_statics_result *result) {
     const int left = b->count - b->rank;

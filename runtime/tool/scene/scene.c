@@ -197,7 +197,7 @@ static bool may_hold(const struct row *row, unsigned needs, const struct values 
 }
 
 /* Returns whether forces may have no potential or add energy, so that small motions must decide the stability
- * of an equilibrium. Springs have one, and dampers are not negative. */
+ * of an equilibrium. Springs have a potential, and dampers are never negative. */
 static bool may_lack_potential(const struct model *model) {
     for (int i = 0; i < model->force_count; i++)
         if (model->graph->nodes[model->forces[i].value].depends & (ON_STATE | ON_RATE))

@@ -8,6 +8,7 @@
 #include <jansson.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* ---- Lines of a text that is valid JSON ---- */
 
@@ -293,6 +294,14 @@ bool scene_state_read(struct state *state, const char *path, const struct genera
     struct reading reading = {
         .path = path, .generation = generation, .takes_accelerations = takes_accelerations};
     *state = (struct state){.t = 0};
+    if (!strpbrk(path, "./") && access(path, F_OK) != 0) {
+        const char *nearest = message_nearest_name(path, options_places, 2);
+        format_complain_line(
+            path, 0,
+            format_text("no file has this name; must be initial, statics or a readable STATE.json%s%s%s",
+                        nearest ? "; did you mean " : "", nearest ? nearest : "", nearest ? "?" : ""));
+        return false;
+    }
     return read_object(&reading, "state", read_member, state);
 }
 

@@ -12,7 +12,7 @@ local function bar(name, on, at, L, m, start)
   return { name, on = on, at = at, joint = "psi", mass = m, center = place(L / 2, 0.03), inertia = { xx = m * (0.01 * size)^2, yy = m * (L * size)^2 / 12, zz = m * (L * size)^2 / 12 },
            start = { psi = start }, spring = { psi = 3 * m }, damper = { psi = 0.4 * m }, rotor = { psi = { inertia = 2e-3, gear = 5 } } }
 end
-local function frame(start)
+local function frame()
   return { "frame", joint = {}, turn = { { "x", p.tilt_x }, { "y", p.tilt_y }, { "z", p.tilt_z } } }
 end
 local function course(s, from, size, rate)

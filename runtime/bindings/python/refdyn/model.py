@@ -245,14 +245,14 @@ class Model(Fixed):
     # ---- Motions in the caller's own loop ----
 
     def motion(self, q: States | None = None, qd: States | None = None, t: float = 0.0, *, method: str | None = None, tol: float | None = None,
-               step: float | None = None, step_max: float | None = None, stabilise: str | None = None, singular: str | None = None, start: str | None = None,
+               tol_rates: float | None = None, step: float | None = None, step_max: float | None = None, stabilise: str | None = None, singular: str | None = None, start: str | None = None,
                step_limit: int | None = None, inputs: Given = None, parameters: Given = None) -> motion.Motion:
         """Begins a motion at q, qd (default: the model's initial state) and t [s]; `motion.advance(t)` computes it.
 
-        The options are those of `refdyn sim`: adaptive steps with `tol`, or fixed ones of at most `step` [s], without which those of
+        The options are those of `refdyn sim`: adaptive steps with `tol` and `tol_rates`, or fixed ones of at most `step` [s], without which those of
         rk4 are 1 ms. After `step_limit` steps, accepted or rejected, `advance` raises NumericalError. Inputs and parameters are constant until `motion.set(...)`.
         """
-        options = motion.options_of(method, tol, step, step_max, stabilise, singular, start, False, step_limit)
+        options = motion.options_of(method, tol, step, tol_rates, step_max, stabilise, singular, start, False, step_limit)
         return motion.begin(self, q, qd, t, options, start, inputs, parameters)
 
     def step(self, q: States, qd: States, t: npt.ArrayLike, h: float, inputs: Given = None, parameters: Given = None, *,
@@ -352,7 +352,7 @@ class Model(Fixed):
         derivatives  parameters, inputs and start values (NAME or NAME_d of a coordinate): for each column a variable d_COLUMN with its
                    derivatives by them, (t, parameter)
         dataset    False returns the columns as arrays by name, with their summary in `attrs`, which is faster for short motions
-        options    further options of `refdyn sim`: accuracy, verify, step_max, stabilise, singular, start, hold, release, way;
+        options    further options of `refdyn sim`: accuracy, verify, tol_rates, step_max, stabilise, singular, start, hold, release, way;
                    realise=True with before, after, mesh: the model's drives perform the programme, with their mean forces as drive_NAME
         """
         check_place("from_", from_, [name for name, value in (("q", q), ("qd", qd), ("t", t)) if value is not None], options)
@@ -409,7 +409,7 @@ class Model(Fixed):
                    "history": names, "limits": True}, with names of columns of `simulate`. Default: the final state
         sweep      a sweep file, which defines what varies and what is kept; it replaces `cases` and `keep`
         progress   True shows a bar on sys.stderr if the batch takes more than a second
-        options    further options of `refdyn batch`: step, step_max, every, stabilise, singular, start, hold, release, way;
+        options    further options of `refdyn batch`: tol_rates, step, step_max, every, stabilise, singular, start, hold, release, way;
                    realise=True with before, after, mesh: the model's drives perform the programme of each case, with the numbers of
                    its report as variables
 

@@ -63,14 +63,14 @@ def method_of(method: str | None, has_step: bool) -> str:
     return ALIASES.get(method, method) if method is not None else "rk4" if has_step else "auto"
 
 
-def options_of(method: str | None, tol: Any, step: Any, step_max: Any, stabilise: str | None, singular: str | None, start: str | None,
+def options_of(method: str | None, tol: Any, step: Any, tol_rates: Any, step_max: Any, stabilise: str | None, singular: str | None, start: str | None,
                has_balance: bool, step_limit: Any = None) -> tuple[Any, ...]:
     """Returns the options of core.Library.motion, with the rules and messages of `refdyn sim`."""
-    sizes = tuple(positive(name, value) for name, value in (("tol", tol), ("step", step), ("step_max", step_max)))
+    sizes = tuple(positive(name, value) for name, value in (("tol", tol), ("step", step), ("step_max", step_max), ("tol_rates", tol_rates)))
     name = method_of(method, sizes[1] > 0)
-    for other, value in (("tol", sizes[0]), ("step_max", sizes[2])):
+    for other, value in (("tol", sizes[0]), ("step_max", sizes[2]), ("tol_rates", sizes[3])):
         if value and sizes[1]:
-            what = "sets fixed steps and tol adaptive ones" if other == "tol" else "sets fixed steps and step_max bounds adaptive ones"
+            what = f"sets fixed steps and {other} {'bounds adaptive ones' if other == 'step_max' else 'adaptive ones'}"
             raise ValueError(f"step {what}; omit one of them")
         if value and name in FIXED:
             raise ValueError(f"{other}: {name} has fixed steps; use step")
@@ -222,7 +222,7 @@ class Motion(Fixed):
         return out
 
     def _read(self, count: Any, write: Any) -> np.ndarray:
-        """Numbers that the caller only reads."""
+        """Numbers in a read-only array."""
         out = self._numbers(count, write)
         out.flags.writeable = False
         return out

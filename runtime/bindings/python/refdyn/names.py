@@ -81,7 +81,7 @@ def suggesting(*quick: str) -> Callable[[Kind], Kind]:
 
 
 class Fixed:
-    """An object whose attributes are only read: to assign one is an error, which says what to do instead. dir() lists the public ones."""
+    """An object with read-only attributes: an assignment is an error, which names the remedy. dir() lists the public attributes."""
 
     _remedy = "these values cannot be changed"
 
@@ -98,8 +98,8 @@ class Fixed:
 
 
 class ByName(dict[str, Any]):
-    """Values by name, which are only read. The error about an unknown name suggests the nearest one; that about an assignment ends with
-    the remedy."""
+    """Read-only values by name. The error about an unknown name suggests the nearest one; the error about an assignment ends with the
+    remedy."""
 
     def __init__(self, kind: str, values: Mapping[str, Any] | Iterable[tuple[str, Any]], remedy: str = "copy them with dict(...)") -> None:
         super().__init__(values)
@@ -112,7 +112,7 @@ class ByName(dict[str, Any]):
         return type(self), (self.kind, dict(self), self.remedy)
 
     def _refuse(self, *values: Any, **given: Any) -> Any:
-        raise TypeError(f"{self.kind}s: these values are only read; {self.remedy}")
+        raise TypeError(f"{self.kind}s: these values are read-only; {self.remedy}")
 
     __setitem__ = __delitem__ = __ior__ = update = setdefault = pop = popitem = clear = _refuse
 

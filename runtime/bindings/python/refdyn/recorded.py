@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from .model import Model
     from .quantity import Compiled
 
-OPTIONS = ("step_max", "stabilise", "singular", "start")  # further options of arm.simulate that need no program
+OPTIONS = ("tol_rates", "step_max", "stabilise", "singular", "start")  # further options of arm.simulate that need no program
 OF_STATICS = ("hold", "release", "way")                  # and those of a start at the equilibrium
 OF_GSL = ("msbdf", "bsimp")                              # methods that only the program may have
 OUTPUTS_MOST = 10_000_000                                 # as for `refdyn sim`

@@ -19,7 +19,7 @@ def of_dataset(inputs: Any) -> Any:
 
 
 def is_along_t(data: Any) -> bool:
-    """Whether data are a frame of pandas whose index has the times."""
+    """Returns whether data are a frame of pandas whose index has the times."""
     return hasattr(data, "columns") and getattr(getattr(data, "index", None), "name", None) == "t" and "t" not in data.columns
 
 

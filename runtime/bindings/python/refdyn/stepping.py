@@ -135,6 +135,6 @@ class Stepper:
         """The memory of a motion with steps of this length, for this thread."""
         kept = getattr(self._local, "kept", None)
         if kept is None or kept[0] != step:
-            options = motion.options_of(self._method, None, step, None, self._stabilise, None, None, False)
+            options = motion.options_of(self._method, None, step, None, None, self._stabilise, None, None, False)
             self._local.kept = kept = step, motion.new_core(self._compiled, options, self._compiled.x, {})
         return kept[1]

@@ -10,7 +10,7 @@ ARGUMENTS = {"until": "t_end", "from": "from_", "emit": "quantities"}  # argumen
 FLAGS = ("check", "drives", "floating", "fold", "for_casadi", "for_lanes", "live", "move_held", "pull", "realise", "verify")  # arguments that are True or False
 OPTIONS = ("accuracy", "after", "at", "before", "derivatives", "E", "eta", "every", "flexible", "friction-width", "held-out", "hold", "inputs", "lanes",
            "mesh", "method", "modes", "noise", "nu", "options", "range", "release", "rfe", "rho", "right-angles", "section", "singular", "stabilise", "start", "step",
-           "step-max", "stop", "threads", "tip", "tol", "vary", "way", *ARGUMENTS, *(name.replace("_", "-") for name in FLAGS))
+           "step-max", "stop", "threads", "tip", "tol", "tol-rates", "vary", "way", *ARGUMENTS, *(name.replace("_", "-") for name in FLAGS))
 VALUES = ("baumgarte", "baumgarte-auto", "downhill", "held", "load", "none", "pass", "path", "project", "statics", "stop")
 OPTION = re.compile(rf"--({'|'.join(sorted(OPTIONS, key=len, reverse=True))})(?![\w-])(?: ({'|'.join(VALUES)})(?![\w-]))?")
 CALLS = {"import": "refdyn.Model.from_urdf", "sim": "arm.simulate"}  # calls of the package whose names differ from their commands

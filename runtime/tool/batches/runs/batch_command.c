@@ -243,7 +243,7 @@ static enum status run_dry(struct batch_setup *setup) {
     fprintf(stderr,
             "time         about %.3g s on %d thread%s, from a trial of %ld cases, of which %ld failed\n",
             count.wall_s * (double)all / (double)count.cases, setup->threads, setup->threads > 1 ? "s" : "",
-            count.cases, count.failed);
+            count.cases, count.failed.count);
     print_size((double)all * width * sizeof(double));
     return STATUS_DONE;
 }
@@ -299,7 +299,7 @@ static bool write_summary(const struct batch_setup *setup, const struct batch_co
     struct document document;
     scene_document_open(&document);
     format_put_whole(&document, "cases", count->cases);
-    format_put_whole(&document, "failed", count->failed);
+    format_put_whole(&document, "failed", count->failed.count);
     if (setup->structures.count > 0 && setup->structures.list[0].needs & NEEDS_STATICS) {
         format_put_whole(&document, "unstable", count->unstable.count);
         format_put_whole(&document, "beyond_limit_point", count->beyond.count);
@@ -324,7 +324,13 @@ static void warn_of_starts(const struct noted_cases *noted, const char *equilibr
 static void print_count(const struct batch_setup *setup, const struct batch_count *count) {
     const long all = setup->end - setup->first;
     fprintf(stderr, "cases        %ld, %ld of them computed now, %ld of these failed\n", all, count->cases,
-            count->failed);
+            count->failed.count);
+    if (count->failed.count) {
+        fprintf(stderr, "failed       case %ld%s: ", count->failed.first,
+                count->failed.count > 1 ? ", the first of them" : "");
+        format_plain_text(stderr, count->reason);
+        fputc('\n', stderr);
+    }
     warn_of_starts(&count->unstable, "an unstable equilibrium");
     warn_of_starts(&count->beyond, "an equilibrium that the growing load does not lead to");
     if (count->far.count)

@@ -60,8 +60,6 @@ static int is_interrupted(void *context) {
     return system_interrupted != 0;
 }
 
-enum { REASON_LENGTH = 512 };
-
 /* Writes where and why a case failed, in the words of `sim`. */
 static void describe_failure(const struct running *running, const struct refdyn_batch_case *one,
                              const struct refdyn_batch_result *result, char reason[static REASON_LENGTH]) {
@@ -111,7 +109,7 @@ static void show_progress(struct running *running) {
         return;
     const double elapsed = system_wall_seconds() - running->progress.started;
     snprintf(running->what, sizeof running->what, "%ld of %ld cases, %.0f/s, %ld failed", count->cases,
-             running->total, (double)count->cases / (elapsed > 0 ? elapsed : 1), count->failed);
+             running->total, (double)count->cases / (elapsed > 0 ? elapsed : 1), count->failed.count);
     system_progress_show(&running->progress, (double)count->cases / (double)running->total);
 }
 
@@ -131,7 +129,11 @@ static void take_record(struct running *running, const struct case_record *recor
     struct batch_count *count = running->count;
     running->is_broken = running->is_broken || !running->sink->take(running->sink->context, record);
     count->cases++;
-    count->failed += record->status != STATUS_DONE;
+    if (record->status != STATUS_DONE) {
+        note(&count->failed, record->number);
+        if (count->failed.first == record->number)
+            snprintf(count->reason, sizeof count->reason, "%s", record->reason);
+    }
     count->cases_cpu_s += record->cpu_s;
     count->steps += record->steps;
     show_progress(running);

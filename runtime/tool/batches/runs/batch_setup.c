@@ -56,8 +56,8 @@ static void put_sources(struct document *document, const struct batch_setup *set
 }
 
 /* The options of the motions, by their names on the command line. */
-static const char *const number_options[] = {"until", "every",  "step",  "step-max", "tol",
-                                             "lanes", "before", "after", "mesh"},
+static const char *const number_options[] = {"until",     "every", "step",   "step-max", "tol",
+                                             "tol-rates", "lanes", "before", "after",    "mesh"},
                          *const text_options[] = {"method",    "from",     "hold",  "release",       "way",
                                                   "stabilise", "singular", "start", "accelerations", "loops"};
 enum {

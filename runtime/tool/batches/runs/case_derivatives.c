@@ -99,8 +99,13 @@ static void describe_missing(const struct case_derivatives *derivatives, int k, 
     else if (why->status)
         snprintf(reason, size, "no derivative by %s: from t = %.9g s on %s", name, why->t,
                  refdyn_status_text(why->status));
-    else
+    else if (why->jumps > 0)
         snprintf(reason, size, "no derivative by %s: values jump at the end, where an event happens", name);
+    else
+        snprintf(reason, size,
+                 "no derivative by %s: it has different slopes above and below this %s, as at a kink or jump "
+                 "of a formula or a contact that just touches",
+                 name, name);
 }
 
 void runs_derive(struct case_derivatives *derivatives, long number, double *values, char *reason,

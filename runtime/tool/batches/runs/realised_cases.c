@@ -93,8 +93,6 @@ struct answer {
     size_t reason_length;
 };
 
-enum { REASON_LENGTH = 512 };
-
 /* Why the case failed: the last line of standard error that is no warning, without the program's name. */
 static void read_reason(FILE *said, char reason[static REASON_LENGTH]) {
     char line[REASON_LENGTH];

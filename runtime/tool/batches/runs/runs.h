@@ -196,8 +196,13 @@ struct noted_cases {
     long count, first;
 };
 
+/* Bytes of the reason of a case, with the final 0. */
+enum { REASON_LENGTH = 512 };
+
 struct batch_count {
-    long cases, failed; /* that ended in this call; some of them failed */
+    long cases; /* that ended in this call */
+    struct noted_cases failed;
+    char reason[REASON_LENGTH]; /* why the first of these failed */
     /* that started from an equilibrium which is unstable, or which is beyond a limit point of the load */
     struct noted_cases unstable, beyond;
     struct noted_cases far;           /* whose start the projection has moved far */

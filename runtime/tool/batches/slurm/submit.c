@@ -392,9 +392,9 @@ const struct command batch_command = {
     .name = "batch",
     .run = run_batch_anywhere,
     .operands = "MODEL.lua [SWEEP.lua]",
-    .options = "output until method step tol step-max every from stabilise singular start hold release way "
-               "realise before after mesh summary table threads lanes cases resume dry-run slurm chunks "
-               "slurm-options set",
+    .options = "output until method step tol tol-rates step-max every from stabilise singular start hold "
+               "release way realise before after mesh summary table threads lanes cases resume dry-run slurm "
+               "chunks slurm-options set",
     .tables = {slurm_rules, runs_batch_rules, realise_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "RUNS.h5",
     .purpose = "many motions of a model, into one file",

@@ -265,6 +265,7 @@ static const struct plain_field sweep_fields[] = {
     {"derive", read_function, AT(derive)},
     {"t_end", plain_read_positive, AT(run.t_end)},
     {"tol", plain_read_positive, AT(run.tol)},
+    {"tol_rates", plain_read_positive, AT(run.tol_rates)},
     {"step", plain_read_positive, AT(run.step)},
     {"step_max", plain_read_positive, AT(run.step_max)},
     {"every", plain_read_positive, AT(run.every)},
@@ -294,10 +295,11 @@ static void check_needed(const struct plain_file *file, const struct value *valu
         plain_needs_field(file, value, "vary", "{ m = rd.grid(1, 3, 5) }");
     plain_needs_field(file, value, "t_end", "10, the end of the motions [s]");
     const struct value *step = value_find_field(value, "step");
-    if (step && (value_find_field(value, "tol") || value_find_field(value, "step_max")))
-        message_error(
-            file->check.messages, step->place,
-            "step: fixed steps, but tol or step_max is given for adaptive steps; remove one of them");
+    if (step && (value_find_field(value, "tol") || value_find_field(value, "tol_rates") ||
+                 value_find_field(value, "step_max")))
+        message_error(file->check.messages, step->place,
+                      "step: fixed steps, but tol, tol_rates or step_max is given for adaptive steps; remove "
+                      "one of them");
 }
 
 /* Random columns need a number of draws. The fields for draws have no effect without them. */

@@ -289,13 +289,15 @@ static void set_text(struct sweep_reading *reading, struct options *options, con
  */
 static void set_options(struct sweep_reading *reading, struct options *options) {
     const double step = options_number(options, "step"), tol = options_number(options, "tol"),
+                 tol_rates = options_number(options, "tol-rates"),
                  step_max = options_number(options, "step-max");
     const struct sweep_run *run = &reading->file.run;
-    const bool has_step = step > 0, has_tolerance = tol > 0 || step_max > 0;
+    const bool has_step = step > 0, has_tolerance = tol > 0 || tol_rates > 0 || step_max > 0;
     set_number(reading, options, run->t_end, "until", "t_end");
     set_number(reading, options, run->every, "every", "every");
     set_number(reading, options, has_tolerance ? 0 : run->step, "step", "step");
     set_number(reading, options, has_step ? 0 : run->tol, "tol", "tol");
+    set_number(reading, options, has_step ? 0 : run->tol_rates, "tol-rates", "tol_rates");
     set_number(reading, options, has_step ? 0 : run->step_max, "step-max", "step_max");
     set_number(reading, options, run->before, "before", "before");
     set_number(reading, options, run->after, "after", "after");

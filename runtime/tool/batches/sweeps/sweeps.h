@@ -36,7 +36,7 @@ enum sequence { SEQUENCE_RANDOM, SEQUENCE_SOBOL, SEQUENCE_HALTON };
 
 /* How the motions run, as the options of `sim`; 0 or NULL if the file does not say. */
 struct sweep_run {
-    double t_end, tol, step, step_max, every, before, after, mesh;
+    double t_end, tol, tol_rates, step, step_max, every, before, after, mesh;
     bool realise;
     const char *method, *from, *stabilise, *singular, *start, *way;
     const char *hold, *release; /* names separated by commas */

@@ -33,7 +33,7 @@ static const struct role roles[FMU_KIND_COUNT] = {
     [FMU_PSI] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "row_", "residual of a row's velocity"},
     [FMU_ENERGY] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "total_", "energy"},
     [FMU_FORCE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "force_",
-                   "force of the drive on a coordinate, of all rows where there is none"},
+                   "force of the drive of a coordinate, or of all rows if it has no drive"},
     [FMU_MULTIPLIER] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "multiplier_", "multiplier of row "},
     [FMU_INPUT] = {AS_INPUT, IS_CONTINUOUS, INITIAL_EXACT, "input_", "input"},
     [FMU_COURSE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "course_", "course of the model"},
@@ -76,7 +76,7 @@ static void find_columns(struct columns *columns, struct scene *scene) {
     columns->model = scene->model;
 }
 
-/* The first column of a block but the first. */
+/* Returns the first column of any block after the first one. */
 static int first_of(const struct columns *columns, enum record_block block) {
     return columns->table.ends[block - 1];
 }

@@ -148,7 +148,7 @@ static enum status export_scene(struct scene *scene, const struct options *optio
         status = simulate_place(scene, options);
     if (status != STATUS_DONE)
         return status;
-    fmu->options.step_limit = 0; /* it runs as long as its importer wants */
+    fmu->options.step_limit = 0; /* its importer decides how long it runs */
     fmu->scene = scene;
     fmu->name = scene->model->name;
     fmu->has_start = from && strcmp(from, "initial") != 0;

@@ -162,7 +162,7 @@ static enum status evaluate_state(struct scene *scene, const struct options *opt
                                    ? print_state(scene, qdd)
                                    : scene_numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
     if (status == STATUS_DONE)
-        record_print_redundant_rows(&scene->work, stderr);
+        record_print_redundant_rows(&scene->work, scene->state.t, scene->q, scene->qd, stderr);
     return status;
 }
 

@@ -196,7 +196,7 @@ static int ascending(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-/* The usual time between rows: the median. *last: the row after the longest time. */
+/* Returns the usual time between rows, which is the median. *last: the row after the longest time. */
 static double usual_spacing(const struct fit_data *data, int *last) {
     const int count = data->rows - 1;
     double *gaps = format_allocate_large((size_t)count, sizeof *gaps);
@@ -211,7 +211,7 @@ static double usual_spacing(const struct fit_data *data, int *last) {
     return median;
 }
 
-/* Refuses a stray time, to which the motion would be far longer than the data. */
+/* Refuses a stray time, which would make the motion far longer than all other data. */
 static bool refuse_stray_time(const struct fit_data *data) {
     enum { LONGER = 100 };
     int last;

@@ -238,6 +238,7 @@ static enum fit_outcome run_motion(struct fit *fit, const struct file_batch *fil
                                        .context = fit,
                                        .at = at,
                                        .derivatives = derivatives,
+                                       .keeps_means = 1,
                                        .underivable = underivable};
     if (system_interrupted)
         return FIT_STOPPED;

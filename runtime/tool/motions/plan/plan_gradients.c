@@ -207,6 +207,7 @@ static void run_outputs(struct plan *plan, struct plan_point *point, const struc
                                        .context = &computed,
                                        .at = outputs->at,
                                        .derivatives = outputs->by,
+                                       .keeps_means = 1,
                                        .underivable = underivable};
     const int status = refdyn_derivatives_run(&given);
     plan->motions += 1 + given.copies;

@@ -231,7 +231,7 @@ enum status realise_open_played(struct scene *played, const struct options *opti
 enum status realise_check_model(const struct scene *scene);
 /* The times for which the drives act before the start and after the end, from the options [s]; 0 where they
  * follow from the growth of modes. `before` is rounded up to a multiple of `every`, the time between outputs.
- * Reports too many outputs with a programme of this length. */
+ * Reports an error if a programme of this length [s] has too many outputs. */
 enum status realise_tails(const struct options *options, double length, double every, double *before,
                           double *after);
 

@@ -21,13 +21,13 @@ const struct option_rule realise_rules[] = {
      "with --realise: time after the end for which they act [s] (default: from the growth of modes)", NULL,
      NULL},
     {"mesh", "H", OPTION_POSITIVE,
-     "with --realise: largest step of the mesh [s] (default 0.05; at most T/20)", NULL, NULL},
+     "with --realise: largest step of the mesh [s] (default: 0.05; at most T/20)", NULL, NULL},
     {"play", "RUN", OPTION_TEXT,
      "apply the drive forces of a --realise run, CSV or HDF5, with the programme's rows released", NULL,
      NULL},
     {.name = NULL}};
 
-/* A larger error of the playback, as a part of the model's length, is warned of. */
+/* A playback error above this part of the model's length causes a warning. */
 static const double missed_part = 0.02;
 
 /* ---- Output ---- */
@@ -89,8 +89,8 @@ static void print_summary(const struct realise_work *work, const struct output *
     fprintf(stderr, "time         %.3g s CPU\n", work->cpu_s);
     if (work->playback > missed_part * (length > 0 ? length : 1))
         fprintf(stderr,
-                "refdyn: warning: played back from rest, these forces miss the motion by up to %.3g: shorten "
-                "--every, over which they are constant; a motion that is not stable needs feedback\n",
+                "refdyn: warning: played back from rest, these forces miss the motion by up to %.3g; shorten "
+                "--every, over which they are constant; an unstable motion needs feedback\n",
                 work->playback);
     record_limits_print(&output->limits, stderr);
 }

@@ -256,8 +256,8 @@ enum status simulate_derivatives_run(struct motion_derivatives *derivatives, str
     fprintf(stderr, "derivatives  by %d value%s, from %ld motions in the time of %.3g, %.3g s CPU\n",
             derivatives->count, derivatives->count > 1 ? "s" : "", derivatives->copies, derivatives->part,
             derivatives->cpu_s);
-    record_print_underivable(scene->model, derivatives->names, derivatives->underivable, derivatives->count,
-                             stderr);
+    record_print_underivable(scene->model, derivatives->names, columns.tables[0].names,
+                             derivatives->underivable, derivatives->count, stderr);
     return STATUS_DONE;
 }
 

@@ -109,8 +109,7 @@ const struct option_rule simulate_rules[] = {
      NULL, NULL},
     {"tol-rates", "TOL", OPTION_POSITIVE,
      "adaptive steps: local error tolerance of rates, accelerations and forces as well, relative to the "
-     "largest "
-     "of each kind so far (default: their errors do not count)",
+     "largest of each kind so far (default: their errors do not count)",
      NULL, NULL},
     {"step-max", "H", OPTION_POSITIVE, "largest adaptive step [s] (default: no bound)", NULL, NULL},
     {"every", "DT", OPTION_POSITIVE, "time between outputs [s] (default T/200)", NULL, NULL},

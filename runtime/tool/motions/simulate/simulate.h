@@ -143,11 +143,11 @@ unsigned simulate_needs(const struct options *options);
 /* Sets the scene's q, qd and t to the start that --from selects, and computes the anchored parameters from
  * it. */
 enum status simulate_place(struct scene *scene, const struct options *options);
-/* Reports that a number of this option asks for too much work: for `count` things (`what`, in the plural), of
- * which at most `most` are possible. */
+/* Reports an error if the number of this option requires more than `most` outputs, steps or other things:
+ * `count` of them; `what` is their name in the plural. */
 enum status simulate_check_count(const struct options *options, const char *name, double count,
                                  const char *what, double most);
-/* Reports a --step or --step-max of which a motion of this length [s] needs too many. */
+/* Reports an error if --step or --step-max divides a motion of this length [s] into too many steps. */
 enum status simulate_check_steps(const struct options *options, double span);
 /* Reports an error if the motion from the scene's t to --until has no length, too many steps, or more than
  * `most` outputs. */

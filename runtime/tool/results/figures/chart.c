@@ -341,7 +341,7 @@ static void put_axes(FILE *out, const struct box *box, const struct chart *chart
 static void put_way(FILE *out, const struct box *box, const struct chart *chart, const struct curve *curve) {
     const double unit = 10;
     double x = 0, y = 0;
-    bool is_first = true, is_broken = true; /* where the value is not known */
+    bool is_first = true, is_broken = true; /* no point yet; none since the last gap */
     for (long i = 0; i < curve->count; i++) {
         const double value = y_of(chart, curve, i);
         const double new_x = round(unit * pixel_x(box, scale_place(&box->x, curve->x[i * curve->stride])));

@@ -115,7 +115,7 @@ struct run {
     double *kept;                  /* (kept_count x column_count) rows at equal distances, and the last row */
     long kept_count, stride, room; /* every stride-th row is kept */
     double *largest;               /* (column_count) largest absolute values */
-    bool *is_open;                 /* (column_count) a value is not unique, and NaN */
+    bool *is_open;                 /* (column_count) whether a value is NaN, because it is not unique */
     int column_count;
     long rows;
 

@@ -328,7 +328,7 @@ static enum status write_live(const struct options *options) {
     struct structures all = {.options = options};
     struct refdyn_options integration;
     enum status status = simulate_options(options, &integration);
-    if (status == STATUS_DONE) /* a page without --until must manage a second at least */
+    if (status == STATUS_DONE) /* a page without --until must show at least one second */
         status = simulate_check_steps(options, fmax(options_number(options, "until"), 1));
     if (status != STATUS_DONE)
         return status;

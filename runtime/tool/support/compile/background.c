@@ -6,8 +6,8 @@
  * of the command nor a signal from the terminal ends it. One such process compiles at a time; the others
  * wait. Nothing that it writes has a final name before it is complete, and a signal that ends it removes its
  * folders. Nobody reads its messages: those of a failure stay in the cache as KEY.failed, and the next
- * command shows them. The file stays, empty, until a compilation succeeds, so that the user learns of it
- * once.
+ * command shows them. The empty file then stays until a compilation succeeds, so that the user learns of the
+ * failure once.
  */
 #include <fcntl.h>
 #include <stdio.h>
@@ -47,7 +47,7 @@ static void keep_failure(const struct cache *cache, const char *key, FILE *said)
     }
 }
 
-/* Shows the messages of an earlier process, and empties them. */
+/* Shows the messages of an earlier process, and empties their file. */
 static void show_failure(const struct cache *cache, const char *key, const char *name) {
     struct stat status;
     const int file = openat(cache->folder, failure_name(key), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
@@ -57,8 +57,8 @@ static void show_failure(const struct cache *cache, const char *key, const char 
     if (flock(file, LOCK_EX) == 0 && fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
         status.st_size > 0) {
         fprintf(stderr,
-                "refdyn: warning: %s: no optimised functions, because the compilation in the background has "
-                "failed; slower ones are used\n",
+                "refdyn: warning: %s: the compilation of optimised functions in the background has failed; "
+                "slower ones are used\n",
                 name);
         copy_rest(said, stderr);
         if (ftruncate(file, 0) != 0)
@@ -71,7 +71,7 @@ static void build(void *what) {
     const struct background *background = what;
     struct cache cache;
     FILE *said = tmpfile();
-    unsetenv("REFDYN_NOTICES"); /* of programs that read the messages at once */
+    unsetenv("REFDYN_NOTICES"); /* it is for programs that read the messages at once */
     if (said)
         dup2(fileno(said), STDERR_FILENO);
     if (!compile_cache_open(&cache))

@@ -78,7 +78,7 @@ enum build_outcome {
 enum build_outcome compile_build(const struct cache *cache, const char *key, const struct toolchain *chain,
                                  const struct emitted *emitted, bool is_first);
 /* Calls `provide` in a process in the background, with the cache, to compile KEY.so of the model `name`. Does
- * nothing if that is not possible. If it fails, the next call for this library warns, once. */
+ * nothing if there can be no process. If `provide` fails, the next call for this library warns, once. */
 void compile_in_background(const struct cache *cache, const char *key, const char *name,
                            bool (*provide)(const struct cache *cache, void *what), void *what);
 

@@ -199,8 +199,8 @@ static int open_library(const struct cache *cache, const char *key) {
     return -1;
 }
 
-/* Loads through the descriptor of the folder, in which nobody else can replace a file. The loader takes two
- * files of one name for one library; this name ends with the key. */
+/* Loads through the descriptor of the folder, in which nobody else can replace a file. The loader treats
+ * files of the same path as one library; this path contains the key. */
 void *compile_cache_load(const struct cache *cache, const char *key) {
     if (!compile_cache_find(cache, key))
         return NULL;
@@ -233,8 +233,8 @@ char *compile_cache_read(const struct cache *cache, const char *key, size_t *siz
     return content;
 }
 
-/* Appends the seal to the library, and makes it read-only for others. A link that the compiler has left leads
- * to another file, which stays as it is. Returns the reason if that fails. */
+/* Appends the seal to the library, and makes it read-only for others. If the compiler has made a link, the
+ * file to which it leads stays as it is. Returns NULL, or the reason for a failure. */
 static const char *seal(const char *library) {
     char text[SEAL_LENGTH];
     struct stat status;

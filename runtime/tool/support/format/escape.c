@@ -93,6 +93,8 @@ void format_plain_text(FILE *out, const char *text) {
         const unsigned long point = format_utf8_next(&text);
         if (is_control(point) || (point == replacement && text == begin + 1))
             fprintf(out, "\\x%02x", (unsigned char)*begin);
+        else if (utf8_turns_direction((unsigned)point))
+            fprintf(out, "\\u{%lX}", point);
         else
             put_utf8(out, point);
     }

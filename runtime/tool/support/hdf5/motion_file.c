@@ -202,7 +202,7 @@ const char *const *hdf5_motion_names(const struct motion_reader *reader, int *co
     return reader->names;
 }
 
-/* Written motions are finite apart from forces that are not unique, and their time advances, or stands still
+/* Written motions are finite except for forces that are not unique, and their time advances, or stands still
  * at an event. */
 static bool check_row(struct motion_reader *reader, const double *row) {
     for (int i = 0; i < reader->count; i++)

@@ -112,27 +112,33 @@ bool options_describe(const struct command *command, int number, struct option_t
     return true;
 }
 
-static void print_usage(const struct command *command, FILE *out) {
+/* With all options, or with those that are needed. */
+static const char *usage_of(const struct command *command, bool is_whole) {
     struct known_option known[OPTIONS_MOST];
     const int count = command_options(command, known) - 1; /* without --help */
-    fprintf(out, "usage: refdyn %s %s", command->name, command->operands);
+    struct text text = {.memory = &format_memory};
+    text_add(&text, "usage: refdyn %s %s", command->name, command->operands);
     for (int i = 0; i < count; i++) {
         const char *argument = argument_of(command, known[i].rule);
-        fprintf(out, known[i].is_needed ? " %s%s%s" : " [%s%s%s]", option_shown(known[i].rule),
-                *argument ? " " : "", argument);
+        if (is_whole || known[i].is_needed)
+            text_add(&text, known[i].is_needed ? " %s%s%s" : " [%s%s%s]", option_shown(known[i].rule),
+                     *argument ? " " : "", argument);
     }
-    fputc('\n', out);
+    return text.data;
+}
+
+static void print_option(const struct option_text *option, FILE *out) {
+    enum { WIDTH = 28 };
+    const int width =
+        fprintf(out, "  %s--%s %s", option->is_output ? "-o, " : "", option->name, option->argument);
+    fprintf(out, "%*s%s\n", width < WIDTH ? WIDTH - width : 1, "", option->help);
 }
 
 static void print_command_help(const struct command *command) {
-    enum { WIDTH = 28 };
     struct option_text option;
-    print_usage(command, stdout);
-    printf("\n%s\n\n%s\noptions:\n", command->purpose, command->help);
-    for (int i = 0; options_describe(command, i, &option); i++) {
-        const int width = printf("  %s--%s %s", option.is_output ? "-o, " : "", option.name, option.argument);
-        printf("%*s%s\n", width < WIDTH ? WIDTH - width : 1, "", option.help);
-    }
+    printf("%s\n\n%s\n\n%s\noptions:\n", usage_of(command, true), command->purpose, command->help);
+    for (int i = 0; options_describe(command, i, &option); i++)
+        print_option(&option, stdout);
     puts("\nexit status: 0 done; 1 error in the model, the state or a file; 2 wrong usage; 3 the numbers "
          "failed");
 }
@@ -148,15 +154,37 @@ static void print_help(const struct command *const *commands) {
 
 /* ---- Wrong usage ---- */
 
+/* Prints the line of the option with which a message begins, then the usage line: short, so that it does not
+ * hide the message. */
+static enum status end_usage_error(const struct command *command, const char *message) {
+    enum { SHORT = 100 };
+    struct option_text option;
+    for (int i = 0; strncmp(message, "--", 2) == 0 && options_describe(command, i, &option); i++) {
+        const size_t length = strlen(option.name);
+        if (strncmp(message + 2, option.name, length) == 0 && strchr(": ", message[2 + length]))
+            print_option(&option, stderr);
+    }
+    const char *whole = usage_of(command, true);
+    if (strlen(whole) <= SHORT)
+        fprintf(stderr, "%s\n", whole);
+    else
+        fprintf(stderr, "%s [OPTIONS]; refdyn %s --help lists them\n", usage_of(command, false),
+                command->name);
+    return STATUS_USAGE;
+}
+
 enum status options_usage_error(const struct command *command, const char *format, ...) {
+    char lead[64]; /* holds the name of any option */
     va_list list;
     va_start(list, format);
-    fprintf(stderr, "refdyn %s: ", command->name);
-    vfprintf(stderr, format, list);
-    fputc('\n', stderr);
+    vsnprintf(lead, sizeof lead, format, list);
     va_end(list);
-    print_usage(command, stderr);
-    return STATUS_USAGE;
+    fprintf(stderr, "refdyn %s: ", command->name);
+    va_start(list, format);
+    vfprintf(stderr, format, list);
+    va_end(list);
+    fputc('\n', stderr);
+    return end_usage_error(command, lead);
 }
 
 static const struct option_origin *find_origin(const struct options *options, const char *option) {
@@ -177,10 +205,7 @@ enum status options_error(const struct options *options, const char *option, con
     vfprintf(stderr, format, list);
     va_end(list);
     fputc('\n', stderr);
-    if (origin)
-        return STATUS_FAULT;
-    print_usage(options->command, stderr);
-    return STATUS_USAGE;
+    return origin ? STATUS_FAULT : end_usage_error(options->command, format_text("--%s:", option));
 }
 
 /* The command that differs from `name` only by its end, such as "sim" for "simulate", or by capitals. */

@@ -72,14 +72,14 @@ static bool passes_foreign_link(const char *path) {
     return false;
 }
 
-/* Reports a link that could lead the output to where another user wants it. */
+/* Reports an error if a link of another user decides where the output goes. */
 static bool check_links(const struct target *target, const char *path) {
     return !(is_link_of_another(path) || passes_foreign_link(path)) ||
            refuse(target->name, "is or passes through a link of another user; give another name");
 }
 
-/* Sets target->path, or leaves it NULL for a device, which is written directly and whose path is returned in
- * any case; NULL if it cannot be an output, which is reported. */
+/* Sets target->path, or leaves it NULL for a device, which is written directly. Returns the path; NULL, after
+ * an error message, if it cannot be an output. */
 static const char *find_path(struct target *target) {
     char *path = format_text("%s", target->name);
     struct stat status = {.st_mode = S_IFREG};

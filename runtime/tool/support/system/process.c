@@ -222,8 +222,8 @@ void system_process_leave_descriptors(int kept) {
         closedir(list);
 }
 
-/* A fork has the descriptors of this program until it has closed them, and with them its locks. The pipe lets
- * this program wait until then: its end is read when nobody has it open for writing. */
+/* A fork keeps the descriptors of this program, and with them its locks, until it closes them. The pipe lets
+ * this program wait until then: reading returns when no process has the pipe open for writing. */
 void system_process_start_background(void (*work)(void *what), void *what) {
     int ends[2];
     if (pipe(ends) != 0)
