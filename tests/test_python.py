@@ -711,13 +711,17 @@ def test_models_at_fault(package, tmp_path):
         package.Model(tmp_path / "none.lua")
 
 
+# Reasons at which a motion with steps beyond its stability ends: its rows are chosen again at a state without meaning, or the numbers overflow.
+DIVERGED = ("the mass matrix is not positive definite", "the equations gave an infinite or undefined value")
+
+
 def test_numbers_that_fail(package):
     arm = package.Model(REFERENCE)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         with pytest.raises(package.NumericalError) as told:
             arm.simulate(1, step=1e-2)
-    assert 0 < told.value.t < 0.1 and told.value.reason.startswith("the equations gave an infinite or undefined value")
+    assert 0 < told.value.t < 0.1 and told.value.reason.startswith(DIVERGED)
     assert told.value.run.t.size > 1 and isinstance(told.value, ArithmeticError)
 
 
@@ -919,7 +923,7 @@ def test_texts_are_of_python(package, wheel):
         with pytest.raises(package.NumericalError) as failed:
             package.Model(REFERENCE).simulate(1, step=1e-2)
     text = str(failed.value)
-    assert text.startswith("manipulator: t = 0.02 s: the equations gave") and text.endswith("equal steps of 0.005 s may be too long: use a smaller step, or tol for adaptive steps of any method but rk4"), text
+    assert re.match(r"manipulator: t = 0\.01\d* s: (the equations gave|the mass matrix is not)", text) and text.endswith("equal steps of 0.005 s may be too long: use a smaller step, or tol for adaptive steps of any method but rk4"), text
     assert not re.search(r"\.part|--|^method|^time", text, re.M) and failed.value.run.model == "manipulator"
 
 

@@ -8,9 +8,9 @@
 #ifndef REFDYN_MOTION_H
 #define REFDYN_MOTION_H
 
-#include <math.h>
-
 #include "runtime/core/methods/methods.h"
+
+#include <math.h>
 
 struct refdyn_motion;
 

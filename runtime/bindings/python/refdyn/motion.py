@@ -140,7 +140,7 @@ def failure_of(model: Model, status: int, text: str, is_started: bool) -> Except
     return program.failure(program.FAULT if status == REFUSED and not is_started else program.NUMBERS, said)
 
 
-@suggesting("advance", "set")
+@suggesting("advance")
 class Motion(Fixed):
     """A motion in the process: `motion = arm.motion(q, qd)`, then `motion.advance(t)` in a loop.
 
