@@ -148,7 +148,7 @@ NARROW = {"bell": "rd.exp(-((x / 1.3 - {at}) / {width})^2) - 0.5", "turn": "rd.e
 def test_verify_tells_of_missed_events(form, method, tmp_path):
     """What the motion misses and the finer one finds is named; what the motion finds stays trusted."""
     missed = 0
-    for at, width in (5.37, 0.05), (7.21, 0.04), (8.93, 0.03), (6.41, 0.06), (5.9, 1.5):
+    for at, width in (5.37, 0.05), (7.21, 0.04), (8.93, 0.03), (6.41, 0.06), (6.77, 0.001), (5.9, 1.5):
         model = write(tmp_path / "narrow.lua", NARROW[form].format(at=at, width=width))
         _, said, summary = motion(model, "--until", 10, "--method", method, "--verify")
         is_missed = summary["event_count"] == 0
