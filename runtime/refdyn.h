@@ -418,6 +418,8 @@ struct refdyn_options {
     long step_limit;               /**< largest number of steps tried since the start, accepted and rejected
                                         ones; 0: no limit. A motion with refdyn_integrator_until also ends if
                                         10,000 steps show that it would need more */
+    int event_looks;               /**< events are looked for in so many times as many places of each step as
+                                        usual; 0: 1 */
 };
 
 /** Defaults of a method: step 1e-3 s and Baumgarte for rk4; adaptive steps, tol 1e-6 and projection for the

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from program import LONG, motion, settings
+from program import LONG, TESTS, motion, settings
 
 METHODS = ["auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"]
 # A mass at 1.3 m/s and a turn at `rate`; the event counts itself.
@@ -134,3 +134,47 @@ def test_samples_from_any_start(seed, tmp_path):
         if at == start + span:
             break
     assert abs(run["m_x_d"][-1] - rate) < 1e-11 * (1 + abs(start))
+
+
+# ---- The second opinion of --verify ----
+
+# Values that are above zero in a short time about `at` alone, for a mass at 1.3 m/s and a turn at 3 rad/s.
+NARROW = {"bell": "rd.exp(-((x / 1.3 - {at}) / {width})^2) - 0.5", "turn": "rd.exp(-((a / 3 - {at}) / {width})^2) - 0.5",
+          "time": "rd.exp(-((t - {at}) / {width})^2) - 0.5"}
+
+
+@pytest.mark.parametrize("method", ["auto", "rk54", "rodas5p"])
+@pytest.mark.parametrize("form", NARROW)
+def test_verify_tells_of_missed_events(form, method, tmp_path):
+    """What the motion misses and the finer one finds is named; what the motion finds stays trusted."""
+    missed = 0
+    for at, width in (5.37, 0.05), (7.21, 0.04), (8.93, 0.03), (6.41, 0.06), (6.77, 0.001), (5.9, 1.5):
+        model = write(tmp_path / "narrow.lua", NARROW[form].format(at=at, width=width))
+        _, said, summary = motion(model, "--until", 10, "--method", method, "--verify")
+        is_missed = summary["event_count"] == 0
+        missed += is_missed
+        assert summary["error"]["is_trusted"] is not is_missed and ("events_differ" in summary) is is_missed, (at, width, said)
+        if is_missed:
+            first = summary["events_differ"]
+            assert abs(first["t"] - at) < 2 * width and first["event"] in said and "which this motion misses" in said
+    assert missed
+
+
+AGREE = {"ball": ["events/ball", "--until", 4], "relay": ["events/relay", "--until", 3], "block": ["events/block", "--until", 2],
+         "rod": ["events/rod", "--until", 0.5, *settings({"tilt": 0.2})], "far": ["events/ball", "--until", 3, *settings({"act": "ends"})],
+         "contact": ["contacts/ball", "--until", 3], "stack": ["contacts/stack", "--until", 2], "bar": ["contacts/bar", "--until", 2],
+         "shaker": ["contacts/shaker", "--until", 1]}
+
+
+@pytest.mark.parametrize("case", AGREE)
+def test_verify_trusts_events_that_agree(case):
+    for tol in ("1e-6",) if not LONG else ("1e-4", "1e-6", "1e-8"):
+        model, *arguments = AGREE[case]
+        _, said, summary = motion(TESTS / "models" / f"{model}.lua", *arguments, "--tol", tol, "--verify")
+        assert summary["event_count"] > 0 and summary["error"]["is_trusted"] and "events_differ" not in summary, said
+
+
+def test_verify_trusts_a_clock(tmp_path):
+    model = write(tmp_path / "clock.lua", "t - p.next", "up", ", parameters = { next = p.next + 0.001 }")
+    _, said, summary = motion(model, "--until", 1.0005, "--verify")
+    assert summary["event_count"] == 1001 and summary["error"]["is_trusted"], said

@@ -137,6 +137,81 @@ void record_events_put(const struct record_events *record, const struct refdyn_m
         put_mark(&record->end, model, "ended", writer);
 }
 
+/* ---- Two motions ---- */
+
+static long kept(const struct record_events *record) {
+    return record->count < RECORD_EVENTS_KEPT ? record->count : RECORD_EVENTS_KEPT;
+}
+
+/* Up to when all events are in the list. */
+static double known_until(const struct record_events *record) {
+    return record->count > RECORD_EVENTS_KEPT ? record->list[RECORD_EVENTS_KEPT - 1].t : INFINITY;
+}
+
+static bool is_alike(const struct record_mark *a, const struct record_mark *b) {
+    return a->event == b->event && a->kind == b->kind;
+}
+
+/* Has `other` a mark for mark i, within `most` of its time? Each mark of `other` counts for one. */
+static bool has_counterpart(const struct record_events *record, long i, const struct record_events *other,
+                            double most) {
+    const struct record_mark *mark = &record->list[i];
+    bool is_met = false;
+    for (long j = 0, k = 0; j <= i; j++) {
+        const double t = record->list[j].t;
+        if (!is_alike(&record->list[j], mark))
+            continue;
+        while (k < kept(other) && !(is_alike(&other->list[k], mark) && other->list[k].t >= t - most))
+            k++;
+        is_met = k < kept(other) && other->list[k].t <= t + most;
+        k += is_met;
+    }
+    return is_met;
+}
+
+/* Is it one of the last rebounds, which `other` has summed up because they are smaller than its errors? */
+static bool is_summed_up(const struct record_mark *mark, const struct record_events *other, double most) {
+    double rests = INFINITY, rebounds = INFINITY;
+    for (long k = 0; k < kept(other) && mark->kind == RECORD_IMPACT; k++) {
+        const struct record_mark *next = &other->list[k];
+        if (next->event == mark->event && next->kind == RECORD_RESTS && next->t >= mark->t - most)
+            rests = fmin(rests, next->t);
+        if (is_alike(next, mark) && next->t > mark->t + most)
+            rebounds = fmin(rebounds, next->t);
+    }
+    return rests < rebounds;
+}
+
+/* The first mark of `record` before `end` that `other` does not have, if it is before that of `first`. */
+static void find_difference(const struct record_events *record, const struct record_events *other, double end,
+                            double most, bool is_of_other, struct record_difference *first) {
+    for (long i = 0; i < kept(record); i++) {
+        const struct record_mark mark = record->list[i];
+        const bool is_first = mark.t < end && !(first->exists && first->mark.t <= mark.t);
+        if (is_first && !has_counterpart(record, i, other, most) && !is_summed_up(&mark, other, most))
+            *first = (struct record_difference){true, is_of_other, mark};
+    }
+}
+
+struct record_difference record_events_compare(const struct record_events *events,
+                                               const struct record_events *other, double end, double most) {
+    const double until = fmin(end, fmin(known_until(events), known_until(other))) - most;
+    struct record_difference first = {.exists = false};
+    find_difference(events, other, until, most, false, &first);
+    find_difference(other, events, until, most, true, &first);
+    return first;
+}
+
+void record_difference_print(const struct record_difference *difference, const struct refdyn_model *model,
+                             FILE *out) {
+    print_mark(&difference->mark, model, out);
+}
+
+void record_difference_put(const struct record_difference *difference, const struct refdyn_model *model,
+                           const struct record_writer *writer) {
+    put_mark(&difference->mark, model, "events_differ", writer);
+}
+
 void record_events_print_refused(const struct refdyn_integrator *integrator, const char *fact, FILE *out) {
     const struct refdyn_model *model = integrator->work->model;
     char t[RECORD_NUMBER_LENGTH];

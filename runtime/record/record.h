@@ -194,6 +194,21 @@ void record_events_resume(struct record_events *events);
 void record_events_print(const struct record_events *events, const struct refdyn_model *model, FILE *out);
 void record_events_put(const struct record_events *events, const struct refdyn_model *model,
                        const struct record_writer *writer);
+/* What one of two motions has, and the other has not at about the same time. */
+struct record_difference {
+    bool exists, is_of_other;
+    struct record_mark mark;
+};
+
+/* Compares the events and contacts of two motions up to `end`: each has those of the other, at times that
+ * differ by at most `most`, except for last rebounds of contacts. Returns the first that only one has. */
+struct record_difference record_events_compare(const struct record_events *events,
+                                               const struct record_events *other, double end, double most);
+/* Write the mark of a difference as a line, and as a member of a summary (null if there is none). */
+void record_difference_print(const struct record_difference *difference, const struct refdyn_model *model,
+                             FILE *out);
+void record_difference_put(const struct record_difference *difference, const struct refdyn_model *model,
+                           const struct record_writer *writer);
 /* Prints at which events the motion is, and the value set by them that the model refuses. */
 void record_events_print_refused(const struct refdyn_integrator *integrator, const char *fact, FILE *out);
 /* Prints the events at which a motion has failed, if any. */

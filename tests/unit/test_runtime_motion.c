@@ -794,6 +794,7 @@ static void test_options(void) {
     REFUSED(fixed, stabilise, (enum refdyn_stabilise)3);
     REFUSED(fixed, singular, (enum refdyn_singular)2);
     REFUSED(fixed, step_limit, -1);
+    REFUSED(fixed, event_looks, -1);
 #undef REFUSED
     struct rig rig;
     rig_open(&rig, film_model());

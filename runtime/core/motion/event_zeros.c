@@ -287,8 +287,8 @@ static double pace_at(const struct refdyn_state_events *events, const struct ref
     return pace[1] * h;
 }
 
-static double distance_to_next(double pace) {
-    const double most = 1.0 / SAMPLES;
+static double distance_to_next(const struct refdyn_state_events *events, double pace) {
+    const double most = 1.0 / (SAMPLES * events->looks);
     return pace * most > phase_most ? fmax(phase_most / pace, 1.0 / PLACES_MOST) : most;
 }
 
@@ -298,7 +298,7 @@ static void begin_pieces(struct refdyn_state_events *events, const struct refdyn
     events->first = 1;
     events->last = 0;
     events->thetas[0] = 0;
-    events->apart = distance_to_next(pace_at(events, step, 0));
+    events->apart = distance_to_next(events, pace_at(events, step, 0));
     memcpy(events->samples, events->begin, values);
     memcpy(events->offsets, events->zeros, values);
     memcpy(events->side_from, events->side, sides);
@@ -327,7 +327,7 @@ static int take_piece(struct refdyn_state_events *events, struct refdyn_step *st
         events->thetas[k] = from + apart < 1 - apart / 2 ? from + apart : 1;
         status = evaluate_at(events, step, events->thetas[k], events->samples + k * events->count);
         const double pace = pace_at(events, step, events->thetas[k]);
-        events->apart = distance_to_next(pace);
+        events->apart = distance_to_next(events, pace);
         if (!status && pace * apart > phase_limit && !(events->apart < apart)) {
             *reached = from > 0 ? from : PLACES_MOST / 2 * phase_most / pace;
             return REFDYN_OK;

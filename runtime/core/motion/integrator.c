@@ -254,6 +254,7 @@ static void clear(struct refdyn_motion *motion, const struct refdyn_options *opt
     const enum refdyn_method method = motion->options.method;
     refdyn_repetition_clear(motion);
     motion->step.settled = refdyn_settled_tolerance(motion->options.tol);
+    motion->state_events.looks = motion->options.event_looks > 0 ? motion->options.event_looks : 1;
     motion->t_most = motion->t_final = INFINITY;
     motion->evaluations_before = motion->work->evaluations;
     refdyn_statistics_start(&motion->statistics);

@@ -516,6 +516,7 @@ struct refdyn_state_events {
      * there ((REFDYN_EVENT_SAMPLES + 1) x count), and the distance to the next one. */
     int first, last;
     double thetas[REFDYN_EVENT_SAMPLES + 1], *samples, apart;
+    int looks;       /* places of a step in units of REFDYN_EVENT_SAMPLES, unless a frequency needs more */
     double *offsets; /* (count) what is subtracted from values: `zeros`, until a value has left zero */
     double *most;    /* (count) largest |value| in the step so far */
     double *sizes;   /* (count) largest |value| since the start: below a part of it, that of a kink is zero */

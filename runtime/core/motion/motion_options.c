@@ -13,6 +13,7 @@
 
 /* ---- Options ---- */
 
+enum { EVENT_LOOKS_MOST = 1000 };
 static const double step_default = 1e-3; /* [s], the step of the chapter's rigid manipulator */
 static const double tol_default = 1e-6;  /* [rad]: a micrometre at 1 m */
 
@@ -61,6 +62,8 @@ static const char *wrong_option(const struct refdyn_options *options) {
         return "gain_share must be positive, or 0 for the gains of the rows";
     if (options->step_limit < 0)
         return "step_limit must be positive, or 0 for none";
+    if (options->event_looks < 0 || options->event_looks > EVENT_LOOKS_MOST)
+        return "event_looks must lie between 0 and 1000";
     return NULL;
 }
 

@@ -273,7 +273,7 @@ static int pass_by(struct refdyn_time_events *events, double t_begin, double lea
 double refdyn_time_events_find(struct refdyn_motion *motion, struct refdyn_ahead *ahead) {
     struct refdyn_time_events *events = &motion->time_events;
     struct refdyn_step *step = &motion->step;
-    const int samples = ahead->h > 0 ? SAMPLES : SAMPLES_AT_START;
+    const int samples = (ahead->h > 0 ? SAMPLES : SAMPLES_AT_START) * motion->state_events.looks;
     if (pass_by(events, step->t_begin, ahead->least))
         refdyn_step_break_off(step, 1);
     const double known = events->next < events->count ? events->times[events->next] : INFINITY;

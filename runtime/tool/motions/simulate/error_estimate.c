@@ -15,6 +15,8 @@
 /* Part of the way of the motion. Runs that differ by more are not near the solution: their errors do not
  * follow the orders, or grow as in a chaotic motion. */
 static const double near_part = 0.05;
+/* Times of events are compared to the square root of this part of the motion, or of its tolerance. */
+static const double time_part = 1e-12;
 
 void simulate_track_start(struct track *track, const struct refdyn_model *model, long room) {
     const size_t outputs = (size_t)room;
@@ -211,6 +213,31 @@ void simulate_estimate_make(struct estimate *estimate, const struct track *judge
     estimate->is_trusted = estimate->difference <= near_part * simulate_track_way(judged, count);
 }
 
+/* Where a value barely reaches zero, errors of times are as square roots of those of positions. */
+void simulate_estimate_events(struct estimate *estimate, const struct track *judged,
+                              const struct motion *motion, const struct motion *other) {
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const double way = simulate_track_way(judged, estimate->count);
+    const double part = estimate->difference > 0 ? fmin(estimate->difference / way, 1) : 0;
+    const double most =
+        (integrator->t - motion->record.from) * sqrt(fmax(part, fmax(integrator->options.tol, time_part)));
+    estimate->events =
+        record_events_compare(&motion->record.events, &other->record.events, integrator->t, most);
+    estimate->is_trusted = estimate->is_trusted && !estimate->events.exists;
+}
+
+static void print_warning(const struct estimate *estimate) {
+    fputs("refdyn: warning: the estimated error is not reliable: ", stderr);
+    if (!estimate->events.exists) {
+        fputs("a finer run takes another path (--tol or --step too large, or chaos)\n", stderr);
+        return;
+    }
+    fputs("a finer run differs in its events, first in", stderr);
+    record_difference_print(&estimate->events, estimate->model, stderr);
+    fprintf(stderr, ", which %s; a smaller --step-max, --step or --tol may show all\n",
+            estimate->events.is_of_other ? "this motion misses" : "it lacks");
+}
+
 void simulate_estimate_print(const struct estimate *estimate) {
     const struct refdyn_model *model = estimate->model;
     fprintf(stderr, "error        %.2g estimated, largest at t = %.6g s\n", estimate->largest.error,
@@ -223,10 +250,7 @@ void simulate_estimate_print(const struct estimate *estimate) {
                 estimate->coordinates[j].error, model->coordinates[j].unit, estimate->coordinates[j].t);
     print_kinds(estimate);
     if (!estimate->is_trusted)
-        fputs("refdyn: warning: the estimated error is not reliable: a finer run takes another path (--tol "
-              "or --step "
-              "too large, or chaos)\n",
-              stderr);
+        print_warning(estimate);
 }
 
 void simulate_estimate_put(const struct estimate *estimate, struct document *document) {
@@ -247,6 +271,9 @@ void simulate_estimate_put(const struct estimate *estimate, struct document *doc
     format_put_number(document, "largest_t", estimate->largest.t);
     format_put_truth(document, "is_trusted", estimate->is_trusted);
     format_put_close(document, '}');
+    const struct record_writer writer = scene_writer(document);
+    if (estimate->events.exists)
+        record_difference_put(&estimate->events, model, &writer);
 }
 
 void simulate_estimate_release(struct estimate *estimate) {

@@ -96,6 +96,7 @@ static enum status verify(const struct trial *trial, const struct task *task, st
     enum status status = second.result == REFDYN_OK ? STATUS_DONE : STATUS_NUMBERS;
     if (status == STATUS_DONE) {
         simulate_estimate_make(estimate, &trial->track, &second.track, share);
+        simulate_estimate_events(estimate, &trial->track, &trial->motion, &second.motion);
         summary->estimate = estimate;
     } else {
         fputs("refdyn: the finer motion of --verify:\n", stderr);

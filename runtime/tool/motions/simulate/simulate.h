@@ -40,6 +40,8 @@ double simulate_track_distance(const struct track *a, long i, const struct track
 double simulate_track_way(const struct track *track, long count);
 void simulate_track_release(struct track *track);
 
+struct motion;
+
 /* The largest of some errors, and when. */
 struct peak {
     double error, t;
@@ -63,6 +65,7 @@ struct estimate {
     const struct record_table *table; /* of the columns; NULL: their errors are not estimated */
     struct column_error *columns;     /* (columns) */
     double difference;                /* between the two runs, before scaling */
+    struct record_difference events;  /* in which the other run differs */
     bool is_trusted;
 };
 
@@ -71,6 +74,9 @@ struct estimate {
  * Call simulate_estimate_release in any case. */
 void simulate_estimate_make(struct estimate *estimate, const struct track *judged, const struct track *other,
                             double share);
+/* Compares the events and contacts of both runs as well; the estimate is not trusted if they differ. */
+void simulate_estimate_events(struct estimate *estimate, const struct track *judged,
+                              const struct motion *motion, const struct motion *other);
 void simulate_estimate_print(const struct estimate *estimate);
 void simulate_estimate_put(const struct estimate *estimate, struct document *document);
 void simulate_estimate_release(struct estimate *estimate);
