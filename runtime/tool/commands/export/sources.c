@@ -92,13 +92,15 @@ static void put_model(FILE *out, const struct fmu *fmu) {
     fputs("};\n", out);
 }
 
-static void add_model(struct fmu *fmu) {
+/* Returns the text, which the list of sources contains. */
+static char *add_model(struct fmu *fmu) {
     char *text;
     size_t size;
     FILE *out = format_stream(&text, &size);
     put_model(out, fmu);
     fclose(out);
     export_files_add(&fmu->sources, "refdyn_fmu.c", text, size);
+    return text;
 }
 
 /* ---- The token ---- */
@@ -132,8 +134,9 @@ void export_make_sources(struct fmu *fmu) {
     for (int i = 0; i < gen_file_count(generation); i++)
         export_files_add(&fmu->sources, emitted[i].name, emitted[i].text, emitted[i].length);
     fmu->token = "";
-    add_model(fmu);
+    char *without_token = add_model(fmu);
     fmu->token = make_token(fmu);
     fmu->sources.count--;
+    free(without_token);
     add_model(fmu);
 }
