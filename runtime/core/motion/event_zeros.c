@@ -39,6 +39,9 @@ static const double rounding_part = 1e-6;
 static const double far_short = 0.1;
 /* A zero in the last hundredth of a refused step does not explain why it was too long. */
 static const double near_end = 0.99;
+/* A step that ends before a kink may have stages beyond it, if the value of the kink falls below this part of
+ * its range in the step. */
+static const double stages_reach = 0.25;
 /* A zero before the first sample is within this part of the time to it. */
 static const double early = 0.9;
 /* Largest advance of a phase between two samples [rad], and the largest one that a change of the frequency
@@ -435,6 +438,17 @@ static int ends_before_zero(const struct refdyn_state_events *events, const stru
     return 0;
 }
 
+/* Returns a kink that counts as zero at the end of the step, to which its value has come in the step; -1: there
+ * is none. */
+static int find_kink_at_end(const struct refdyn_state_events *events) {
+    for (int i = events->named; i < events->count; i++) {
+        const double end = sample(events, events->last, i), change = end - sample(events, events->last - 1, i);
+        if (fabs(end) <= refdyn_kinks_width(events, i) && events->side_end[i] * change < 0)
+            return i;
+    }
+    return -1;
+}
+
 static void keep_sides(struct refdyn_state_events *events) {
     events->tries = 0;
     note_samples(events);
@@ -594,6 +608,24 @@ static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_s
     }
 }
 
+/* Has the value of a kink come so near to zero in the step that inexact stages may lie beyond? The step begins
+ * clear of the kink, and does not hold its stages. */
+static int may_have_seen_beyond(const struct refdyn_state_events *events, const struct refdyn_step *step) {
+    if (step->guard && !step->guard->only_watches)
+        return 0;
+    for (int i = events->named; i < events->count; i++) {
+        const double begin = fabs(events->begin[i]);
+        double near = begin, far = begin;
+        for (int k = events->first; k <= events->last; k++) {
+            near = fmin(near, fabs(sample(events, k, i)));
+            far = fmax(far, fabs(sample(events, k, i)));
+        }
+        if (begin > refdyn_kinks_width(events, i) && near < begin && near < stages_reach * (far - near))
+            return 1;
+    }
+    return 0;
+}
+
 /* The step is good: where should a shorter one end? */
 static int look(struct refdyn_state_events *events, struct refdyn_step *step, double least, double *t_event) {
     const int target = events->target;
@@ -607,12 +639,20 @@ static int look(struct refdyn_state_events *events, struct refdyn_step *step, do
         step_back(events, step, step->t_begin + first * h, least, t_event);
     else if (reached < 1 && reached * h > least)
         *t_event = step->t_begin + reached * h;
-    else if (events->held >= 0) {
+    else if (may_have_seen_beyond(events, step)) {
+        events->target = target;
+        *t_event = step->t_end;
+    } else if (events->held >= 0) {
         events->target = events->held;
         events->towards[events->held] = -events->side[events->held];
         end_on_zero(events, step);
     } else if (events->tries > 0) {
         events->target = target;
+        step_ahead(events, step, t_event);
+    } else if (find_kink_at_end(events) >= 0) {
+        events->target = find_kink_at_end(events);
+        events->towards[events->target] = -events->side_end[events->target];
+        events->t_high = INFINITY;
         step_ahead(events, step, t_event);
     } else if (ends_before_zero(events, step)) {
         events->target = -1;
@@ -635,11 +675,20 @@ static double look_early(struct refdyn_state_events *events, struct refdyn_step 
 
 /* ---- Their entry in the list of obstacles ---- */
 
+/* The step is taken again to t, where a kink or another event may be. Its stages see the formulas before
+ * kinks, although inexact ones may lie beyond. */
+static void guard_kinks(struct refdyn_motion *motion, double t) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    if (isfinite(t) && events->count > events->named)
+        refdyn_kinks_guard(motion, 1);
+}
+
 int refdyn_state_events_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
     *t = INFINITY;
     if (motion->state_events.count == 0)
         return REFDYN_OK;
     const int status = look(&motion->state_events, &motion->step, ahead->least, t);
+    guard_kinks(motion, *t);
     if (status)
         refdyn_motion_failed(motion, status, motion->step.t_end);
     return status;
@@ -659,5 +708,7 @@ double refdyn_state_events_cause(struct refdyn_motion *motion, const struct refd
     if (!step->has_rates_new && refdyn_rates(&step->evaluation, refdyn_step_inside(step, step->t_end),
                                              step->state_new, step->rates_new))
         return INFINITY;
-    return look_early(&motion->state_events, step, ahead->least);
+    const double t = look_early(&motion->state_events, step, ahead->least);
+    guard_kinks(motion, t);
+    return t;
 }
