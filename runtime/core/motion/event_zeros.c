@@ -420,29 +420,26 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
     *t_event = step->t_begin;
 }
 
-/* Is a value zero at the end of the step except for rounding, and do its last two samples show that it is
- * about to cross zero? Kinks count where the step was cut to end on one, or where loads of contacts may jump.
- */
+/* Is the value of an event zero at the end of the step except for rounding, and do its last two samples show
+ * that it is about to cross zero? */
 static int ends_before_zero(const struct refdyn_state_events *events, const struct refdyn_step *step) {
     const int last = events->last;
     const double time = (events->thetas[last] - events->thetas[last - 1]) * (step->t_end - step->t_begin);
     const double near = refdyn_state_events_blur(step->t_end) / time;
-    const int count = events->contacts.count > 0 || events->early_tries > 0 ? events->count : events->named;
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < events->named; i++) {
         const double end = sample(events, last, i), change = end - sample(events, last - 1, i);
-        const int may_jump = events->contacts.count > 0 && refdyn_state_events_is_kink(events, i);
-        const double width = may_jump ? refdyn_kinks_width(events, i) : 0;
-        if (events->side_end[i] * change < 0 && fabs(end) <= fmax(2 * near * fabs(change), width))
+        if (events->side_end[i] * change < 0 && fabs(end) <= 2 * near * fabs(change))
             return 1;
     }
     return 0;
 }
 
-/* Returns a kink that counts as zero at the end of the step, to which its value has come in the step; -1: there
- * is none. */
+/* Returns a kink that counts as zero at the end of the step, to which its value has come in the step; -1:
+ * there is none. */
 static int find_kink_at_end(const struct refdyn_state_events *events) {
     for (int i = events->named; i < events->count; i++) {
-        const double end = sample(events, events->last, i), change = end - sample(events, events->last - 1, i);
+        const double end = sample(events, events->last, i),
+                     change = end - sample(events, events->last - 1, i);
         if (fabs(end) <= refdyn_kinks_width(events, i) && events->side_end[i] * change < 0)
             return i;
     }
@@ -490,33 +487,11 @@ static int is_met(const struct refdyn_state_events *events, const struct refdyn_
     return distance <= same_time(step) || no_longer_falls || events->tries >= TRIES_MOST;
 }
 
-/* Loads of contacts may jump at kinks. A step to a kink at t ends before it by this time, so that no stage
- * sees the load after it. The time exceeds rounding and the error of a zero on the interpolant. Short steps
- * end on the kink. */
-static double before_kink(const struct refdyn_state_events *events, const struct refdyn_step *step,
-                          double t) {
-    const double back = 4 * fmax(same_time(step), zero_width * (step->t_end - step->t_begin));
-    const int is_long = t - step->t_begin > 1000 * back;
-    return refdyn_state_events_is_kink(events, events->target) && events->contacts.count > 0 && is_long ? back
-                                                                                                        : 0;
-}
-
 /* The step is taken again, to t. */
 static void try_again(struct refdyn_state_events *events, double distance, double t, double *t_event) {
     events->missed = distance;
     events->tries++;
     *t_event = t;
-}
-
-/* The step ends on the zero of its target. At a kink it is taken once more and ends just before it. */
-static void end_on_target(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
-    const double back = before_kink(events, step, step->t_end);
-    if (back == 0 || events->tries >= TRIES_MOST) {
-        end_on_zero(events, step);
-        return;
-    }
-    events->tries = TRIES_MOST;
-    try_again(events, 0, step->t_end - back, t_event);
 }
 
 /* The value of the target has crossed zero at t. */
@@ -526,7 +501,7 @@ static void step_back(struct refdyn_state_events *events, struct refdyn_step *st
     if (t - step->t_begin < least)
         stay_on_zero(events, step, t_event);
     else if (is_met(events, step, distance, 1))
-        end_on_target(events, step, t_event);
+        end_on_zero(events, step);
     else {
         events->t_high = step->t_end;
         try_again(events, distance, t, t_event);
@@ -560,7 +535,7 @@ static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *s
     if (distance > far_short * (step->t_end - step->t_begin) && events->tries < TRIES_MOST)
         keep_sides(events);
     else if (is_met(events, step, fabs(distance), is_newton))
-        end_on_target(events, step, t_event);
+        end_on_zero(events, step);
     else
         try_again(events, fabs(distance), step->t_end + distance, t_event);
 }
@@ -608,8 +583,8 @@ static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_s
     }
 }
 
-/* Has the value of a kink come so near to zero in the step that inexact stages may lie beyond? The step begins
- * clear of the kink, and does not hold its stages. */
+/* Has the value of a kink come so near to zero in the step that inexact stages may lie beyond? The step
+ * begins clear of the kink, and does not hold its stages. */
 static int may_have_seen_beyond(const struct refdyn_state_events *events, const struct refdyn_step *step) {
     if (step->guard && !step->guard->only_watches)
         return 0;
@@ -670,7 +645,7 @@ static double look_early(struct refdyn_state_events *events, struct refdyn_step 
     if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first, &reached))
         return INFINITY;
     const double t = step->t_begin + first * h;
-    return first * h >= least && first < near_end ? t - before_kink(events, step, t) : INFINITY;
+    return first * h >= least && first < near_end ? t : INFINITY;
 }
 
 /* ---- Their entry in the list of obstacles ---- */
