@@ -91,7 +91,7 @@ def missing_files(text, folder=""):
 
 def test_missing_files_are_seen():
     assert missing_files("`gen/graph/graph.h`, `graph.h`, [x](../gen/graph/graph.c), main.c, <lua.h>") == []
-    assert missing_files("`gen/read/graph.h` and `nowhere.c`") == ["gen/read/graph.h", "nowhere.c"]
+    assert missing_files("`gen/plan/graph.h` and `nowhere.c`") == ["gen/plan/graph.h", "nowhere.c"]
 
 
 @pytest.mark.parametrize("page", PAGES)
