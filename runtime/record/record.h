@@ -338,6 +338,8 @@ void record_restore(const struct record_motion *motion);
 struct refdyn_options record_finer_options(const struct refdyn_integrator *integrator, double *share);
 /* The largest factor of the tolerance. */
 extern const double record_finer_most;
+/* Times as many places at which a finer motion looks for events. */
+extern const int record_finer_looks;
 /* The tolerance of rates in a finer motion that shows the errors of rates, accelerations and forces as well;
  * 0 with fixed steps. */
 double record_finer_rates(const struct refdyn_options *options);
