@@ -305,8 +305,9 @@ struct record_motion {
     double next_sample; /* time of the next sample, INFINITY if there is none [s] */
     struct refdyn_energy energy;
     struct record_events events;
-    double *values; /* p, then x at the start, if events change them; else NULL */
-    long outputs;   /* their number; the first output is the start */
+    double t_between; /* the first time between two outputs at which an event has set an input; NAN: none [s] */
+    double *values;   /* p, then x at the start, if events change them; else NULL */
+    long outputs;     /* their number; the first output is the start */
 };
 
 /* Asked after every few steps: a status other than 0 ends the motion. */
@@ -327,6 +328,8 @@ int record_advance(struct record_motion *motion, double goal, const struct recor
 /* The same to output i, which it adds to the energy balance. */
 int record_to(struct record_motion *motion, long i, const struct record_watch *watch);
 bool record_is_stopped(const struct record_motion *motion);
+/* Prints that inputs have changed between two outputs, so that the rows do not show when; nothing otherwise. */
+void record_print_between(const struct record_motion *motion, FILE *out);
 /* Restores the parameters and inputs of the workspace to their values at the start, which events may have
  * changed. */
 void record_restore(const struct record_motion *motion);
