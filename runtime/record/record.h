@@ -527,6 +527,12 @@ struct record_spectrum {
     int redundant_count;
 };
 
+/* A kink or jump of forces or rows at a state (kinked_state.c). */
+struct record_kink {
+    int coordinate; /* place in q, or n + place in qd, that moves the state off it; -1: there is none */
+    double part;    /* by which forces, stiffness or damping differ on both sides */
+};
+
 /* Small motions about q at t, with qd = 0. */
 struct record_small_motions {
     struct refdyn_workspace *work;
@@ -538,6 +544,7 @@ struct record_small_motions {
     const double *given;  /* used as linear.given without change; NULL: found as above */
     struct record_linear linear;
     struct record_spectrum spectrum;
+    struct record_kink kink;
     double phi; /* largest |phi| */
     double *C;  /* (points x 3 x n) */
 };
@@ -550,6 +557,11 @@ int record_find_spectrum(struct record_spectrum *spectrum, const struct record_l
 int record_find_unbalanced(const struct record_linear *linear, const double *force);
 /* Finds `linear` from the first fields of `motions`. Returns a status of the runtime. */
 int record_linearise(struct record_small_motions *motions, const struct record_algebra *algebra);
+/* The kink at the state of `motions` after record_linearise. Evaluates the equations at other states. */
+struct record_kink record_find_kink(const struct record_small_motions *motions,
+                                    const struct record_algebra *algebra);
+/* Warns of it, if there is one. */
+void record_print_kink(const struct record_kink *kink, const struct refdyn_model *model, FILE *out);
 /* The same, and then the spectrum and all other fields. */
 int record_find_small_motions(struct record_small_motions *motions, const struct record_algebra *algebra);
 /* Damping ratio; -1 for growth without oscillation, 0 for an eigenvalue 0. */
