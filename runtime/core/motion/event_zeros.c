@@ -460,23 +460,31 @@ static void insert_due(struct refdyn_state_events *events, int i) {
     }
 }
 
-/* What is due at the end of the step stays due if t is there, within rounding. A value that is beyond zero at
- * t has been carried there by rounding: its zero lies at t as well. */
+/* What is due at the end of the step stays due if t is there, within rounding; contacts are found again. */
+static void keep_due_at_end(struct refdyn_state_events *events, int is_at_end) {
+    const int due_count = is_at_end ? events->due_count : 0;
+    refdyn_state_events_clear_due(events);
+    for (int k = 0; k < due_count; k++)
+        if (refdyn_contact_of(&events->contacts, events->due[k]) < 0)
+            refdyn_state_events_add_due(events, events->due[k]);
+}
+
+/* A value that is beyond zero at t has been carried there by rounding: its zero lies at t. */
 void refdyn_state_events_stop(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                               const double *state) {
     refdyn_state_events_look_again(events, step, refdyn_step_inside(step, t), state);
-    const int is_at_end = events->due_count > 0 && step->t_end - t <= refdyn_state_events_blur(t);
     if (!refdyn_step_is_inside(step, t) ||
         refdyn_state_events_values(events, step, refdyn_step_inside(step, t), state, events->values))
         return;
-    if (!is_at_end)
-        refdyn_state_events_clear_due(events);
+    keep_due_at_end(events, step->t_end - t <= refdyn_state_events_blur(t));
+    const int stays = events->due_count > 0;
     for (int i = 0; i < events->count; i++) {
         const int now = refdyn_sign_of(events->values[i] - events->offsets[i]);
-        if (!is_at_end)
+        const int is_contact = refdyn_contact_of(&events->contacts, i) >= 0;
+        if (!stays || is_contact)
             events->side[i] = side_after(step, i, events->side_begin[i], now);
-        if (i >= events->named || refdyn_contact_of(&events->contacts, i) >= 0 ||
-            !(events->side[i] * now < 0) || !refdyn_state_events_watches(step, i, now))
+        if (i >= events->named || is_contact || !(events->side[i] * now < 0) ||
+            !refdyn_state_events_watches(step, i, now))
             continue;
         events->towards[i] = now;
         insert_due(events, i);
