@@ -1,4 +1,5 @@
 """Motions that are changed on their way: `advance`, `set` and `copy` in any pattern lead to the motion of `sim`, in Python, in C and in FMUs."""
+import itertools
 import math
 import random
 import subprocess
@@ -179,6 +180,35 @@ def test_loop_of_the_page(package, file_of):  # noqa: F811
         one.set(parameters={"w": 1.0})
     one.advance(0.6)
     assert abs(one.q[0] - 0.2) < 1e-9
+
+
+ROTOR = """local rd = require "refdyn"
+local u, n, w = rd.input("u", 0), rd.input("n", 0), rd.parameter("w", 1)
+return rd.model {{ name = "rotor", links = {{ {{ "r", joint = "psi", mass = w, inertia = {{ zz = 0.7 }}, start_rate = {{ psi = 29 }} }} }},
+  forces = function(s) return {{ r_psi = u }} end,
+  events = function(s) local a = s.q.r_psi return {{ rd.event {{ {value}, direction = "{direction}", inputs = {{ n = n + 1 }} }} }} end }}
+"""
+JUMPS = {"square": "rd.where(rd.less(rd.sin(a + 0.3), 0), -1, 1)", "tan": "rd.tan(a + 0.4)", "pole": "1 / rd.cos(a / 2.5)", "sine": "rd.sin(a + 0.2)",
+         "pulse": "rd.where(rd.less(rd.cos(a), 0.99), -1, 1)", "saw": "rd.atan2(rd.sin(2 * a + 0.4), rd.cos(2 * a + 0.4))"}
+
+
+@pytest.mark.parametrize("method", METHODS if LONG else ["auto", "rk54"])
+@pytest.mark.parametrize("form", JUMPS)
+def test_changes_at_jumps_and_poles(package, form, method):  # noqa: F811
+    """A value that is set to itself at the time of an event, or one unit of rounding next to it, adds and loses no event."""
+    for direction in "both", "up", "down":
+        model = package.Model.from_text(ROTOR.format(value=JUMPS[form], direction=direction))
+        plain = model.motion(method=method)
+        plain.advance(1.5)
+        times = [t for t, _, _ in plain.events]
+        assert len(times) >= 3
+        for t, beside in itertools.product(times, (-1, 0, 1)):
+            one = model.motion(method=method)
+            one.advance(t + beside * np.spacing(t))
+            one.set(inputs={"u": 0.0})
+            one.advance(1.5)
+            assert len(one.events) == len(times) and one.inputs["n"] == len(times), (t, beside)
+            assert np.abs(np.subtract([t for t, _, _ in one.events], times)).max() < 1e-9
 
 
 LEVEL = """local rd = require "refdyn"

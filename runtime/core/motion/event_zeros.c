@@ -459,24 +459,47 @@ static int side_after(const struct refdyn_step *step, int i, int side, int now) 
     return now != 0 && !refdyn_state_events_watches(step, i, now) ? now : side;
 }
 
-/* The side of value i at theta of the last step, where it is `value`. */
-static int side_until(const struct refdyn_state_events *events, const struct refdyn_step *step, int i,
-                      double theta, double value) {
-    int side = events->side_begin[i];
-    for (int k = 1; k < theta * SAMPLES; k++)
-        side = side_after(step, i, side, side_at(events, k, i));
-    return side_after(step, i, side, refdyn_sign_of(value));
+/* Adds event i to the ascending list of what is due, at most once. */
+static void insert_due(struct refdyn_state_events *events, int i) {
+    for (int k = 0; k < events->due_count; k++)
+        if (events->due[k] == i)
+            return;
+    refdyn_state_events_add_due(events, i);
+    for (int k = events->due_count - 1; k > 0 && events->due[k - 1] > i; k--) {
+        events->due[k] = events->due[k - 1];
+        events->due[k - 1] = i;
+    }
 }
 
+/* What is due at the end of the step stays due if t is there, within rounding; contacts are found again. */
+static void keep_due_at_end(struct refdyn_state_events *events, int is_at_end) {
+    const int due_count = is_at_end ? events->due_count : 0;
+    refdyn_state_events_clear_due(events);
+    for (int k = 0; k < due_count; k++)
+        if (refdyn_contact_of(&events->contacts, events->due[k]) < 0)
+            refdyn_state_events_add_due(events, events->due[k]);
+}
+
+/* A value that is beyond zero at t has been carried there by rounding: its zero lies at t. */
 void refdyn_state_events_stop(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                               const double *state) {
-    const double theta = refdyn_step_theta(step, t);
     refdyn_state_events_look_again(events, step, refdyn_step_inside(step, t), state);
-    if (!refdyn_step_is_inside(step, t))
+    if (!refdyn_step_is_inside(step, t) ||
+        refdyn_state_events_values(events, step, refdyn_step_inside(step, t), state, events->values))
         return;
-    refdyn_state_events_clear_due(events);
-    for (int i = 0; i < events->count; i++)
-        events->side[i] = side_until(events, step, i, theta, events->samples[i] - events->zeros[i]);
+    keep_due_at_end(events, step->t_end - t <= refdyn_state_events_blur(t));
+    const int stays = events->due_count > 0;
+    for (int i = 0; i < events->count; i++) {
+        const int now = refdyn_sign_of(events->values[i] - events->offsets[i]);
+        const int is_contact = refdyn_contact_of(&events->contacts, i) >= 0;
+        if (!stays || is_contact)
+            events->side[i] = side_after(step, i, events->side_begin[i], now);
+        if (i >= events->named || is_contact || !(events->side[i] * now < 0) ||
+            !refdyn_state_events_watches(step, i, now))
+            continue;
+        events->towards[i] = now;
+        insert_due(events, i);
+    }
 }
 
 /* Is the end as near to the zero as it can be? */

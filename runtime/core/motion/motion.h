@@ -637,10 +637,13 @@ void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new);
 struct refdyn_after {
     double *p, *x, *qdd, *lambda; /* as in the workspace and the integrator; empty without changes */
     double *terms;                /* of events */
+    int is_seen;                  /* the caller sees the values after the events */
 };
 
 void refdyn_after_lay_out(struct refdyn_after *after, const struct refdyn_model *model,
                           struct layout *layout);
+/* A motion begins: the caller sees no values after events. */
+void refdyn_after_clear(struct refdyn_after *after);
 
 /* ---- Kinks (kinks.c) ---- */
 
@@ -840,9 +843,15 @@ static inline int refdyn_rate_errors_may_count(const struct refdyn_motion *motio
     return motion->options.tol_rates > 0 || motion->options.method == REFDYN_AUTO;
 }
 
+/* Returns whether refdyn_integrator_init has succeeded. */
+static inline int refdyn_integrator_is_laid_out(const struct refdyn_integrator *integrator) {
+    return integrator && integrator->seal == REFDYN_SEAL && integrator->motion;
+}
+
 /* Returns OK, or NOT_STARTED before a successful start. */
 static inline int refdyn_integrator_status(const struct refdyn_integrator *integrator) {
-    return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
+    return refdyn_integrator_is_laid_out(integrator) && integrator->motion->is_started ? REFDYN_OK
+                                                                                       : REFDYN_NOT_STARTED;
 }
 
 /* Like refdyn_integrator_look, at any time in the last step, also after the shown state. */
