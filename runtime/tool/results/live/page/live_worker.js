@@ -178,6 +178,7 @@ function distanceOf(a, i, b, j, {n, points}) {
 }
 
 const NEAR = 0.05; /* part of the way of the motion; motions that differ by more do not estimate an error */
+const LEAST_WAY = 1e-6; /* of a body at rest that moves by rounding [m, rad] */
 
 /* The error of a motion from its difference to a finer one, as `sim --verify` estimates it. */
 function errorOf({asked, rows, share}, finer) {
@@ -185,7 +186,7 @@ function errorOf({asked, rows, share}, finer) {
     let largest = 0, at = 0, way = 0;
     for (let i = 0; i < Math.min(rows.length, finer.length) / width && rows[i * width] === finer[i * width]; i++) {
         const distance = distanceOf(rows, i, finer, i, asked);
-        way = Math.max(way, distanceOf(rows, i, rows, 0, asked));
+        way = Math.max(way, LEAST_WAY, distanceOf(rows, i, rows, 0, asked));
         if (distance > largest) {
             largest = distance;
             at = rows[i * width];
