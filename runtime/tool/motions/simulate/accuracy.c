@@ -282,6 +282,7 @@ void simulate_trial_run(struct trial *trial, const struct task *task,
     if (rows)
         start_limits(trial, task->scene);
     simulate_track_start(&trial->track, task->scene->model, motion->record.outputs);
+    trial->track.tol = integration->tol;
     if (task->has_estimate)
         simulate_track_keep(&trial->track, &trial->table, motion->record.outputs);
     go(trial, rows);

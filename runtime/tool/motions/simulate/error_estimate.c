@@ -15,9 +15,9 @@
 /* Part of the way of the motion. Runs that differ by more are not near the solution: their errors do not
  * follow the orders, or grow as in a chaotic motion. */
 static const double near_part = 0.05;
-/* A way shorter than this counts as this long, as of a body at rest that moves by rounding [model's length,
- * at most 1 m, and rad]. */
-static const double least_way = 1e-6;
+/* A way shorter than this, or than so many tolerances, counts as this long: a body at rest moves by rounding,
+ * and by the errors of steps [model's length, at most 1 m, and rad]. */
+static const double least_way = 1e-6, least_tolerances = 2;
 /* Times of events are compared to the square root of this part of the motion, or of its tolerance. */
 static const double time_part = 1e-12;
 
@@ -217,8 +217,8 @@ void simulate_estimate_make(struct estimate *estimate, const struct track *judge
     if (judged->table && other->table)
         compare_columns(estimate, judged, other, factor);
     estimate->difference = estimate->largest.error / factor;
-    const double way =
-        fmax(simulate_track_way(judged, count), least_way * simulate_smallest_unit(judged->model));
+    const double least = fmax(least_way, least_tolerances * judged->tol) * simulate_smallest_unit(model);
+    const double way = fmax(simulate_track_way(judged, count), least);
     estimate->is_trusted = estimate->difference <= near_part * way;
 }
 

@@ -20,6 +20,7 @@
 /* Positions at the outputs of one run, and all columns if their errors are estimated. */
 struct track {
     const struct refdyn_model *model;
+    double tol; /* tolerance of the run; 0 with fixed steps */
     long count;
     double *t;                        /* (count) [s] */
     double *q;                        /* (count x n) */
