@@ -503,3 +503,18 @@ def test_fmus(file_of, name, version, tmp_path, tmp_path_factory):
         done = subprocess.run([driver, token, of["u"], of["w"], *[of[column] for column in columns]], input=lines(stops, MODELS[name][1]), capture_output=True, text=True)
         assert done.returncode == 0, (seed, done.stderr)
         assert np.abs(np.subtract([float(value) for value in done.stdout.split()], [expected[column] for column in columns])).max() < ALLOWED, (seed, stops)
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_fmus_at_samples(version, tmp_path):
+    """At a communication point with a sample and a tick, values are those from there on, as in the rows of a simulation."""
+    model = tmp_path / "counting.lua"
+    model.write_text(COUNTING)
+    driver, token, of = component(model, version, tmp_path)
+    columns = ["m_x", "m_x_d", "m_x_dd", "u", "sum", "n"]
+    for until in 0.8, 1.05, 0.93:
+        run, _, _ = motion(model, "--until", until, "--tol", TOL)
+        stops = [(0.05 * k, "none", 0.0) for k in range(1, 30) if 0.05 * k < until - 1e-9]
+        done = subprocess.run([driver, token, of["gain"], of["gain"], *[of[column] for column in columns]], input=lines(stops, until), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert np.abs(np.subtract([float(value) for value in done.stdout.split()], [run[column][-1] for column in columns])).max() < ALLOWED, until
