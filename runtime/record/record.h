@@ -94,6 +94,8 @@ struct record_table {
 
 /* Prefix of accelerations if one of their names is already used, and their suffix. */
 extern const char record_acceleration_lead[], record_acceleration_ending[];
+/* Prefix of forces: `force_NAME` of coordinate NAME. */
+extern const char record_force_lead[];
 /* Precedes the name of an input's column if that name is taken. */
 extern const char record_input_lead[];
 

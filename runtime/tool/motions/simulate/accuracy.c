@@ -11,7 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "gen/read/read.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/hdf5/hdf5_files.h"

@@ -130,6 +130,8 @@ struct motion {
 /* Runtime options from --method --step --tol --step-max --stabilise --singular --start; reports combinations
  * that exclude each other. */
 enum status simulate_options(const struct options *options, struct refdyn_options *integration);
+/* Reports a --tol-rates that fixed steps cannot keep, or that is not below 1. */
+enum status simulate_check_tol_rates(const struct options *options, bool is_fixed);
 /* Reports a --lanes that is no lane width. */
 enum status simulate_check_lanes(const struct options *options);
 /* A command that searches among motions of a scene, which it computes in lanes: checks the options, opens the
