@@ -261,6 +261,32 @@ def test_changes_at_time_events(package, file_of, options):  # noqa: F811
         assert np.abs(changed.state - plain.state).max() < 1e-8
 
 
+COUNTING = """local rd = require "refdyn"
+local u, sum, n = rd.input("u", 0, "N"), rd.input("sum", 0), rd.input("n", 0)
+local p = rd.parameters { { "next", 0, "s" }, { "gain", 2 } }
+return rd.model { name = "counting", links = { { "m", joint = "x", mass = 1.3, start = { x = 0.2 } } }, forces = function(s) return { m_x = u - 0.1 * sum } end,
+  events = function(s) return { rd.sampled { every = 0.1, inputs = { u = 1 - p.gain * s.q.m_x, sum = sum + 0.1 * s.q.m_x } },
+    rd.event { s.t - p.next, direction = "up", inputs = { n = n + 1 }, parameters = { next = p.next + 0.05, gain = p.gain + 0.1 } } } end }
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "rk4", "radau9"])
+def test_values_at_samples(package, method):  # noqa: F811
+    """At samples and ticks, values are those from there on, as in the rows of a simulation. Values that are set to what they are change nothing."""
+    model = package.Model.from_text(COUNTING)
+    run = model.simulate(1.2, every=0.025, method=method, dataset=False)
+    one, touched_ = (model.motion(method=method) for _ in range(2))
+    for k in range(1, 49):
+        for motion_ in one, touched_:
+            motion_.advance(float(run["t"][k]))
+            for name, value in motion_.inputs.items():
+                assert abs(value - run[name][k]) < 1e-6, (k, name)
+            assert abs(motion_.qdd[0] - run["m_x_dd"][k]) < 1e-6 and abs(motion_.force[0] - run["force_m_x"][k]) < 1e-6
+        touched_.set(inputs=[touched_.inputs[name] for name in ("u", "sum", "n")] if k % 2 else dict(touched_.inputs))
+        touched_.set(parameters=dict(touched_.parameters))
+    assert np.abs(touched_.state - one.state).max() < 1e-6 and one.inputs == pytest.approx(dict(touched_.inputs))
+
+
 # ---- C ----
 
 DRIVER = r"""
@@ -470,3 +496,18 @@ def test_fmus(file_of, name, version, tmp_path, tmp_path_factory):
         done = subprocess.run([driver, token, of["u"], of["w"], *[of[column] for column in columns]], input=lines(stops, MODELS[name][1]), capture_output=True, text=True)
         assert done.returncode == 0, (seed, done.stderr)
         assert np.abs(np.subtract([float(value) for value in done.stdout.split()], [expected[column] for column in columns])).max() < ALLOWED, (seed, stops)
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_fmus_at_samples(version, tmp_path):
+    """At a communication point with a sample and a tick, values are those from there on, as in the rows of a simulation."""
+    model = tmp_path / "counting.lua"
+    model.write_text(COUNTING)
+    driver, token, of = component(model, version, tmp_path)
+    columns = ["m_x", "m_x_d", "m_x_dd", "u", "sum", "n"]
+    for until in 0.8, 1.05, 0.93:
+        run, _, _ = motion(model, "--until", until, "--tol", TOL)
+        stops = [(0.05 * k, "none", 0.0) for k in range(1, 30) if 0.05 * k < until - 1e-9]
+        done = subprocess.run([driver, token, of["gain"], of["gain"], *[of[column] for column in columns]], input=lines(stops, until), capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert np.abs(np.subtract([float(value) for value in done.stdout.split()], [run[column][-1] for column in columns])).max() < ALLOWED, until

@@ -232,6 +232,31 @@ def test_accuracy(case, accuracy, method):
     assert 0 < summary["tol"] and summary["cpu_total_s"] >= summary["cpu_s"]
 
 
+REST = """local rd = require "refdyn"
+return rd.model {{ name = "rest", gravity = {{ 0, 0, -{g} }}, links = {{ {{ "m", joint = "x", mass = 1.3 }},
+    {{ "p", on = "m", turn = {{ {{ "x", rd.pi / 2 }} }}, joint = "psi", mass = 0.8, center = {{ 0.3, 0, 0 }}, start = {{ psi = {psi} }} }} }},
+  points = {{ E = {{ on = "p", at = {{ 0.3, 0, 0 }} }} }}, forces = function(s) return {{ m_x = -0.2 * rd.tanh(s.qd.m_x / 1e-3) }} end }}
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "rk54", "rk8", "radau9"])
+def test_verify_trusts_a_body_at_rest(method, tmp_path):
+    """Hanging, upright and without gravity: rounding and the errors of steps alone move it."""
+    for g, psi, until in (9.81, "-rd.pi / 2", 3), (9.81, "rd.pi / 2", 1), (0, "0.7", 3):
+        (tmp_path / "rest.lua").write_text(REST.format(g=g, psi=psi))
+        for tol in "1e-4", "1e-10":
+            _, said, summary = motion(tmp_path / "rest.lua", "--until", until, "--method", method, "--tol", tol, "--verify")
+            assert summary["error"]["is_trusted"] and summary["error"]["largest"] < max(float(tol), 1e-7), (g, psi, said)
+
+
+@pytest.mark.parametrize("method", ["auto", "rk54", "radau9"])
+def test_stop_at_once(method, tmp_path):
+    """A condition that holds right after the start stops within rounding of a step, at no time near the smallest numbers."""
+    (tmp_path / "at_once.lua").write_text(REST.format(g=9.81, psi="0.3"))
+    _, _, summary = motion(tmp_path / "at_once.lua", "--until", 1, "--method", method, "--stop", "p_psi_d<0")
+    assert 1e-25 < summary["stop"]["t"] < 1e-12
+
+
 CLOSE = [(TESTS / "models/double_pendulum.lua", "rk54", 3, 1e-3), (TESTS / "models/double_pendulum.lua", "rk54", 3, 1e-7),
          (PENDULUM, "auto", 2, 1e-5), (PENDULUM, "auto", 2, 1e-7), (MODELS / "jib.lua", "rk54", 5, 1e-7)]
 

@@ -281,6 +281,7 @@ void simulate_trial_run(struct trial *trial, const struct task *task,
     if (rows)
         start_limits(trial, task->scene);
     simulate_track_start(&trial->track, task->scene->model, motion->record.outputs);
+    trial->track.tol = integration->tol;
     if (task->has_estimate)
         simulate_track_keep(&trial->track, &trial->table, motion->record.outputs);
     go(trial, rows);
@@ -501,8 +502,7 @@ enum status simulate_search_run(struct search *search, const struct task *task,
     const int order = refdyn_method_order(options.method);
     int failures = 0, place = 0;
     *search = (struct search){.taken = NULL};
-    const double smallest_unit = fmin(
-        1, task->scene->model->length); /* the tolerance applies to 1 rad and to the model's length [m] */
+    const double smallest_unit = simulate_smallest_unit(task->scene->model);
     options.tol = fmax(fmin(first_tol * accuracy / smallest_unit, first_most), tol_least / fall_least);
     for (struct candidate *before = NULL;;) {
         struct candidate *now = &search->candidates[place];

@@ -20,6 +20,7 @@
 /* Positions at the outputs of one run, and all columns if their errors are estimated. */
 struct track {
     const struct refdyn_model *model;
+    double tol; /* tolerance of the run; 0 with fixed steps */
     long count;
     double *t;                        /* (count) [s] */
     double *q;                        /* (count x n) */
@@ -39,6 +40,8 @@ double simulate_track_distance(const struct track *a, long i, const struct track
 /* The largest distance from the start in the first `count` outputs. */
 double simulate_track_way(const struct track *track, long count);
 void simulate_track_release(struct track *track);
+/* The tolerance applies to 1 rad and to the model's length: the smaller one [rad, m]. */
+double simulate_smallest_unit(const struct refdyn_model *model);
 
 struct motion;
 

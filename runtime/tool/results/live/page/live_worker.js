@@ -179,6 +179,7 @@ function distanceOf(a, i, b, j, {n, points}) {
 }
 
 const NEAR = 0.05; /* part of the way of the motion; motions that differ by more do not estimate an error */
+const LEAST_WAY = 1e-6; /* of a body at rest that moves by rounding [m, rad] */
 
 /* For each kind of column the largest error, relative to the largest value of the same kind and unit. A value that is not unique is
  * NaN in both motions. */
@@ -202,7 +203,7 @@ function errorOf({asked, rows, share}, finer, hasKinds) {
     let largest = 0, at = 0, way = 0, i = 0;
     for (; i < Math.min(rows.length, finer.length) / width && rows[i * width] === finer[i * width]; i++) {
         const distance = distanceOf(rows, i, finer, i, asked);
-        way = Math.max(way, distanceOf(rows, i, rows, 0, asked));
+        way = Math.max(way, LEAST_WAY, distanceOf(rows, i, rows, 0, asked));
         if (distance > largest) {
             largest = distance;
             at = rows[i * width];
