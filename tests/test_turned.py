@@ -92,8 +92,9 @@ def motion(file, folder, *options, n, **values):
 @pytest.mark.parametrize("kind", KINDS)
 def test_motions(kind, tmp_path):
     """Turned and unturned motions agree within ten tolerances."""
-    for tilt, weight in tilts(2, ORIENTATIONS // 4 if LONG else 2):
-        runs = [motion(MODEL, tmp_path, "--until", 0.5, "--tol", 1e-8, n=KINDS[kind], kind=kind, **values)[0] for values in (tilt, weight)]
+    for tilt, weight in tilts(2, ORIENTATIONS if LONG else 2):
+        until = 0.3 if kind == "sarrus" else 0.5  # flat, in a singular position, later on
+        runs = [motion(MODEL, tmp_path, "--until", until, "--tol", 1e-8, n=KINDS[kind], kind=kind, **values)[0] for values in (tilt, weight)]
         assert numpy.abs(runs[0] - runs[1]).max() < 1e-7
 
 
@@ -228,9 +229,9 @@ FEW = ("closures", "fivebar", "fourbar", "slidercrank", "stewart")
 
 
 def models_with_rows():
-    """Models of the project that have rows, each with the options that change its rows."""
+    """Models of the project that have rows, each with the options that change its rows. No state satisfies those of `functions`."""
     found = [path for path in sorted([*all_models(), *(TESTS / "models").rglob("*.lua"), *(TESTS / "fmi").glob("*.lua")])
-             if LONG and "constraints" in path.read_text() or path.stem in FEW]
+             if LONG and "constraints" in path.read_text() and path.stem != "functions" or path.stem in FEW]
     return [pytest.param(path, variant, id=f"{path.parent.name}-{path.stem}-{i}") for path in found
             for i, variant in enumerate(VARIANTS.get(path.stem, [{}])) if LONG or i < 2]
 
