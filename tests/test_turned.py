@@ -148,6 +148,12 @@ def test_rows_replace_each_other_in_time(tmp_path):
     motion(tmp_path / "gains.lua", tmp_path, "--until", 8, "--stabilise", "baumgarte", n=3, kind="bennett", **dict(zip("abc", tilt)))
 
 
+def test_drift_without_gains(tmp_path):
+    """Residuals that nothing pulls back make the redundant rows contradict the kept ones. The message names the cause and the remedy."""
+    said = refdyn("sim", MODEL, "--until", 10, "-o", tmp_path / "x.csv", "--stabilise", "baumgarte", *settings(dict(kind="bennett")), status=3).stderr
+    assert re.search(r"the rows have drifted off the programme \(pin turn \d: phi up to \S+\), where redundant rows contradict each other; use --stabilise project", said)
+
+
 def test_inexact_axis(tmp_path):
     """An error of 1e-9 rad is that of the lengths' digits; one of 1e-6 rad makes a linkage that cannot move."""
     motion(MODEL, tmp_path, "--until", 1, n=3, kind="bennett", off=1e-9)
