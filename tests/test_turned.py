@@ -227,6 +227,16 @@ return rd.model { name = "off",
     assert numpy.abs(run["lambda_drive_a_x"] - [-4, -4, -4, -4.6, -4.6, -4.6]).max() < 1e-9
 
 
+def test_a_row_without_slope_at_rest(tmp_path):
+    """The multiplier of a prescribed speed grows beyond all bounds towards rest: there it is no number, and not 0."""
+    (tmp_path / "speed.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "speed", links = { { "a", joint = "x, y", mass = 2 } }, forces = function(s) return { a_x = 5 } end,
+  constraints = function(s) return { rd.velocity { s.qd.a_x^2 + s.qd.a_y^2 - 0.01 * s.t^2, name = "speed" } } end }
+""")
+    run = run_of(tmp_path / "speed.lua", tmp_path, "--until", 1, "--every", 0.5)
+    assert numpy.isnan(run["lambda_speed"][0]) and numpy.abs(run["lambda_speed"][1:] - [-48, -24]).max() < 1e-6
+
+
 # ---- Models of the gallery and of the tests, on a seat ----
 
 VARIANTS = {"closures": [{"entry": i} for i in range(1, 16)], "fourbar": [{"joints": "spatial"}, {}], "stewart": [{"legs": "heavy"}, {}],
