@@ -92,8 +92,9 @@ def motion(file, folder, *options, n, **values):
 @pytest.mark.parametrize("kind", KINDS)
 def test_motions(kind, tmp_path):
     """Turned and unturned motions agree within ten tolerances."""
-    for tilt, weight in tilts(2, ORIENTATIONS // 4 if LONG else 2):
-        runs = [motion(MODEL, tmp_path, "--until", 0.5, "--tol", 1e-8, n=KINDS[kind], kind=kind, **values)[0] for values in (tilt, weight)]
+    for tilt, weight in tilts(2, ORIENTATIONS if LONG else 2):
+        until = 0.3 if kind == "sarrus" else 0.5  # flat, in a singular position, later on
+        runs = [motion(MODEL, tmp_path, "--until", until, "--tol", 1e-8, n=KINDS[kind], kind=kind, **values)[0] for values in (tilt, weight)]
         assert numpy.abs(runs[0] - runs[1]).max() < 1e-7
 
 
@@ -145,6 +146,12 @@ def test_rows_replace_each_other_in_time(tmp_path):
     assert "%r" % twists[0] in text and f"t1 = {start}" in text
     (tmp_path / "gains.lua").write_text(text)
     motion(tmp_path / "gains.lua", tmp_path, "--until", 8, "--stabilise", "baumgarte", n=3, kind="bennett", **dict(zip("abc", tilt)))
+
+
+def test_drift_without_gains(tmp_path):
+    """Residuals that nothing pulls back make the redundant rows contradict the kept ones. The message names the cause and the remedy."""
+    said = refdyn("sim", MODEL, "--until", 10, "-o", tmp_path / "x.csv", "--stabilise", "baumgarte", *settings(dict(kind="bennett")), status=3).stderr
+    assert re.search(r"the rows have drifted off the programme \(pin turn \d: phi up to \S+\), where redundant rows contradict each other; use --stabilise project", said)
 
 
 def test_inexact_axis(tmp_path):
@@ -220,6 +227,16 @@ return rd.model { name = "off",
     assert numpy.abs(run["lambda_drive_a_x"] - [-4, -4, -4, -4.6, -4.6, -4.6]).max() < 1e-9
 
 
+def test_a_row_without_slope_at_rest(tmp_path):
+    """The multiplier of a prescribed speed grows beyond all bounds towards rest: there it is no number, and not 0."""
+    (tmp_path / "speed.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "speed", links = { { "a", joint = "x, y", mass = 2 } }, forces = function(s) return { a_x = 5 } end,
+  constraints = function(s) return { rd.velocity { s.qd.a_x^2 + s.qd.a_y^2 - 0.01 * s.t^2, name = "speed" } } end }
+""")
+    run = run_of(tmp_path / "speed.lua", tmp_path, "--until", 1, "--every", 0.5)
+    assert numpy.isnan(run["lambda_speed"][0]) and numpy.abs(run["lambda_speed"][1:] - [-48, -24]).max() < 1e-6
+
+
 # ---- Models of the gallery and of the tests, on a seat ----
 
 VARIANTS = {"closures": [{"entry": i} for i in range(1, 16)], "fourbar": [{"joints": "spatial"}, {}], "stewart": [{"legs": "heavy"}, {}],
@@ -228,9 +245,9 @@ FEW = ("closures", "fivebar", "fourbar", "slidercrank", "stewart")
 
 
 def models_with_rows():
-    """Models of the project that have rows, each with the options that change its rows."""
+    """Models of the project that have rows, each with the options that change its rows. No state satisfies those of `functions`."""
     found = [path for path in sorted([*all_models(), *(TESTS / "models").rglob("*.lua"), *(TESTS / "fmi").glob("*.lua")])
-             if LONG and "constraints" in path.read_text() or path.stem in FEW]
+             if LONG and "constraints" in path.read_text() and path.stem != "functions" or path.stem in FEW]
     return [pytest.param(path, variant, id=f"{path.parent.name}-{path.stem}-{i}") for path in found
             for i, variant in enumerate(VARIANTS.get(path.stem, [{}])) if LONG or i < 2]
 

@@ -59,8 +59,7 @@ struct refdyn_dependence {
 void refdyn_dependence_find(struct refdyn_dependence *dependence, struct refdyn_workspace *work,
                             const double *force);
 /* Returns the multiplier of a row, and the force on a coordinate of the rows that drive it; NAN where they
- * are not unique. The multiplier of a row of size 0 is 0: its author has switched it off, or its contact is
- * free. */
+ * are not unique. The multiplier of a row that its author has switched off, or of a free contact, is 0. */
 double refdyn_dependence_multiplier(const struct refdyn_dependence *dependence, int row);
 double refdyn_dependence_drive(const struct refdyn_dependence *dependence, int coordinate);
 

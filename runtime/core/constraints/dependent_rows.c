@@ -19,6 +19,8 @@
 /* A sum counts as unique up to this part of its largest coefficient plus this multiple of the residual of the
  * rows, because off the programme dependent rows are only nearly dependent. */
 static const double blur = 1e-7, misses = 100;
+/* Coordinates and rates are moved by this part of the larger of 1 and their value. */
+static const double nearby = 1e-6;
 
 /* work->side := L^-1 P r */
 static void reduce(struct refdyn_workspace *work, const double *force, int rank) {
@@ -65,10 +67,26 @@ static double coefficient(const struct refdyn_workspace *work, int row, double o
     return work->row_size[row] > 0 ? of_row / work->row_size[row] : 0;
 }
 
+/* Is the row, whose size is 0, switched off by a factor that is 0? Other rows of size 0 have a slope next to
+ * the state, as a square of rates has one away from rest, and their multiplier may be infinite. */
+static int is_switched_off(struct refdyn_workspace *work, int row) {
+    const int n = work->n;
+    double *state = work->row_state, *sizes = work->basis, largest = 0;
+    memset(sizes, 0, (size_t)(work->m * n) * sizeof *sizes);
+    for (int i = 1; i <= 2 * n && largest == 0 && work->model->row_sizes; i++) {
+        const double kept = state[i];
+        state[i] += nearby * fmax(1, fabs(kept));
+        work->model->row_sizes(work->p, work->x, state[0], state + 1, state + 1 + n, sizes);
+        state[i] = kept;
+        largest = refdyn_largest(sizes + row * n, n, NULL);
+    }
+    return work->model->row_sizes && largest == 0;
+}
+
 double refdyn_dependence_multiplier(const struct refdyn_dependence *dependence, int row) {
     struct refdyn_workspace *work = dependence->work;
     if (work->row_size[row] == 0)
-        return 0;
+        return row >= refdyn_programme_rows(work->model) || is_switched_off(work, row) ? 0 : NAN;
     for (int k = 0; k < work->m; k++)
         work->lambda[k] = work->mark[k] == row ? coefficient(work, row, 1) : 0;
     return sum_of(dependence);
