@@ -76,6 +76,7 @@ static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_
     refdyn_rows_lay_out(&motion->before, model, &layout);
     refdyn_time_events_lay_out(&motion->time_events, model, &layout);
     refdyn_state_events_lay_out(&motion->state_events, model, &layout);
+    refdyn_kinks_lay_out(&motion->kink_guard, model, &layout);
     refdyn_after_lay_out(&motion->after, model, &layout);
     refdyn_repetition_lay_out(&motion->repetition, model, &layout);
     refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
@@ -256,6 +257,7 @@ static void clear(struct refdyn_motion *motion, const struct refdyn_options *opt
     motion->options = *options;
     const enum refdyn_method method = motion->options.method;
     refdyn_repetition_clear(motion);
+    refdyn_kinks_clear(motion);
     refdyn_after_clear(&motion->after);
     motion->step.settled = refdyn_settled_tolerance(motion->options.tol);
     motion->state_events.looks = motion->options.event_looks > 0 ? motion->options.event_looks : 1;

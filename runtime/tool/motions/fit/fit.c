@@ -240,8 +240,8 @@ const struct command fit_command = {
     .name = "fit",
     .run = run_fit,
     .operands = "MODEL.lua FIT.lua|DATA.csv...",
-    .options = "output! vary noise held-out check until every method step tol step-max from stabilise "
-               "singular start hold release way lanes parameters set",
+    .options = "output! vary noise held-out check until every method step tol tol-rates step-max from "
+               "stabilise singular start hold release way lanes parameters set",
     .tables = {fit_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "FIT.json",
     .purpose = "values of a model from measured data",

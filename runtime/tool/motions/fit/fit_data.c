@@ -197,11 +197,6 @@ static bool refuse_clock(const struct fit *fit, const struct fit_data *data) {
     return false;
 }
 
-static int ascending(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Returns the usual time between rows, which is the median. *last: the row after the longest time. */
 static double usual_spacing(const struct fit_data *data, int *last) {
     const int count = data->rows - 1;
@@ -211,7 +206,7 @@ static double usual_spacing(const struct fit_data *data, int *last) {
         gaps[i] = data->t[i + 1] - data->t[i];
         *last = gaps[i] > gaps[*last - 1] ? i + 1 : *last;
     }
-    qsort(gaps, (size_t)count, sizeof *gaps, ascending);
+    qsort(gaps, (size_t)count, sizeof *gaps, format_ascending);
     const double median = gaps[count / 2];
     free(gaps);
     return median;

@@ -366,6 +366,8 @@ static void take_options(struct options *options, const struct plan_file *file) 
     const bool has_steps = options_has(options, "tol") || options_has(options, "step");
     if (!has_steps)
         options_set_number(options, "tol", file->tol > 0 ? file->tol : tol_default);
+    if (file->tol_rates > 0 && !options_has(options, "tol-rates") && !options_has(options, "step"))
+        options_set_number(options, "tol-rates", file->tol_rates);
 }
 
 static enum status run_plan(const struct options *given) {
@@ -401,8 +403,8 @@ const struct command plan_command = {
     .name = "plan",
     .run = run_plan,
     .operands = "MODEL.lua PLAN.lua",
-    .options = "output! reference every resume method step tol step-max from inputs stabilise singular start "
-               "hold release way lanes parameters set",
+    .options = "output! reference every resume method step tol tol-rates step-max from inputs stabilise "
+               "singular start hold release way lanes parameters set",
     .tables = {plan_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "PLAN.json",
     .purpose = "the best parameters of a motion within limits",

@@ -81,6 +81,9 @@ void format_number(FILE *out, double value);
  */
 const char *format_near_number(double value, char text[static NUMBER_LENGTH]);
 
+/* Compares two numbers for qsort, so that they ascend. */
+int format_ascending(const void *a, const void *b);
+
 /* A JSON document. At the outermost level each entry has its own line; deeper entries stay on that line. The
  * document grows in memory and is written when it is complete. */
 struct document {
