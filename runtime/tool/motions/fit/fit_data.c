@@ -42,7 +42,7 @@ static void warn_of_columns(const struct reading *reading) {
     const struct record_table *table = &reading->fit->table;
     const struct csv *csv = &reading->csv;
     struct text unused = {.memory = &format_memory};
-    int count = 0;
+    int count = 0, unknown = 0;
     for (int i = 0; i < csv->count; i++) {
         const char *name = csv->names[i];
         if (reading->role[i] != COLUMN_OTHER)
@@ -52,12 +52,18 @@ static void warn_of_columns(const struct reading *reading) {
                 text_add(&unused, "%s%s", count > 1 ? ", " : "", name);
             continue;
         }
+        if (unknown++ >= SHOWN_MOST)
+            continue;
         const char *near = message_nearest_name(name, table->names, table->count);
         format_complain_line(csv->path, csv->line,
                              format_text("warning: data: column %s is no column of the motion and is not "
                                          "used%s%s",
                                          name, near ? "; the nearest is " : "", near ? near : ""));
     }
+    if (unknown > SHOWN_MOST)
+        format_complain_line(
+            csv->path, csv->line,
+            format_text("warning: data: %d columns are no columns of the motion and are not used", unknown));
     if (count > 0)
         format_complain_line(
             csv->path, csv->line,

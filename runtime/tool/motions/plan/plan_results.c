@@ -154,7 +154,7 @@ enum status plan_resume(struct plan *plan) {
     const char *path = options_text(plan->options, "output");
     struct state found = {.found_count = 0};
     if (access(path, F_OK) != 0) {
-        fprintf(stderr, "resume       no %s yet\n", path);
+        format_complain("resume       no %s yet\n", path);
         return STATUS_DONE;
     }
     if (!scene_found_read(&found, path, &plan->scene->generation))
