@@ -5,7 +5,8 @@
 #include "gen/gen.h"
 #include "gen/explain/explain.h"
 #include "gen/plan/plan.h"
-#include "gen/read/read.h"
+#include "gen/language/language.h"
+#include "gen/model_file/model_file.h"
 #include "gen/tree/tree.h"
 
 #include <errno.h>

@@ -5,7 +5,7 @@
 #ifndef REFDYN_GEN_GEN_H
 #define REFDYN_GEN_GEN_H
 
-#include "gen/read/read.h"
+#include "gen/model_file/model_file.h"
 
 #include <setjmp.h>
 #include <stdio.h>

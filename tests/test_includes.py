@@ -24,7 +24,7 @@ def includes(files):
 
 
 def test_only_the_files_of_the_script_know_lua():
-    known = {f"gen/read/{name}" for name in ("script_state.h", "script.c", "script_value.c", "script_metatable.c", "script_library.c",
+    known = {f"gen/script/{name}" for name in ("script_state.h", "script.c", "script_value.c", "script_metatable.c", "script_library.c",
                                            "script_kinds.c", "script_derive.c")}
     users = {str(path.relative_to(SOURCE)) for path, name in includes(GENERATOR_FILES + CORE_FILES + TOOL_FILES)
              if name.split("/")[-1] in ("lua.h", "lualib.h", "lauxlib.h", "lua.hpp", "script_state.h")}

@@ -91,7 +91,7 @@ def missing_files(text, folder=""):
 
 def test_missing_files_are_seen():
     assert missing_files("`gen/graph/graph.h`, `graph.h`, [x](../gen/graph/graph.c), main.c, <lua.h>") == []
-    assert missing_files("`gen/read/graph.h` and `nowhere.c`") == ["gen/read/graph.h", "nowhere.c"]
+    assert missing_files("`gen/plan/graph.h` and `nowhere.c`") == ["gen/plan/graph.h", "nowhere.c"]
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -173,3 +173,12 @@ def test_what_is_written_only_by_one_file():
     broken = [f"{path}: {name} is written by {sorted(writers(name, core) - {file})}, too" for path, name, file in found
               if writers(name, core) - {file}]
     assert not broken
+
+
+def test_changes_are_short():
+    """One line each, at most 60 lines a version."""
+    versions = text_of("CHANGELOG.md").split("\n## ")[1:]
+    assert len(versions) > 1
+    for version in versions:
+        entries = [line for line in version.splitlines() if line.startswith("- ")]
+        assert len(entries) <= 60 and not re.search(r"^ ", version, re.M) and max(map(len, version.splitlines())) <= 160, version[:20]

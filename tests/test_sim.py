@@ -238,6 +238,33 @@ def test_accuracy(case, accuracy, method):
     assert 0 < summary["tol"] and summary["cpu_total_s"] >= summary["cpu_s"]
 
 
+CLOSE = [(TESTS / "models/double_pendulum.lua", "rk54", 3, 1e-3), (TESTS / "models/double_pendulum.lua", "rk54", 3, 1e-7),
+         (PENDULUM, "auto", 2, 1e-5), (PENDULUM, "auto", 2, 1e-7), (MODELS / "jib.lua", "rk54", 5, 1e-7)]
+
+
+@pytest.mark.parametrize("model, method, until, accuracy", CLOSE)
+def test_accuracy_is_used(model, method, until, accuracy):
+    """The error is near the requested one where a looser tolerance saves steps."""
+    run, _, summary = motion(model, "--until", until, "--every", 0.05, "--method", method, "--accuracy", accuracy)
+    exact_run, _, _ = motion(model, "--until", until, "--every", 0.05, "--tol", "1e-12")
+    points, coordinates = errors(run, exact_run, summary)
+    found = max(points.values() if points else coordinates.values())
+    assert accuracy / 6 <= found <= accuracy and found / 2 <= summary["error"]["largest"] <= accuracy, found
+
+
+def test_accuracy_compares_events(tmp_path):
+    """A first run that misses a short event does not agree with the next one, which looks more closely."""
+    (tmp_path / "narrow.lua").write_text("""local rd = require "refdyn"
+local n = rd.input("n", 0)
+return rd.model { name = "narrow", links = { { "m", joint = "x", mass = 2, start_rate = { x = 1.3 } } },
+  events = function(s) return { rd.event { rd.exp(-((s.q.m_x / 1.3 - 7.21) / 0.04)^2) - 0.5, name = "short", inputs = { n = n + 1 } } } end }
+""")
+    for tolerance in ["--tol", "1e-4"], ["--accuracy", "1e-5"]:
+        _, _, summary = motion(tmp_path / "narrow.lua", "--until", 10, *tolerance)
+        assert summary["event_count"] == (0 if tolerance[0] == "--tol" else 2)
+    assert summary["error"]["is_trusted"]
+
+
 def test_accuracy_out_of_reach(tmp_path):
     """Below rounding: exit 3, the best error is reported, and its rows remain in the partial file."""
     done = refdyn("sim", *SWING, "--accuracy", "1e-17", "-o", tmp_path / "run.csv", status=3)

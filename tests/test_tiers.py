@@ -368,6 +368,24 @@ def test_folders_of_a_killed_build_go_with_the_next_call(place):
     assert not place.folders()
 
 
+def test_old_libraries_go_with_the_next_compilation(place):
+    """Those unused for 60 days, and the least recently used ones beyond 1 GiB; other files stay. Loading one is a use."""
+    def make(name, days, size):
+        with open(place.cache / name, "wb") as file:
+            file.truncate(size)
+        os.utime(place.cache / name, (time.time() - days * 86400,) * 2)
+    once = {"REFDYN_BACKGROUND": "0"}
+    place.run("eval", PENDULUM, env=once)
+    [used] = place.libraries()
+    os.utime(place.cache / used, (time.time() - 61 * 86400,) * 2)
+    place.run("eval", PENDULUM, env=once)
+    for name, days, size in (("a.so", 61, 10), ("b.so", 59, 10), ("note.txt", 400, 10), ("c.so", 2, 1 << 30), ("d.so", 3, 10), ("e.so", 1.5, 1 << 29)):
+        make(name, days, size)
+    place.run("eval", MODELS / "crane.lua", env=once)
+    left = {path.name for path in place.cache.iterdir()}
+    assert left >= {used, "note.txt", "e.so"} and not left & {"a.so", "b.so", "c.so", "d.so"} and len(left) == 4
+
+
 def test_one_background_process_at_a_time(place):
     place.program("cc", "sleep 0.3")
     for size in range(1, 4):

@@ -254,7 +254,7 @@ struct model {
     const char *name;
     bool is_renamed; /* the name was requested and is not the one in the file */
     const char *file;
-    const struct sources *sources; /* all files that it was read from (read.h) */
+    const struct sources *sources; /* all files that it was read from (script.h) */
     struct place place;
     struct graph *graph;
     bool printed_form; /* h and Q as the chapter prints them: theory, sect. 9 */
@@ -291,7 +291,7 @@ struct model {
     int row_count, row_capacity;
     struct event *events;
     int event_count, event_capacity;
-    expression *kinks; /* of formulas in coordinates and rates (read.h) */
+    expression *kinks; /* of formulas in coordinates and rates (language.h) */
     int kink_count;
     struct change *changes; /* event by event */
     int change_count, change_capacity;

@@ -1,11 +1,11 @@
 /*
- * Compares models/editor/refdyn.lua with the tables of fields (gen/read/fields.def), functions and operators
+ * Compares models/editor/refdyn.lua with the tables of fields (gen/language/fields.def), functions and operators
  * (gen/graph/ops.def). The file defines the language for editors, as annotations of LuaLS. With an argument,
  * the program prints the file, which a change of a table makes necessary.
  */
-#include "gen/read/reader.h"
+#include "gen/language/language.h"
 #include "gen/base/base.h"
-#include "gen/read/read.h"
+#include "gen/script/script.h"
 
 #include <ctype.h>
 #include <stdio.h>

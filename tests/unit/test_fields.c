@@ -1,9 +1,9 @@
 /*
- * Compares models/README.md with the table of fields (gen/read/fields.def): each field must be a row of a
+ * Compares models/README.md with the table of fields (gen/language/fields.def): each field must be a row of a
  * table in the page. With an argument, prints the rows: paste them into the page after a change of the table
  * of fields.
  */
-#include "gen/read/reader.h"
+#include "gen/language/language.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -23,6 +23,8 @@ static const double rounding = 1e-12;
 
 int refdyn_energies(const struct refdyn_workspace *work, double t, const double *q, const double *qd,
                     double *energy) {
+    if (!refdyn_is_laid_out(work) || !q || !qd || !energy)
+        return refdyn_missing_status(work);
     if (!work->model->energy)
         return REFDYN_FUNCTION_MISSING;
     work->model->energy(work->p, work->x, t, q, qd, energy);
@@ -38,7 +40,12 @@ static int at_state(const struct refdyn_integrator *integrator, double *energy) 
 
 int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
     double now[2] = {0, 0};
+    if (!energy)
+        return REFDYN_BAD_MEMORY;
+    *energy = (struct refdyn_energy){0};
     const int status = at_state(integrator, now);
+    if (status == REFDYN_NOT_STARTED)
+        return status;
     *energy = (struct refdyn_energy){
         .t_start = integrator->t,
         .kinetic = now[0],
@@ -73,7 +80,7 @@ static void add_changes(struct refdyn_energy *energy, const double *shown, doubl
 
 int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
     double shown[2], last[2];
-    int status = at_state(integrator, shown);
+    int status = energy ? at_state(integrator, shown) : REFDYN_BAD_MEMORY;
     if (status)
         return status;
     const struct refdyn_motion *motion = integrator->motion;
@@ -92,6 +99,8 @@ int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrat
 }
 
 int refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
+    if (!energy)
+        return REFDYN_BAD_MEMORY;
     int status = refdyn_integrator_status(integrator);
     energy->unit = 0;
     if (status)
@@ -109,11 +118,11 @@ int refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integr
 }
 
 double refdyn_energy_error(const struct refdyn_energy *energy) {
-    return energy->largest_change > 0 ? energy->largest_error / energy->largest_change : 0;
+    return energy && energy->largest_change > 0 ? energy->largest_error / energy->largest_change : 0;
 }
 
 int refdyn_energy_changes(const struct refdyn_energy *energy) {
-    return energy->largest_change > rounding * (energy->largest + energy->unit);
+    return energy && energy->largest_change > rounding * (energy->largest + energy->unit);
 }
 
 /* ---- Energy by which a state jumps ---- */

@@ -8,7 +8,7 @@
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/motions/equilibria/equilibria.h"
-#include "gen/read/read.h"
+#include "gen/language/values.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -14,7 +14,6 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "gen/read/read.h"
 #include "runtime/tool/batches/runs/runs.h"
 #include "runtime/tool/motions/realise/realise.h"
 #include "runtime/tool/motions/simulate/simulate.h"

@@ -5,7 +5,7 @@
  * The file runs in the sandbox of model files. Errors are collected in `messages`, to which the caller may
  * add.
  */
-#include "gen/read/read.h"
+#include "gen/script/script.h"
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "runtime/tool/support/random/random.h"
 

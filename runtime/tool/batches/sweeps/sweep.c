@@ -2,7 +2,7 @@
  * Reads a sweep file or a table of cases for one model: columns of cases, what is kept, options of the
  * motions.
  *
- * The generator reads the language (gen/read/); expand.c makes the cases of a sweep file.
+ * The generator reads the language (gen/language/); expand.c makes the cases of a sweep file.
  */
 #include "runtime/tool/batches/sweeps/sweeps.h"
 #include "runtime/tool/support/format/format.h"

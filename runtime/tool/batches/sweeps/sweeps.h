@@ -8,7 +8,7 @@
 
 #include "gen/base/base.h"
 #include "gen/gen.h"
-#include "gen/read/read.h"
+#include "gen/script/script.h"
 #include "refdyn_batch.h"
 #include "runtime/tool/scene/scene.h"
 #include "runtime/tool/support/options/options.h"

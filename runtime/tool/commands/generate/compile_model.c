@@ -7,7 +7,6 @@
  */
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"
-#include "gen/read/read.h"
 #include "refdyn_batch.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* `refdyn gen` and `refdyn check`: the C files of a model, with their rule of make, and its tree of links. */
 #include "runtime/tool/commands/generate/generate.h"
-#include "gen/read/read.h"
+#include "gen/language/values.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/scene/scene.h"

@@ -2,7 +2,7 @@
  * finds the definitions of the model language. Writes NAME.lua and .luarc.json into the current folder. The
  * text is model.lua with NAME as its name. */
 #include "runtime/tool/support/options/options.h"
-#include "gen/read/read.h"
+#include "gen/language/values.h"
 #include "runtime/tool/support/format/format.h"
 #include "runtime/tool/support/system/system.h"
 

@@ -3,7 +3,7 @@
  * of the entry follows a name that is taken. The generator decides which names C allows. */
 #include "runtime/tool/commands/import/import.h"
 #include "gen/base/base.h"
-#include "gen/read/read.h"
+#include "gen/language/values.h"
 #include "runtime/tool/support/format/format.h"
 
 #include <ctype.h>

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "gen/gen.h"
-#include "gen/read/read.h"
+#include "gen/script/script.h"
 #include "runtime/tool/motions/fit/fit.h"
 
 static const char vary_form[] = "{ m = rd.free() }", noise_form[] = "{ psi = 1e-3 }",

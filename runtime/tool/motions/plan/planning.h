@@ -17,7 +17,7 @@
 
 #include <stdbool.h>
 
-#include "gen/read/read.h"
+#include "gen/script/script.h"
 #include "refdyn_batch.h"
 #include "runtime/tool/motions/simulate/simulate.h"
 #include "runtime/tool/scene/scene.h"

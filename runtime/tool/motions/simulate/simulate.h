@@ -237,16 +237,17 @@ struct candidate {
     bool has_estimate;
 };
 
+enum { SEARCH_CANDIDATES = 3 };
+
 struct search {
     struct candidate *taken; /* the chosen run; NULL if no run reached its end */
     bool is_reached;
     bool is_exhausted;      /* rounding: runs no longer approach each other as the tolerance falls */
     struct candidate *last; /* the last run, which failed or was interrupted if `taken` is NULL */
     double cpu_total_s;
-    long tries; /* steps of all runs */
     double difference_before,
         fall_before; /* of the two runs before, and of their tolerances; 0 if there were none */
-    struct candidate candidates[2]; /* the last two runs */
+    struct candidate candidates[SEARCH_CANDIDATES]; /* the last two runs, the chosen one and a looser one */
 };
 
 /* Call simulate_search_release in any case. */

@@ -145,6 +145,10 @@ void compile_cache_close(struct cache *cache);
 bool compile_cache_scratch(const struct cache *cache, struct scratch *scratch);
 /* Removes folders of builds that were killed. */
 void compile_cache_clean(const struct cache *cache);
+/* Marks the library as used today; `library` is its descriptor. */
+void compile_cache_note_use(int library);
+/* Removes libraries that were not used for 60 days, and the least recently used ones beyond 1 GiB. */
+void compile_cache_prune(const struct cache *cache);
 /* Claims the build of KEY.so: returns false while another program builds it. If the cache cannot be written,
  * every program may claim it. */
 bool compile_cache_claim(const struct cache *cache, const char *key, struct scratch *claimed);

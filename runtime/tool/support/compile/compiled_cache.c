@@ -192,8 +192,10 @@ static int open_library(const struct cache *cache, const char *key) {
     const char *name = format_text("%s.so", key);
     const int file = openat(cache->folder, name, O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
     if (file >= 0 && fstat(file, &status) == 0 && S_ISREG(status.st_mode) && is_ours(&status) &&
-        is_whole(file, status.st_size))
+        is_whole(file, status.st_size)) {
+        compile_cache_note_use(file);
         return file;
+    }
     if (file >= 0)
         close(file);
     return -1;
@@ -257,6 +259,8 @@ bool compile_cache_add(const struct cache *cache, const char *key, const char *l
         reason = strerror(errno);
     if (reason)
         fprintf(stderr, "refdyn: %s/%s: cannot be made: %s\n", cache->path, name, reason);
+    else
+        compile_cache_prune(cache);
     return !reason;
 }
 

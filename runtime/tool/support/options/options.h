@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "gen/read/read.h"
+#include "gen/language/values.h"
 
 /* Exit statuses of the program. */
 enum status { STATUS_DONE, STATUS_FAULT, STATUS_USAGE, STATUS_NUMBERS };

@@ -1,6 +1,6 @@
 /*
  * A hand that pulls a point of interest during a motion: a spring and a damper from the point to a place that
- * moves with the pointer (gen/read/read_pulls.c). Its inputs change at samples of time, as those of
+ * moves with the pointer (gen/model_file/read_pulls.c). Its inputs change at samples of time, as those of
  * `--inputs`.
  *
  * The spring is as stiff as makes the mass that the point feels swing at a chosen frequency, with a chosen
