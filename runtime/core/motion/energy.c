@@ -202,10 +202,11 @@ int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_d
 /* Up to this error, in tolerances, the state of a step is exact: its error does not bound the step. */
 static const double exact = 1e-3;
 /* Energy and work of a step differ if they do so by more than this part of the larger of its kinetic energy
- * and its work. */
+ * and its work, and by more than rounding. */
 static const double differing = 1e-4;
-/* The quadrature has settled when the work changes by at most this part of the integral of |power|. */
-static const double settled = 1e-8;
+/* The quadrature has settled when the work changes by at most this part of the integral of |power|. Its error
+ * is then 1/64 of this, and near a kink of the power still far below `differing`. */
+static const double settled = 1e-6;
 
 enum {
     PARTS_MOST = 64 /* of a step in the refined quadrature */
@@ -248,7 +249,8 @@ void refdyn_resolve_work(struct refdyn_motion *motion, double error) {
         return;
     const double change = last[0] - first[0] + (last[1] - first[1]), done = end[2 * n] - begin[2 * n];
     const double scale = fmax(fmax(first[0], last[0]), fabs(done));
-    if (fabs(change - done) > differing * scale && refine_work(motion, &found, &size) &&
+    const double least = differing * scale + rounding * (fabs(first[1]) + fabs(last[1]));
+    if (fabs(change - done) > least && refine_work(motion, &found, &size) &&
         fabs(change - found) <= differing * fmax(scale, size))
         step->state_new[2 * n] = begin[2 * n] + found;
 }
