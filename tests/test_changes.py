@@ -489,7 +489,7 @@ def test_fmus(file_of, name, version, tmp_path, tmp_path_factory):
     """Parameters and inputs that are set between steps, and states that are saved and restored."""
     model = file_of(name)
     times, (driver, token, of) = events_of(model, name), component(model, version, tmp_path_factory.mktemp("fmu"))
-    for seed in range(COUNT):
+    for seed in [*range(COUNT), 16]:   # 16: a resting contact is opened for a moment while values are read
         stops = pattern(name, 2000 + seed, times)
         expected, _ = reference(model, name, stops, tmp_path)
         columns = [column for column in expected if column + "_d" in expected]

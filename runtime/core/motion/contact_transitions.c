@@ -101,8 +101,10 @@ static void assess(struct refdyn_motion *motion, int k, double t, const double *
     contacts->scale[k] = scale;
     contacts->restitution[k] = restitution[contacts->event[k]];
     contacts->rounding[k] = rounding_digits * value_size;
+    /* A body that has just been at rest has no rates, but the time of its acceleration is rounded. */
     contacts->rate_rounding[k] =
-        fmax(contacts->rate_rounding[k], rounding_digits * (rate_size + fabs(of_time)));
+        fmax(fmax(contacts->rate_rounding[k], rounding_digits * (rate_size + fabs(of_time))),
+             refdyn_time_resolution(t) * bias_size);
     contacts->bias_rounding[k] = bias_digits * bias_size;
 }
 
@@ -118,10 +120,13 @@ static int look(struct refdyn_motion *motion, double t, const double *state) {
     return REFDYN_OK;
 }
 
-/* Error that the gap may have at the beginning of the step. */
+/* Error that the gap may have at the beginning of the step, and the error below 0 that it has there.
+ * Steps leave such an error; how far importers, without steps, pass a closing is `inside`. */
 static void find_reach(struct refdyn_contacts *contacts) {
-    for (int k = 0; k < contacts->count; k++)
+    for (int k = 0; k < contacts->count; k++) {
         contacts->reach[k] = fmax(contacts->tolerance * contacts->scale[k], contacts->rounding[k]);
+        contacts->depth[k] = contacts->longest > 0 ? fmax(0, -contacts->gap[k]) : 0;
+    }
 }
 
 /* Gradients of the gaps in the metric of M, without their parts along rows of the programme up to that level.
@@ -394,9 +399,10 @@ static int opens_slowly(const struct refdyn_contacts *contacts, int k) {
 }
 
 /* Sets the allowance that contact k needs from t on, until it has opened by twice as much: at its rate, or by
- * an acceleration that has grown from 0 within h. */
+ * an acceleration that has grown from 0 within h. A gap that is below 0 would be due again without it. */
 static void allow(struct refdyn_contacts *contacts, int k, double t, double h) {
-    const double most = opens_slowly(contacts, k) ? contacts->reach[k] : contacts->rounding[k];
+    const double least = contacts->depth[k] + contacts->rounding[k];
+    const double most = opens_slowly(contacts, k) ? fmax(contacts->reach[k], least) : least;
     const double rate = contacts->rate[k], acceleration = acceleration_of(contacts, k);
     double last = INFINITY;
     if (rate > contacts->rate_rounding[k])

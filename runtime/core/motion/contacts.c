@@ -43,6 +43,7 @@ void refdyn_contacts_lay_out(struct refdyn_contacts *contacts, const struct refd
     contacts->left = layout_doubles(layout, count);
     contacts->rest = layout_doubles(layout, count);
     contacts->reach = layout_doubles(layout, count);
+    contacts->depth = layout_doubles(layout, count);
     contacts->allowance = layout_doubles(layout, count);
     contacts->allowed_until = layout_doubles(layout, count);
     contacts->inside = layout_doubles(layout, count);

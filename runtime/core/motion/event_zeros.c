@@ -517,17 +517,33 @@ static void try_again(struct refdyn_state_events *events, double distance, doubl
     *t_event = t;
 }
 
+/* Steps to a zero have ended at it or beyond, and the interpolant has its zero at this distance before the
+ * end. If the end was projected, the interpolant does not lead to it. Then the distance by Newton's method at
+ * the end is the shorter one. */
+static double distance_back(struct refdyn_state_events *events, const struct refdyn_step *step,
+                            double distance) {
+    const int i = events->target;
+    const double t = refdyn_step_inside(step, step->t_end);
+    if (events->tries == 0 || refdyn_state_events_is_kink(events, i))
+        return distance;
+    refdyn_state_events_evaluate(events, step, t, step->state_new);
+    const struct refdyn_assessed end =
+        refdyn_state_events_assess(events, step, i, t, step->state_new, step->rates_new);
+    const double value = value_at_end(events, i), back = fabs(value) <= end.noise ? 0 : value / end.rate;
+    return events->towards[i] * end.rate > 0 && back >= 0 && back < distance ? back : distance;
+}
+
 /* The value of the target has crossed zero at t. */
 static void step_back(struct refdyn_state_events *events, struct refdyn_step *step, double t, double least,
                       double *t_event) {
-    const double distance = step->t_end - t;
+    const double distance = distance_back(events, step, step->t_end - t);
     if (t - step->t_begin < least)
         stay_on_zero(events, step, t_event);
     else if (is_met(events, step, distance, 1))
         end_on_zero(events, step);
     else {
         events->t_high = step->t_end;
-        try_again(events, distance, t, t_event);
+        try_again(events, distance, step->t_end - distance, t_event);
     }
 }
 

@@ -431,6 +431,7 @@ struct refdyn_contacts {
     double *since;     /* (count) when it last came to rest, extrapolated to the last of its rebounds [s] */
     double *left;      /* (count) when it last opened [s]; NaN: never, in both */
     double *reach;     /* (count) error that a gap may have: the tolerance, or rounding */
+    double *depth;     /* (count) how far the gap is below 0 where the transition takes place */
     double *allowance; /* (count) added to the gap of a contact that touches, or has just opened, */
     double *allowed_until; /* (count) until then [s] */
     int are_unique;        /* the motion determines the forces: no contact depends on others that rest */
