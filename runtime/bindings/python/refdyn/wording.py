@@ -38,11 +38,15 @@ def argument(found: re.Match[str]) -> str:
 
 
 def of_python(text: str) -> str:
+    """Writes a message as `of_model` does, and quotes a proposed name as Python does."""
+    return NEAREST.sub(lambda found: f"; did you mean {found[1]!r}", of_model(text))
+
+
+def of_model(text: str) -> str:
     """Writes options as arguments, `start="project"` for `--start project` and `move_held=True` for `--move-held`, and commands as calls:
     `arm.simulate` for `refdyn sim`."""
     text = text.replace("the CSV has no column", "a motion has no column").replace("that this command computes", "that this call computes").replace("--set ", "").replace("--set", "parameters")
     text = text.replace("view --live", "arm.live")
-    text = NEAREST.sub(lambda found: f"; did you mean {found[1]!r}", text)
     text = COMMAND.sub(lambda found: CALLS.get(found[1], f"arm.{found[1]}"), OPTION.sub(argument, text))
     return re.sub(r"^refdyn: ", "", text, flags=re.M)
 
