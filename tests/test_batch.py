@@ -697,7 +697,7 @@ VARY = HEAD + "return rd.sweep { vary = { %s }, t_end = 0.1%s }"
     (SWEEP, ["--threads", "5000"], 2, "--threads: 5000; must be at most 1024"),
     (SWEEP, ["--table", "x.csv"], 2, "--table replaces the sweep"),
     (VARY % ("mass = { 1, 2 }", ', keep = { extremes = { "tip_zz" } }'), [], 1,
-     "sweep.lua:2: keep.extremes: a motion has no column 'tip_zz'; the nearest is tip_z"),
+     "sweep.lua:2: keep.extremes: a motion has no column 'tip_zz'; did you mean \"tip_z\"?"),
     (VARY % ("mass = 1", ', keep = { history = { "tip_x",\n"tip_y",\n"nix" } }'), [], 1, "sweep.lua:4: keep.history: a motion has no column 'nix'"),
     (VARY % ("mass = 1", ',\nmethod = "rk9"'), [], 1, "sweep.lua:3: method: 'rk9' is not one of auto, rk4, rk54"),
     (VARY % ("mass = 1", ',\nmethod = "rk8"'), ["--method", "rk9"], 2, "--method: 'rk9' is not one of auto, rk4, rk54"),

@@ -253,7 +253,7 @@ def test_what_is_asked_for_wrongly(tmp_path):
     assert said("gen", ARM, "--emit", "d_qdd.q,start", status=1) == (
         f"{ARM}:{line}: --emit d_qdd.q,start: no function for CasADi; name a function of the state, such as qdd, whose derivatives are emitted with it\n")
     assert said("gen", ARM, "--emit", "phi", status=1).startswith(f"{ARM}:{line}: --emit phi: nothing to emit for this model; phi: no position rows")
-    assert said("gen", ARM, "--emit", "qdq", status=2).startswith("refdyn gen: --emit: 'qdq' is not a quantity; the nearest is qdd\n")
+    assert said("gen", ARM, "--emit", "qdq", status=2).startswith("refdyn gen: --emit: 'qdq' is not a quantity; did you mean \"qdd\"?\n")
     assert said("sim", ARM, "--until", "1", status=2).startswith("refdyn sim: unknown option --for-casadi\n")
     assert said("gen", REFERENCE, "--set", "form=printed", "--emit", "step", status=1).endswith(": --emit step: nothing to emit; the model has no corrected form\n")
     assert not (tmp_path / "out").exists()

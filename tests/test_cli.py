@@ -129,7 +129,7 @@ def test_an_option_is_no_value_of_another(arguments, said, tmp_path):
 
 
 @pytest.mark.parametrize("arguments, said", [
-    (["--emit", "foo"], "--emit: 'foo' is not a quantity; use some of all implicit step step.p M h "), (["--emit", "qdds"], "--emit: 'qdds' is not a quantity; the nearest is qdd\n"),
+    (["--emit", "foo"], "--emit: 'foo' is not a quantity; use some of all implicit step step.p M h "), (["--emit", "qdds"], "--emit: 'qdds' is not a quantity; did you mean \"qdd\"?\n"),
     (["--emit", "M, h"], "--emit: 'M, h' has a blank next to a comma or at an end; remove it\n"), (["--emit", "M,h "], "--emit: 'M,h ' has a blank next to a comma or at an end; remove it\n"),
     (["--real", "float", "--emit", "qdd,breaks"],
      "--emit: 'breaks' is only for the runtime, which computes with doubles; leave out this name, or --real float\n"),
@@ -142,7 +142,7 @@ def test_wrong_quantities(arguments, said, tmp_path):
 def test_options_under_the_names_of_other_programs(tmp_path):
     for other, own in (("dt", "step"), ("rtol", "tol"), ("t_end", "until")):
         said = refdyn("sim", PENDULUM, f"--{other}", "0.1", "-o", tmp_path / "run.csv", status=2).stderr
-        assert said.startswith(f"refdyn sim: unknown option --{other}; the nearest is --{own}\n")
+        assert said.startswith(f"refdyn sim: unknown option --{other}; did you mean --{own}?\n")
 
 
 def test_unknown_setting():

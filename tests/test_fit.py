@@ -286,19 +286,19 @@ def test_columns_without_use(slide, tmp_path):
     lines = data.read_text().splitlines()
     data.write_text("\n".join([lines[0] + ",a_xd,b_x"] + [line + ",1,2" for line in lines[1:]]) + "\n")
     done = fit(slide, data, "--vary", "c", "--noise", "a_x=1e-5", folder=tmp_path)[1]
-    assert "column a_xd is no column of the motion and is not used; the nearest is" in done.stderr
+    assert "column a_xd is no column of the motion and is not used; did you mean \"" in done.stderr
     assert "1 column without noise is not used (b_x); to use one, add it to --noise" in done.stderr
 
 
 USAGE = {
     "no data": (["--vary", "c", "--noise", "a_x=1"], "DATA.csv is missing"),
-    "unknown value": (["d.csv", "--vary", "cc", "--noise", "a_x=1"], "--vary: 'cc' is unknown; the nearest is 'c'"),
+    "unknown value": (["d.csv", "--vary", "cc", "--noise", "a_x=1"], "--vary: 'cc' is unknown; did you mean \"c\"?"),
     "unread": (["d.csv", "--vary", "unread", "--noise", "a_x=1"], "--vary: 'unread' is unknown"),
     "twice": (["d.csv", "--vary", "c,c=1:2", "--noise", "a_x=1"], "--vary: c is given twice; give it once"),
     "range": (["d.csv", "--vary", "c=2:1", "--noise", "a_x=1"], "--vary: c=2:1: the range must ascend"),
     "form": (["d.csv", "--vary", "c=2", "--noise", "a_x=1"], "--vary: c=2: must be NAME or NAME=FROM:TO with two numbers"),
     "zero": (["d.csv", "--vary", "push", "--noise", "a_x=1"], "--vary: push is 0, which says nothing about its size; give its range, push=FROM:TO"),
-    "column": (["d.csv", "--vary", "c", "--noise", "a_y=1"], "--noise: a_y is no column of the motion; the nearest is a_x"),
+    "column": (["d.csv", "--vary", "c", "--noise", "a_y=1"], "--noise: a_y is no column of the motion; did you mean \"a_x\"?"),
     "no sigma": (["d.csv", "--vary", "c", "--noise", "a_x"], "--noise: 'a_x' must be COLUMN=SIGMA, the standard deviation"),
     "sigma": (["d.csv", "--vary", "c", "--noise", "a_x=0"], "--noise: a_x=0: must be positive"),
     "time": (["d.csv", "--vary", "c", "--noise", "t=1"], "--noise: t is the time, which has no noise"),
@@ -323,7 +323,7 @@ def test_wrong_files(slide, tmp_path):
     (tmp_path / "d.csv").write_text("t,a_x\n0,0\n0.1,1\n")
     assert "2 measurements for 3 values; must have more" in fit(slide, tmp_path / "d.csv", "--vary", "m,c,d", "--noise", "a_x=1", folder=tmp_path, status=1)[1].stderr
     wrong = tmp_path / "wrong.json"
-    for text, message in {'{"values": {"cc": 1}}': "cc: unknown value of this model; the nearest is c", '{"name": "x"}': "parameters: no values",
+    for text, message in {'{"values": {"cc": 1}}': "cc: unknown value of this model; did you mean \"c\"?", '{"name": "x"}': "parameters: no values",
                           "[": "parameters: ", '{"values": {"c": "1"}}': "c: a text; must be a number"}.items():
         wrong.write_text(text)
         done = refdyn("sim", slide, "--until", 1, "--parameters", wrong, status=1)
@@ -509,9 +509,10 @@ GOOD = {"vary": "{ c = rd.free() }", "noise": "{ a_x = 1e-5 }", "data": '{ "d.cs
 WRONG_FILES = {
     "vary number": ({"vary": "{ c = 3 }"}, "3: vary.c: a number; must be rd.free() or rd.within(FROM, TO)"),
     "vary list": ({"vary": "{ 3 }"}, "3: vary: has entries without a name; must be a table such as { m = rd.free() }"),
+    "vary names": ({"vary": '{ "c" }'}, '3: vary: has entries without a name ("c"); must be a table such as { m = rd.free() }'),
     "vary text": ({"vary": '"c"'}, "3: vary: a text; must be a table such as { m = rd.free() }"),
     "vary empty": ({"vary": "{}"}, "2: rd.fit: no value is to be found; add vary = { m = rd.free() }"),
-    "unknown value": ({"vary": "{ cc = rd.free() }"}, "3: vary: 'cc' is unknown; the nearest is 'c'"),
+    "unknown value": ({"vary": "{ cc = rd.free() }"}, "3: vary: 'cc' is unknown; did you mean \"c\"?"),
     "zero": ({"vary": "{ push = rd.free() }"}, "3: vary: push is 0, which says nothing about its size; give its range, push = rd.within(FROM, TO)"),
     "range": ({"vary": "{ c = rd.within(2, 1) }"}, "3: vary.c: rd.within: from 2 to 1; the range must ascend"),
     "start": ({"vary": "{ c = rd.within(1, 2, 3) }"}, "3: vary.c: rd.within: start 3; must be from 1 to 2"),
@@ -522,7 +523,7 @@ WRONG_FILES = {
     "noise empty": ({"noise": "{}"}, "4: noise: empty; must have at least one column, as in { psi = 1e-3 }"),
     "noise text": ({"noise": '{ a_x = "1" }'}, "4: noise.a_x: a text; must be a number"),
     "noise zero": ({"noise": "{ a_x = 0 }"}, "4: noise.a_x: value 0; must be positive"),
-    "column": ({"noise": "{ a_y = 1 }"}, "4: noise: a_y is no column of the motion; the nearest is a_x"),
+    "column": ({"noise": "{ a_y = 1 }"}, "4: noise: a_y is no column of the motion; did you mean \"a_x\"?"),
     "time": ({"noise": "{ t = 1 }"}, "4: noise: t is the time, which has no noise"),
     "no data": ({"data": None}, '2: rd.fit: data is missing; add data = { "run.csv" }'),
     "data empty": ({"data": "{}"}, '5: data: an empty list; must have at least one file, as in { "run.csv" }'),
@@ -543,7 +544,7 @@ WRONG_FILES = {
     "starts number": ({"starts": "{ 1 }"}, "6: starts[1]: a number; must be a name"),
     "starts twice": ({"starts": '{ "a_x", "a_x" }'}, '6: starts[2]: "a_x" is given twice; give it once'),
     "starts parameter": ({"starts": '{ "m" }'}, "6: starts: m has no start; use a coordinate or its rate NAME_d"),
-    "starts unknown": ({"starts": '{ "a_xx" }'}, "6: starts: 'a_xx' is unknown; the nearest is 'a_x'"),
+    "starts unknown": ({"starts": '{ "a_xx" }'}, "6: starts: 'a_xx' is unknown; did you mean \"a_x\"?"),
     "starts and vary": ({"starts": '{ "a_x" }', "vary": "{ a_x = rd.free() }"}, "6: starts: a_x is in vary, too; remove one of them"),
     "field": ({"weights": "{}"}, "6: weights: unknown field; use one of vary, noise, sensors, starts, data, held_out"),
     "of sweeps": ({"vary": "{ c = rd.grid(1, 2, 3) }"}, "3: rd.grid: belongs to sweep files; in a fit use one of fit, free, within, pi"),

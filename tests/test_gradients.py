@@ -480,7 +480,7 @@ return rd.model {
 
 @pytest.mark.parametrize("names, message", [
     ("nope", "'nope' is unknown; use a parameter, an input, a coordinate or its rate NAME_d"),
-    ("m_EE", "'m_EE' is unknown; the nearest is 'm_E'"), ("n_rfe", "n_rfe is an option of the model, which fixes its structure"),
+    ("m_EE", "'m_EE' is unknown; did you mean \"m_E\"?"), ("n_rfe", "n_rfe is an option of the model, which fixes its structure"),
     ("E,E", "twice"), ("tau", "unknown")])
 def test_wrong_names(names, message, tmp_path):
     done = refdyn("sim", REFERENCE, "--set", "n_rfe=2", "--until", 0.1, "--derivatives", names, "-o", tmp_path / "x.csv", status=2)

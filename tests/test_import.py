@@ -126,7 +126,7 @@ NO_BEAM = {
                  "r.urdf:2: link a: joints j and k begin at different places; add --tip x,y,z"),
     "point": (LINE.replace("0.3", "1e-12").replace("0.4", "1e-12").replace("0.5", "1e-12"), "b", OBLIQUE,
               "r.urdf:3: link b: a body with this mass and inertia cannot contain a beam of 0.354824 m"),
-    "unknown": (LINE, "bb", OBLIQUE, "r.urdf: --flexible: there is no link 'bb'; the nearest is 'b'"),
+    "unknown": (LINE, "bb", OBLIQUE, "r.urdf: --flexible: there is no link 'bb'; did you mean \"b\"?"),
 }
 
 
@@ -440,13 +440,13 @@ WRONG = {
     "five moments": (with_mass("1", "ixx='1' ixy='0' ixz='0' iyy='1' izz='1'"), ":3: link a: <inertia> has no iyz; add it"),
     "two numbers": (with_origin('xyz="0 1"'), ":4: joint j: <origin>: xyz: '0 1' has 2 numbers; must have 3"),
     "four numbers": (with_origin('rpy="0 1 2 3"'), ":4: joint j: <origin>: rpy: '0 1 2 3' has 4 numbers; must have 3"),
-    "comma": (with_origin('xyz="0,1,2"'), ":4: joint j: <origin>: xyz: '0,1,2' is not a number up to 1e100"),
+    "comma": (with_origin('xyz="0,1,2"'), ":4: joint j: <origin>: xyz: '0,1,2' is not a number up to 1e100; write blanks between numbers"),
     "hexadecimal": (with_origin('xyz="0 1 0x10"'), ":4: joint j: <origin>: xyz: '0x10' is not a number up to 1e100"),
     "control": (with_origin('xyz="0 1 &#9;a"'), ":4: joint j: <origin>: xyz: 'a' is not a number up to 1e100"),
     "no type": (HEAD + PAIR + '<joint name="j"/></robot>', ":4: joint j: <joint> has no type; add it"),
     "type": (HEAD + PAIR + joint(kind="ball") + "</robot>", ":4: joint j: type 'ball' is not one of fixed, revolute, continuous, prismatic, planar, floating"),
     "no parent": (HEAD + PAIR + '<joint name="j" type="fixed"><child link="b"/></joint></robot>', ":4: joint j: <joint> has no <parent>; add it"),
-    "unknown parent": (HEAD + PAIR.replace('"a"', '"base"') + joint(parent="bse") + "</robot>", ":4: joint j: <parent>: there is no link 'bse'; the nearest is 'base'"),
+    "unknown parent": (HEAD + PAIR.replace('"a"', '"base"') + joint(parent="bse") + "</robot>", ":4: joint j: <parent>: there is no link 'bse'; did you mean \"base\"?"),
     "same joint": (links_and(joint(), joint(child="c")), ":6: joint j: line 5 has the same name; each joint must have its own"),
     "no axis": (HEAD + PAIR + joint('<axis xyz="0 0 0"/>') + "</robot>", ":4: joint j: <axis>: xyz has length 0; must be a direction"),
     "negative damping": (HEAD + PAIR + joint('<dynamics damping="-1"/>') + "</robot>", ":4: joint j: <dynamics>: damping is -1; must be at least 0"),

@@ -140,5 +140,5 @@ def test_held_coordinates_move_on_request():
 def test_messages():
     for arguments, fact in ((ARM, "--set", "level=moved"), "the input tau moves this row, so that its rates would be inputs, too"), \
                            ((REFERENCE, "--set", "form=printed"), "linearise needs the corrected form"), \
-                           ((ARM, "--hold", "arm_psy"), "the model has no coordinate 'arm_psy'; the nearest is arm_psi"):
+                           ((ARM, "--hold", "arm_psy"), "the model has no coordinate 'arm_psy'; did you mean \"arm_psi\"?"):
         assert fact in refdyn("linearise", *arguments, status=1 if "--hold" not in arguments else 2).stderr

@@ -340,7 +340,7 @@ def test_same_text_every_time():
 
 WRONG = [
     (["--modes", "2.5"], 2, "--modes: 2.5 is not a whole number"), (["--modes", "0"], 2, "'0' is not a positive number"),
-    (["--hold", "upper_thet"], 2, "no coordinate 'upper_thet'; the nearest is upper_theta"), (["--from", "statics"], 2, "unknown option --from"),
+    (["--hold", "upper_thet"], 2, "no coordinate 'upper_thet'; did you mean \"upper_theta\"?"), (["--from", "statics"], 2, "unknown option --from"),
     (["--at"], 2, "--at needs a value"), (["--at", "none.json"], 1, "none.json: state: "),
 ]
 

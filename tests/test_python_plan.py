@@ -71,7 +71,7 @@ def test_contradicting_limits(package, arm):
     ({"for_all": {"m": 3}}, ValueError, "for_all: m: 3; must be a list of numbers"),
     ({"vary": {"T": (1, math.inf)}}, ValueError, "vary.T: rd.within: a number is not finite; numbers must be finite"),
     ({"for_all": {"m": [1, math.nan]}}, ValueError, "for_all.m[2]: value nan; must be finite"),
-    ({"search": "mma"}, ValueError, 'search: a text; must be "slsqp" or "cobyla"'),
+    ({"search": "mma"}, ValueError, "search: 'mma' is not one of slsqp, cobyla"),
     ({"within": ["force"]}, ValueError, "within: force is no limit of the model; use one of cart_x_d, force_cart_x"),
     ({"step_maxx": 1}, TypeError, "plan() got an unexpected keyword argument 'step_maxx'; did you mean 'step_max'?"),
 ])

@@ -468,7 +468,7 @@ def test_stop_that_is_not_reached():
 def test_wrong_stop(condition, tmp_path):
     done = refdyn("sim", PENDULUM, "--until", 1, "--stop", condition, "-o", tmp_path / "run.csv", status=2)
     assert "--stop" in done.stderr and not list(tmp_path.iterdir())
-    assert ("nearest is energy" in done.stderr) == (condition == "energi<1")
+    assert ("did you mean \"energy\"?" in done.stderr) == (condition == "energi<1")
 
 
 # ---- Stabilisation and summary ----

@@ -418,7 +418,7 @@ def test_batch_gives_what_a_programme_takes(tmp_path):
 REFUSED = {
     "way": (["statics", MODELS / "fourbar.lua", "--way", "up"], 2, "--way: 'up' is not one of load, path, downhill"),
     "no row": (["statics", MODELS / "slidercrank.lua", "--release", "guid y"], 2,
-               "--release: the model has no constraint row 'guid y'; the nearest is guide y"),
+               "--release: the model has no constraint row 'guid y'; did you mean \"guide y\"?"),
     "rate": (["statics", REFERENCE, "--release", "rise"], 2, "--release: rise is not a row of positions and has no part in statics; omit it"),
     "release": (["sim", REFERENCE, "--until", "1", "-o", "run.csv", "--release", "ellipse"], 2, "--release needs --from statics"),
     "way of a batch": (["batch", REFERENCE, "--table", "cases.csv", "--until", "1", "-o", "runs.csv", "--way", "path"], 2,

@@ -108,7 +108,7 @@ def test_names_of_other_structures(folder):
     result = read(folder, "vary = { n_rfe = { 1, 4 }, arm_theta_3 = 0.1 }")
     assert result["columns"]["arm_theta_3"]["kind"] == "coordinate"
     assert refusals(folder, sweep_text("vary = { n_rfe = { 1, 2 }, arm_theta_3 = 0.1 }")) == [
-        'sweep.lua:3: arm_theta_3: unknown name; the nearest known one is "arm_theta_1"']
+        'sweep.lua:3: arm_theta_3: unknown name; did you mean "arm_theta_1"?']
 
 
 def test_the_points_of_grids(folder):
@@ -250,9 +250,9 @@ def test_a_sequence_is_the_same_at_each_point_and_a_seed_shifts_it(folder):
 # ---- Refusals ----
 
 REFUSALS = {
-    "vary = { mas = 1 }": 'vary.mas: unknown name; the nearest known one is "mass"',
+    "vary = { mas = 1 }": 'vary.mas: unknown name; did you mean "mass"?',
     "vary = { qqqqqq = 1 }": "vary.qqqqqq: unknown name; use a parameter, an input, an option, a coordinate, its rate NAME_d or inputs",
-    "vary = { cart_xd = 1 }": 'vary.cart_xd: unknown name; the nearest known one is "cart_x"',
+    "vary = { cart_xd = 1 }": 'vary.cart_xd: unknown name; did you mean "cart_x"?',
     "vary = { both = 1 }": "vary.both: the model uses this name for a parameter and for an input; rename one of them",
     "vary = { mass = rd.grid(3, 1, 5) }": "vary.mass: rd.grid: from 3 to 1; the range must ascend",
     "vary = { mass = rd.grid(1, 1, 5) }": "vary.mass: rd.grid: from 1 to 1; the range must ascend",
@@ -315,7 +315,7 @@ REFUSALS = {
     "vary = { mass = { 1, 2 } }, derive = function(c) return { E = c.mass > 1 and 'a' or 1 } end": "derive: case 1: E: of another type than in the first case; must be of one type",
     "vary = { mass = { 1, 2 } }, derive = function(c) return c.mass > 1 and { F = 1 } or { E = 1 } end": "derive: case 1: F: missing in the first case; return the same names in each case",
     "vary = { mass = { 1, 2 } }, derive = function(c) return { E = 1, F = c.mass < 2 and 1 or nil } end": "derive: case 1: fewer names than in the first case; return the same names in each case",
-    "vary = { mass = 1 }, derive = function(c) return { EE = 1 } end": 'derive: EE: unknown name; the nearest known one is "E"',
+    "vary = { mass = 1 }, derive = function(c) return { EE = 1 } end": 'derive: EE: unknown name; did you mean "E"?',
     "vary = { mass = 1 }, derive = function(c) return { E = c.mas } end": 'derive: "mas" does not vary; did you mean "mass"?',
     "vary = { mass = 1 }, derive = function(c) while true do end end": "more than 100 million steps to read the sweep; look for a loop without an end",
     "vary = { mass = rd.grid(1, 2, 1001), E = rd.uniform(1, 2), F = rd.grid(0, 1, 10) }, draws = 100":
@@ -337,7 +337,7 @@ def test_a_sweep_needs_its_end(folder):
 
 def test_all_mistakes_are_told_at_once(folder):
     found = refusals(folder, sweep_text("vary = { mas = 1,\n EE = 2 },\n keep = { at = { 3 } }"))
-    assert found == ['sweep.lua:3: vary.mas: unknown name; the nearest known one is "mass"', 'sweep.lua:4: vary.EE: unknown name; the nearest known one is "E"',
+    assert found == ['sweep.lua:3: vary.mas: unknown name; did you mean "mass"?', 'sweep.lua:4: vary.EE: unknown name; did you mean "E"?',
                      "sweep.lua:5: keep.at[1]: time 3; must not be after the end of the motions at 1"]
 
 
@@ -404,7 +404,7 @@ def test_tables(folder):
 
 
 @pytest.mark.parametrize("text, message", {
-    "mas\n1\n": '1: mas: unknown name; the nearest known one is "mass"',
+    "mas\n1\n": '1: mas: unknown name; did you mean "mass"?',
     "mass,mass\n1,2\n": "1: cases: two columns are called 'mass'; each needs its own name",
     "both\n1\n": "1: both: the model uses this name for a parameter and for an input; rename one of them",
     "mass\n1\nx\n": "3: cases: mass: 'x' is not a finite number",
@@ -440,9 +440,9 @@ def test_tables_of_sweeps(folder):
     ('table = "cases.csv", seed = 3', "mass\n1\n", ["sweep.lua:3: seed: has no effect, since nothing random varies; remove it"]),
     ('table = ""', "", ["sweep.lua:3: table: an empty text; must be a name"]),
     ('table = "none.csv"', "", ["none.csv: cases: No such file or directory; must be a readable file"]),
-    ('table = "cases.csv"', "mas\n1\n", ['cases.csv:1: mas: unknown name; the nearest known one is "mass"']),
+    ('table = "cases.csv"', "mas\n1\n", ['cases.csv:1: mas: unknown name; did you mean "mass"?']),
     ('table = "cases.csv"', "mass\nx\n", ["cases.csv:2: cases: mass: 'x' is not a finite number"]),
-    ('table = "cases.csv", derive = function(c) return { mas = 2 } end', "E\n1\n", ['sweep.lua:3: derive: mas: unknown name; the nearest known one is "mass"']),
+    ('table = "cases.csv", derive = function(c) return { mas = 2 } end', "E\n1\n", ['sweep.lua:3: derive: mas: unknown name; did you mean "mass"?']),
     ('table = "cases.csv", derive = function(c) return { mass = 2 } end', "mass\n1\n", ["sweep.lua:3: derive: "]),
     ('table = "cases.csv", keep = { at = { 2 } }', "mass\n1\n", ["sweep.lua:3: keep.at[1]: time 2; must not be after the end of the motions at 1"]),
 ])

@@ -102,6 +102,9 @@ bool message_is_first_mention(struct messages *messages, const char *kind, const
 void message_sort(struct messages *messages);
 /* The entry of `known` (count names) nearest to `name` in edit distance, or NULL if none is near. */
 const char *message_nearest_name(const char *name, const char *const *known, int count);
+/* "; did you mean "mass"?" with the nearest name, or "" if none is near. */
+const char *message_nearest_advice(struct memory *memory, const char *name, const char *const *known,
+                                   int count);
 /* What to do about an unknown name: "; did you mean "mass"?" or, if none is near, "; use one of x, y". */
 const char *message_advice_on_name(struct memory *memory, const char *name, const char *const *known,
                                    int count);

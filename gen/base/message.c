@@ -269,7 +269,6 @@ const char *message_nearest_name(const char *name, const char *const *known, int
     if (length > LONGEST_NAME)
         return NULL;
     const char *nearest = NULL;
-    size_t longest = 0;
     int least = (int)length / 3 + 2; /* a typing error changes at most a third of the letters and one more */
     for (int i = 0; i < count; i++)
         if (strcasecmp(name, known[i]) == 0)
@@ -282,18 +281,22 @@ const char *message_nearest_name(const char *name, const char *const *known, int
          * and is at most twice as long */
         const bool is_beginning =
             strncmp(name, known[i], strlen(known[i])) == 0 && 2 * strlen(known[i]) >= length;
-        if (distance > 1 && 2 * distance > (int)strlen(known[i]) && !is_beginning)
+        const bool has_no_letter_in_common = distance >= (int)length && distance >= (int)strlen(known[i]);
+        if (has_no_letter_in_common ||
+            (distance > 1 && 2 * distance > (int)strlen(known[i]) && !is_beginning))
             distance = least + 1;
-        /* whether the nearest so far has no letter in common with the name */
-        const bool is_other = nearest && least >= (int)length && least >= (int)longest;
-        const bool is_alike = is_other && !is_far && distance == least && distance < (int)strlen(known[i]);
-        if (distance < least || is_alike) {
+        if (distance < least) {
             least = distance;
             nearest = known[i];
-            longest = strlen(known[i]);
         }
     }
     return nearest;
+}
+
+const char *message_nearest_advice(struct memory *memory, const char *name, const char *const *known,
+                                   int count) {
+    const char *nearest = message_nearest_name(name, known, count);
+    return nearest ? memory_format(memory, "; did you mean \"%s\"?", nearest) : "";
 }
 
 const char *message_names(struct memory *memory, const char *const *names, int count) {
@@ -316,9 +319,9 @@ static int different_names(const char *const *known, int count, const char *name
 
 const char *message_advice_on_name(struct memory *memory, const char *name, const char *const *known,
                                    int count) {
-    const char *names[MOST_SHOWN + 1], *nearest = message_nearest_name(name, known, count);
-    if (nearest)
-        return memory_format(memory, "; did you mean \"%s\"?", nearest);
+    const char *names[MOST_SHOWN + 1], *near = message_nearest_advice(memory, name, known, count);
+    if (*near)
+        return near;
     const int found = different_names(known, count, names);
     const char *shown = message_names(memory, names, found < MOST_SHOWN ? found : MOST_SHOWN);
     if (found > 1)

@@ -76,11 +76,25 @@ bool field_types_has_no_names(const struct checker *checker, const struct value 
     return value->field_count == 0;
 }
 
+/* ` ("a", "b")` of a list of texts; "" if an item is of another kind. */
+static const char *texts_of_items(const struct checker *checker, const struct value *list) {
+    enum { MOST_SHOWN = 3 };
+    const char *text = "";
+    for (int i = 0; i < list->item_count; i++) {
+        if (list->items[i].kind != VALUE_TEXT)
+            return "";
+        if (i < MOST_SHOWN)
+            text = memory_format(checker->memory, "%s%s\"%s\"", text, i ? ", " : "", list->items[i].text);
+    }
+    return memory_format(checker->memory, " (%s%s)", text, list->item_count > MOST_SHOWN ? " ..." : "");
+}
+
 bool field_types_has_no_items(const struct checker *checker, const struct value *value, const char *path,
                               const char *needed) {
     if (value->item_count > 0)
-        message_error(checker->messages, value->items[0].place, "%s: has entries without a name; must be %s",
-                      path, needed);
+        message_error(checker->messages, value->items[0].place,
+                      "%s: has entries without a name%s; must be %s", path, texts_of_items(checker, value),
+                      needed);
     return value->item_count == 0;
 }
 

@@ -260,9 +260,9 @@ static const char *wrong_word(struct memory *memory, const char *word) {
         if (!strcmp(names[i], word))
             return NULL;
     }
-    const char *near = message_nearest_name(word, names, QUANTITY_COUNT);
-    if (near)
-        return memory_format(memory, "'%s' is not a quantity; the nearest is %s", word, near);
+    const char *near = message_nearest_advice(memory, word, names, QUANTITY_COUNT);
+    if (*near)
+        return memory_format(memory, "'%s' is not a quantity%s", word, near);
     return memory_format(memory, "'%s' is not a quantity; use some of %s", word, all);
 }
 

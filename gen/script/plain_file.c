@@ -43,7 +43,7 @@ static bool run(struct plain_file *file, void *context) {
     const char *tag = script_kind_tag(file->kind);
     graph_start(&file->graph, &file->memory);
     file->script = script_open(&file->memory, &file->graph, &request, &file->messages);
-    if (!file->script)
+    if (!file->script || file->messages.errors > 0) /* a refused text is not also a missing field */
         return false;
     const struct value *result = script_result(file->script);
     if (fields_has_tag(result, tag))
@@ -243,6 +243,9 @@ bool plain_read_range(const struct plain_file *file, const struct value *value, 
 
 /* ---- Tables with named fields ---- */
 
+/* The kind of mention of a field whose name is misspelled: it is not reported as missing as well. */
+static const char misspelled[] = "misspelled field";
+
 void plain_read_fields(const struct plain_file *file, const struct value *table, const char *path,
                        const struct plain_field *fields, int count) {
     const char **known = memory_get(file->check.memory, (size_t)count * sizeof *known);
@@ -255,10 +258,13 @@ void plain_read_fields(const struct plain_file *file, const struct value *table,
     }
     for (int i = 0; i < table->field_count; i++) {
         const char *name = table->fields[i].name;
-        if (text_index(name, known, count) < 0)
-            fields_refuse_name(&file->check, table->fields[i].value.place,
-                               fields_path_name(&file->check, path, name), "unknown field", name, known,
-                               count);
+        if (text_index(name, known, count) >= 0)
+            continue;
+        const char *meant = message_nearest_name(name, known, count);
+        if (meant)
+            message_is_first_mention(file->check.messages, misspelled, meant);
+        fields_refuse_name(&file->check, table->fields[i].value.place,
+                           fields_path_name(&file->check, path, name), "unknown field", name, known, count);
     }
     if (table->item_count > 0)
         message_error(file->check.messages, table->items[0].place,
@@ -268,7 +274,7 @@ void plain_read_fields(const struct plain_file *file, const struct value *table,
 
 void plain_needs_field(const struct plain_file *file, const struct value *table, const char *name,
                        const char *form) {
-    if (!value_find_field(table, name))
+    if (!value_find_field(table, name) && message_is_first_mention(file->check.messages, misspelled, name))
         message_error(file->check.messages, table->place, "rd.%s: %s is missing; add %s = %s",
                       script_kind_tag(file->kind), name, name, form);
 }

@@ -136,6 +136,11 @@ void record_print_failed(const struct refdyn_workspace *work, int result, double
         print_values("states", work->model, true, qd, "", work->fault.coordinate, out);
     if (result == REFDYN_MASS_NOT_POSITIVE)
         print_parallel_turns(work, t, q, qd, out);
+    if (result == REFDYN_NOT_FINITE)
+        fputs(
+            "refdyn: such a value comes from a division by 0, the root or logarithm of a negative number, or "
+            "an overflow; bound the argument, as in rd.max(x, 1e-9)\n",
+            out);
 }
 
 /* Returns phi of row a, or psi if it is no position row. */

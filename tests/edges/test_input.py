@@ -117,12 +117,12 @@ def test_an_empty_operand():
 
 
 STATES = {
-    "unknown key": ('{\n"t": 0,\n"Qd": [1, 2]\n}', 3, "Qd: unknown key of a state (t, q, qd, states, inputs, parameters); the nearest is qd"),
-    "key in capitals": ('{"t": 0,\n"Q": [1, 2]}', 2, "Q: unknown key of a state (t, q, qd, states, inputs, parameters); the nearest is q"),
+    "unknown key": ('{\n"t": 0,\n"Qd": [1, 2]\n}', 3, "Qd: unknown key of a state (t, q, qd, states, inputs, parameters); did you mean \"qd\"?"),
+    "key in capitals": ('{"t": 0,\n"Q": [1, 2]}', 2, "Q: unknown key of a state (t, q, qd, states, inputs, parameters); did you mean \"q\"?"),
     "key twice": ('{"q": [1, 2],\n"q": [1, 3]}', 2, "state: duplicate object key near '\"q\"'; must be one JSON object of finite numbers"),
     "input twice": ('{"inputs": {"push": 1,\n"push": 2}}', 2, "state: duplicate object key near '\"push\"'; must be one JSON object of finite numbers"),
-    "unknown input": ('{"inputs":\n{"pusch": 1}}', 2, "pusch: unknown input; the nearest is push"),
-    "unknown parameter": ('{"parameters": {"m": 1,\n"t2": 1}}', 2, "t2: unknown parameter; the nearest is t1"),
+    "unknown input": ('{"inputs":\n{"pusch": 1}}', 2, "pusch: unknown input; did you mean \"push\"?"),
+    "unknown parameter": ('{"parameters": {"m": 1,\n"t2": 1}}', 2, "t2: unknown parameter; did you mean \"t1\"?"),
     "too short": ('{\n"q": [1]}', 2, "q: has 1 values; must have 2, one for each coordinate from arm_z to arm_psi"),
     "too long": ('{"q": [1, 2],\n"qd": [1, 2, 3]}', 2, "qd: has 3 values; must have 2, one for each coordinate from arm_z to arm_psi; "
                  "numbers are written with a point"),
@@ -166,7 +166,7 @@ def test_accelerations_of_a_state(model, tmp_path):
         assert done.stderr == (f"{state}:1: {fact}\n" if fact else "")
         for command in (["sim", "--until", "1", "--from"], ["modes", "--at"]):
             done = refdyn(command[0], model, *command[1:], state, status=1)
-            assert done.stderr == f"{state}:1: qdd: unknown key of a state (t, q, qd, states, inputs, parameters); the nearest is qd\n"
+            assert done.stderr == f"{state}:1: qdd: unknown key of a state (t, q, qd, states, inputs, parameters); did you mean \"qd\"?\n"
 
 
 def test_a_state_of_impossible_values(model, tmp_path):

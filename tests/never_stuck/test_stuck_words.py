@@ -112,6 +112,17 @@ def test_calls(tmp_path, call):
     assert said(tmp_path, model(f"local a = {call}")) == [f"m.lua:2: {CALLS[call]}"]
 
 
+def test_brackets_of_the_model(tmp_path):
+    many = "<eof> expected near '}'; a file ends with its return: a bracket or an end before this place may be one too many"
+    assert said(tmp_path, model() + "}") == [f"m.lua:7: {many}"]
+
+
+def test_values_that_are_not_finite(tmp_path):
+    lines = said(tmp_path, model(rest="forces = function(s) return { arm_psi = 1 / s.t } end,"), "--until", "1", status=3, command="sim")
+    assert lines[-1] == ("refdyn: such a value comes from a division by 0, the root or logarithm of a negative number, or an overflow; "
+                         "bound the argument, as in rd.max(x, 1e-9)")
+
+
 def test_the_model_itself(tmp_path):
     assert said(tmp_path, model().replace("rd.model", "rd:model")) == ["m.lua:3: rd:model: the colon passes rd as first argument; write rd.model"]
     assert said(tmp_path, "\n" + model().split("\n", 1)[1]) == ['m.lua:3: undefined global "rd"; write local rd = require "refdyn" before it']
@@ -136,7 +147,13 @@ SYNTAX = {
     "import refdyn": "syntax error near 'refdyn'; write a statement as local a = 1, a = 1 or a call",
     "local a = { mass: 1 }": "<name> expected near '1'; a name begins with a letter; write = to set a field: { mass = 1 }",
     "local a = 45m": "malformed number near '45m'; leave out units, and write * to multiply",
-    "local a = { x = 1 y = 2 }": "'}' expected near 'y'; a comma may be missing before it",
+    "local a = { x = 1 y = 2 }": "'}' expected near 'y'; a comma or a quotation mark may be missing before it",
+    'local a = { "x, joint = "psi" }': "'}' expected near 'psi'; a comma or a quotation mark may be missing before it",
+    "local a = { x = 1 )": "'}' expected near ')'; it closes no '('",
+    "local a = { x = (1 }": "')' expected near '}'; a '(' before it lacks its end",
+    "local a = { f = function() return 1 }": "'end' expected near '}'; a function before it lacks its end",
+    "local a = { f = function() return 1, }": "unexpected symbol near '}'; a value, or the end of a function, may be missing before it",
+    "local f = function() return a = 1 end": "'end' expected near '='; write names and their values in braces, return { arm_psi = 1 }",
     "local a = { s.x = 0 }": "'}' expected near '='; write a name and its value as { name = value }, and a row as the expression that must be zero",
     "for i = 1, 3 { }": "'do' expected near '{'; write a loop as for i = 1, 3 do ... end",
     'local a = "a" + "b"': "attempt to add a 'string' with a 'string'; write .. to join texts",
@@ -308,6 +325,9 @@ def test_sweeps(tmp_path):
             "return rd:sweep {}": "rd:sweep: the colon passes rd as first argument; write rd.sweep",
             "return rd.sweep { vary = { k = rd:grid(1, 2, 3) } }": "rd:grid: the colon passes rd as first argument; write rd.grid",
             'return rd.sweep("k", 1)': "rd.sweep: argument 1 is a text; must be a table, as in rd.sweep { vary = { m = rd.grid(1, 3, 5) }, t_end = 10 }",
+            "return rd.sweep { vary = { k = 1 }, tend = 1 }": 'tend: unknown field; did you mean "t_end"?',
+            "return rd.sweep { vary = { k = 'a\\1' }, t_end = 1 }": 'text "a\\x01": contains control character 1; remove it',
+            "return rd.sweep { vary = { T = 1 }, t_end = 1 }": "vary.T: unknown name; use a parameter, an input, an option, a coordinate, its rate NAME_d or inputs",
             "return rd.sweep { until = 1 }": "unexpected symbol near 'until'; until is a keyword, as are end, in and repeat; use another name",
             "return rd.sweep { vary = { k = { 1, −2 } } }": "U+2212 (a typographic dash or minus sign) outside a text; write -"}.items():
         sweep.write_text(f'local rd = require "refdyn"\n{text}\n')
@@ -321,7 +341,7 @@ LINES = {
     ("--set", "k = 2", "--until", "1"): 'm.lua: --set k : unknown option, parameter or input; did you mean "k", without blanks?',
     ("--set", "arm_psi=2", "--until", "1"): "m.lua: --set arm_psi: a coordinate; set its start in the model or in a STATE.json",
     ("--set", "stiffness=2", "--until", "1"): "m.lua: --set stiffness: the model has no option, parameter or input of this name; it has k, tau",
-    ("--from", "static", "--until", "1"): "static: no file has this name; must be initial, statics or a readable STATE.json; did you mean statics?",
+    ("--from", "static", "--until", "1"): "static: no file has this name; must be initial, statics or a readable STATE.json; did you mean \"statics\"?",
     ("--from", "rest", "--until", "1"): "rest: no file has this name; must be initial, statics or a readable STATE.json",
     ("--set", "p.k=2", "--until", "1"): 'm.lua: --set p.k: unknown option, parameter or input; did you mean "k"?',
     ("--until", "0,5"): "refdyn sim: --until: '0,5' is not a positive number; write 0.5",
@@ -329,7 +349,10 @@ LINES = {
     ("–-until", "1"): "refdyn sim: '–-until' begins with a typographic dash; an option begins with --",
     ("—until", "1"): "refdyn sim: '—until' begins with a typographic dash; an option begins with --",
     ("-until", "1"): "refdyn sim: unknown option -until; write --until",
-    ("--until", "1", "--stabilise", "Project"): "refdyn sim: --stabilise: 'Project' is not one of none, baumgarte, baumgarte-auto, project; write project",
+    ("--until", "1", "--stabilise", "Project"): "refdyn sim: --stabilise: 'Project' is not one of none, baumgarte, baumgarte-auto, project; did you mean \"project\"?",
+    ("--until", "1", "--method", "RK8"): "refdyn sim: --method: 'RK8' is not one of auto, rk4, rk54, rk8, rodas5p, rodas6p, radau9, gauss12, ros34pw2, msbdf, bsimp; "
+                                         'did you mean "rk8"?',
+    ("--until", "1", "--singular", "pas"): "refdyn sim: --singular: 'pas' is not one of stop, pass; did you mean \"pass\"?",
     ("--until", "1", "-o", "x.svg"): "refdyn sim: -o: 'x.svg' must be a table, FILE.csv or FILE.h5; refdyn plot draws it",
     ("--until", "1", "-o", "x.xlsx"): "refdyn sim: -o: 'x.xlsx' must be a table, FILE.csv or FILE.h5",
 }

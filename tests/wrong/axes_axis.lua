@@ -1,4 +1,4 @@
--- expect: 11: s.axes.u: unknown axis; did you mean "x"?
+-- expect: 11: s.axes.u: unknown axis; use one of x, y, z, wx, wy, wz, wxd, wyd, wzd
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

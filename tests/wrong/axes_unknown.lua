@@ -1,4 +1,4 @@
--- expect: 11: s.axes.b: unknown link; did you mean "a"?
+-- expect: 11: s.axes.b: unknown link; use a
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

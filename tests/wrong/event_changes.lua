@@ -1,6 +1,6 @@
 -- expect: 16: events[1].rates.a_y: unknown coordinate; did you mean "a_x"?
 -- expect: 16: events[1].inputs.pusch: unknown input; did you mean "push"?
--- expect: 16: events[1].parameters.f: unknown parameter; did you mean "e"?
+-- expect: 16: events[1].parameters.f: unknown parameter; use e
 -- expect: 17: events[2].rates: has entries without a name; must be a table of values by name such as { arm_psi = 0 }
 -- expect: 18: events[3].inputs.push: a text; must be a number or an expression
 -- expect: 19: events[4].rates: a number; must be a table of values by name such as { arm_psi = 0 }

@@ -1,6 +1,6 @@
--- expect: 14: forces[1].at: no point or link "F"; did you mean "E"?
+-- expect: 14: forces[1].at: no point or link "F"; use one of E, a
 -- expect: 15: forces[2].value: 2 numbers; must have 3
--- expect: 16: forces[3].axes: no point or link "b"; did you mean "E"?
+-- expect: 16: forces[3].axes: no point or link "b"; use one of E, a
 -- expect: 17: forces[4].at.on: missing; a point needs it
 local rd = require "refdyn"
 return rd.model {

@@ -2,7 +2,7 @@
 -- expect: 14: constraints[2].target[1]: "w" is not an axis; use x, y or z
 -- expect: 15: constraints[3].target[1]: a text; must be a number or an expression
 -- expect: 16: constraints[4].target: a single turn; must be a list of turns such as { { "x", s.t } }
--- expect: 17: constraints[5].of: no point or link "F"; did you mean "E"?
+-- expect: 17: constraints[5].of: no point or link "F"; use one of E, a
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

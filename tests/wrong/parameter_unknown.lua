@@ -1,4 +1,4 @@
--- expect: 7: p.n: unknown parameter; did you mean "m"?
+-- expect: 7: p.n: unknown parameter; use one of m, k
 local rd = require "refdyn"
 local p = rd.parameters { { "m", 1, "kg" }, { "k", 10, "N/m" } }
 return rd.model {

@@ -1,4 +1,4 @@
--- expect: 11: s.points.F: unknown point; did you mean "E"?
+-- expect: 11: s.points.F: unknown point; use E
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

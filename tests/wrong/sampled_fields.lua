@@ -4,7 +4,7 @@
 -- expect: 21: events[4].every: missing; rd.sampled needs it
 -- expect: 22: events[5].every: a text; must be a number or an expression in parameters
 -- expect: 23: events[6]: sets nothing; add inputs or parameters
--- expect: 24: events[7].inputs.v: unknown input; did you mean "u"?
+-- expect: 24: events[7].inputs.v: unknown input; use u
 -- expect: 25: events[8].rates: unknown field; use one of every, inputs, parameters, name
 -- expect: 25: events[8]: sets nothing; add inputs or parameters
 local rd = require "refdyn"

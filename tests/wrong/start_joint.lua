@@ -1,5 +1,5 @@
 -- expect: 7: links[1].damper.x: value -1; must not be negative
--- expect: 7: links[1].start.y: the link has no such joint; did you mean "x"?
+-- expect: 7: links[1].start.y: the link has no such joint; use x
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,7 +1,7 @@
 -- expect: 10: forces.z: unknown coordinate; use a_x
 -- expect: 12: events[1].rates.z: unknown coordinate; use a_x
 -- expect: 12: events[1].states.a_x: unknown state; use z
--- expect: 12: events[1].states.v: unknown state; did you mean "z"?
+-- expect: 12: events[1].states.v: unknown state; use z
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, 0 },

@@ -97,11 +97,8 @@ static const char *kind_of(const json_t *value) {
 
 static void unknown_name(struct reading *reading, int line, const char *what, const char *name,
                          const char *const *known, int count) {
-    const char *near = message_nearest_name(name, known, count);
-    if (near)
-        complain_at(reading, line, "%s: unknown %s; the nearest is %s", name, what, near);
-    else
-        complain_at(reading, line, "%s: unknown %s%s", name, what, count ? "" : "; the model has none");
+    complain_at(reading, line, "%s: unknown %s%s", name, what,
+                count ? message_nearest_advice(&format_memory, name, known, count) : "; the model has none");
 }
 
 static double *read_vector(struct reading *reading, const char *key, const json_t *array) {
@@ -295,11 +292,10 @@ bool scene_state_read(struct state *state, const char *path, const struct genera
         .path = path, .generation = generation, .takes_accelerations = takes_accelerations};
     *state = (struct state){.t = 0};
     if (!strpbrk(path, "./") && access(path, F_OK) != 0) {
-        const char *nearest = message_nearest_name(path, options_places, 2);
         format_complain_line(
             path, 0,
-            format_text("no file has this name; must be initial, statics or a readable STATE.json%s%s%s",
-                        nearest ? "; did you mean " : "", nearest ? nearest : "", nearest ? "?" : ""));
+            format_text("no file has this name; must be initial, statics or a readable STATE.json%s",
+                        message_nearest_advice(&format_memory, path, options_places, 2)));
         return false;
     }
     return read_object(&reading, "state", read_member, state);

@@ -130,7 +130,7 @@ def failure(status: int, said: str) -> Exception:
     said = said.strip()
     if status == FAULT:
         place = PLACE.search(said)
-        text = wording.of_python(said)
+        text = wording.of_model(said)
         if wording.is_about_arguments(said):
             return ValueError(wording.of_arguments(said))
         return ModelError(text, place["file"], int(place["line"])) if place else ModelError(text)

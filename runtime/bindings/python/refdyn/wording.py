@@ -15,7 +15,7 @@ VALUES = ("baumgarte", "baumgarte-auto", "downhill", "held", "load", "none", "pa
 OPTION = re.compile(rf"--({'|'.join(sorted(OPTIONS, key=len, reverse=True))})(?![\w-])(?: ({'|'.join(VALUES)})(?![\w-]))?")
 CALLS = {"import": "refdyn.Model.from_urdf", "sim": "arm.simulate"}  # calls of the package whose names differ from their commands
 COMMAND = re.compile(r"(?<![\w/.-])refdyn (batch|fit|import|linearise|modes|plan|sim|statics|view)(?![\w-])(?! [A-Z-])")
-NEAREST = re.compile(r"; (?:the nearest known one is \"([^\"\n]*)\"|the nearest is '?([\w.]+)'?)(?=\n|$)", re.M)
+NEAREST = re.compile(r"; did you mean \"([^\"\n]*)\"")
 OF_OPTION = re.compile(r"^[^\n]*?: (?=--[\w-]+: )")
 OF_FILE = re.compile(r"^<(?:state|cases|inputs|sweep|fit|plan|(?:data|held_out)_\d+)>(?::\d+)?: ", re.M)
 OF_DATA = re.compile(r"^<(data|held_out)_(\d+)>(?::\d+)?: (?:warning: )?(?:data: )?", re.M)
@@ -38,11 +38,15 @@ def argument(found: re.Match[str]) -> str:
 
 
 def of_python(text: str) -> str:
+    """Writes a message as `of_model` does, and quotes a proposed name as Python does."""
+    return NEAREST.sub(lambda found: f"; did you mean {found[1]!r}", of_model(text))
+
+
+def of_model(text: str) -> str:
     """Writes options as arguments, `start="project"` for `--start project` and `move_held=True` for `--move-held`, and commands as calls:
     `arm.simulate` for `refdyn sim`."""
     text = text.replace("the CSV has no column", "a motion has no column").replace("that this command computes", "that this call computes").replace("--set ", "").replace("--set", "parameters")
     text = text.replace("view --live", "arm.live")
-    text = NEAREST.sub(lambda found: f"; did you mean {found[1] or found[2]!r}?", text)
     text = COMMAND.sub(lambda found: CALLS.get(found[1], f"arm.{found[1]}"), OPTION.sub(argument, text))
     return re.sub(r"^refdyn: ", "", text, flags=re.M)
 
@@ -59,7 +63,7 @@ def of_arguments(text: str) -> str:
     text = OF_DATA.sub(r"\1[\2]: ", text)
     text = re.sub(r"(\w+) = rd\.within\(FROM, TO\)", r"vary={'\1': (from, to)}", text)
     text = re.sub(r"^<(cases|inputs)>(?::\d+)?: (?:inputs: )?", r"\1: ", text, flags=re.M)
-    return re.sub(r'did you mean "(\w+)"', r"did you mean '\1'", OF_SETTING.sub("", OF_FILE.sub("", text)))
+    return OF_SETTING.sub("", OF_FILE.sub("", text))
 
 
 def rounded(text: str) -> str:

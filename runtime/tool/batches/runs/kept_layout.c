@@ -205,9 +205,9 @@ static bool are_known(const struct name_list *list, const struct listing *listin
         struct refdyn_integrator integrator = {.work = &work};
         struct record_table table;
         simulate_table_start(&table, &integrator, NULL);
-        const char *near = message_nearest_name(list->names[i], table.names, table.count);
-        fprintf(stderr, "%s: keep.%s: a motion has no column '%s'%s%s\n", list->places[i], field,
-                list->names[i], near ? "; the nearest is " : "", near ? near : "");
+        fprintf(stderr, "%s: keep.%s: a motion has no column '%s'%s\n", list->places[i], field,
+                list->names[i],
+                message_nearest_advice(&format_memory, list->names[i], table.names, table.count));
         return false;
     }
     return true;

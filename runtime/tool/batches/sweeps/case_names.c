@@ -156,10 +156,9 @@ static void refuse_unknown(const struct case_names *names, const char *path, str
     if (!message_shows_unknown(names->messages))
         return;
     const char **known = known_names(names, &count);
-    const char *nearest = message_nearest_name(name, known, count);
-    if (nearest)
-        message_error(names->messages, place, "%s: unknown name; the nearest known one is \"%s\"", path,
-                      nearest);
+    const char *near = message_nearest_advice(names->memory, name, known, count);
+    if (*near)
+        message_error(names->messages, place, "%s: unknown name%s", path, near);
     else
         message_error(
             names->messages, place,

@@ -256,7 +256,8 @@ static enum status choose_needs(const struct options *options, unsigned *needs) 
     for (const char **word = options_list(options_text(options, "for")); *word; word++) {
         const int place = text_index(*word, purposes, count);
         if (place < 0)
-            return options_error(options, "for", ": '%s' is not one of %s", *word, list_purposes(NULL));
+            return options_error(options, "for", ": '%s' is not one of %s%s", *word, list_purposes(NULL),
+                                 message_nearest_advice(&format_memory, *word, purposes, count));
         *needs |= purpose_needs[place];
     }
     if (*needs && options_text(options, "emit"))

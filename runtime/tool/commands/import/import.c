@@ -115,9 +115,8 @@ static bool complain_of_link(const struct robot *robot, const char *name) {
     const char **known = format_allocate((size_t)robot->link_count, sizeof *known);
     for (int i = 0; i < robot->link_count; i++)
         known[i] = robot->links[i].name;
-    const char *near = message_nearest_name(name, known, robot->link_count);
-    return import_robot_complain(robot, 0, "--flexible: there is no link '%s'%s%s%s", name,
-                                 near ? "; the nearest is '" : "", near ? near : "", near ? "'" : "");
+    return import_robot_complain(robot, 0, "--flexible: there is no link '%s'%s", name,
+                                 message_nearest_advice(&format_memory, name, known, robot->link_count));
 }
 
 static bool make_beams(const struct robot *robot, const struct options *options,

@@ -190,8 +190,8 @@ static bool take_numbers(const struct part *part, const char *name, double *out,
             return import_robot_complain(part->robot, line, "%s: '%s' belongs to xacro; %s", where, given,
                                          xacro_advice);
         if (!text_to_number(word, &number) || fabs(number) > largest)
-            return import_robot_complain(part->robot, line, "%s: '%s' is not a number up to 1e100", where,
-                                         word);
+            return import_robot_complain(part->robot, line, "%s: '%s' is not a number up to 1e100%s", where,
+                                         word, strchr(word, ',') ? "; write blanks between numbers" : "");
         if (found++ < count)
             out[found - 1] = number;
     }
@@ -302,8 +302,10 @@ static bool take_kind(const struct part *part, enum joint_kind *kind) {
     return place >= 0 || import_robot_complain(
                              part->robot, part->element->line,
                              "%s: type '%s' is not one of fixed, revolute, continuous, prismatic, planar, "
-                             "floating",
-                             part->owner, given);
+                             "floating%s",
+                             part->owner, given,
+                             message_nearest_advice(&format_memory, given, kind_names,
+                                                    sizeof kind_names / sizeof *kind_names - 1));
 }
 
 static bool complain_of_link(const struct part *part, const char *name) {
@@ -311,10 +313,9 @@ static bool complain_of_link(const struct part *part, const char *name) {
     const char **known = format_allocate((size_t)robot->link_count + 1, sizeof *known);
     for (int i = 0; i < robot->link_count; i++)
         known[i] = robot->links[i].name;
-    const char *near = message_nearest_name(name, known, robot->link_count);
-    return import_robot_complain(robot, part->element->line, "%s: <%s>: there is no link '%s'%s%s%s",
-                                 part->owner, part->element->name, name, near ? "; the nearest is '" : "",
-                                 near ? near : "", near ? "'" : "");
+    return import_robot_complain(robot, part->element->line, "%s: <%s>: there is no link '%s'%s", part->owner,
+                                 part->element->name, name,
+                                 message_nearest_advice(&format_memory, name, known, robot->link_count));
 }
 
 static bool take_end(const struct part *part, const char *name, int *link) {

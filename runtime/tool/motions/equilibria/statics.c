@@ -24,24 +24,10 @@ const struct option_rule equilibria_rules[] = {
      way_words, NULL},
     {.name = NULL}};
 
-/* "; use one of a, b": the names of the model. */
-static const char *all_names(const char *const *names, int count) {
-    enum { MOST_SHOWN = 40 };
-    const char *text =
-        count > 0 ? format_text("; use %s%s", count > 1 ? "one of " : "", names[0]) : "; there are none";
-    for (int i = 1; i < count && i < MOST_SHOWN; i++)
-        text = format_text("%s, %s", text, names[i]);
-    return count > MOST_SHOWN ? format_text("%s ...", text) : text;
-}
-
 static enum status unknown_name(const struct options *options, const char *option, const char *what,
                                 const char *name, const char *const *names, int count) {
-    const char *near = message_nearest_name(name, names, count);
-    if (near)
-        return options_error(options, option, ": the model has no %s '%s'; the nearest is %s", what, name,
-                             near);
     return options_error(options, option, ": the model has no %s '%s'%s", what, name,
-                         all_names(names, count));
+                         message_advice_on_name(&format_memory, name, names, count));
 }
 
 static enum status unknown_coordinate(const struct scene *scene, const struct options *options,

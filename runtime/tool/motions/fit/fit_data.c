@@ -54,11 +54,10 @@ static void warn_of_columns(const struct reading *reading) {
         }
         if (unknown++ >= SHOWN_MOST)
             continue;
-        const char *near = message_nearest_name(name, table->names, table->count);
-        format_complain_line(csv->path, csv->line,
-                             format_text("warning: data: column %s is no column of the motion and is not "
-                                         "used%s%s",
-                                         name, near ? "; the nearest is " : "", near ? near : ""));
+        format_complain_line(
+            csv->path, csv->line,
+            format_text("warning: data: column %s is no column of the motion and is not used%s", name,
+                        message_nearest_advice(&format_memory, name, table->names, table->count)));
     }
     if (unknown > SHOWN_MOST)
         format_complain_line(

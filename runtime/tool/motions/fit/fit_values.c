@@ -156,12 +156,12 @@ static enum status find_signal(struct fit *fit, const struct fit_asked_column *a
     }
     if (signal->column > 0)
         return STATUS_DONE;
-    const char *near =
-        signal->column == 0 ? NULL : message_nearest_name(signal->name, table->names, table->count);
-    return options_error(options_at(fit, "noise", asked->place), "noise", ": %s %s%s%s", signal->name,
-                         signal->column == 0 ? "is the time, which has no noise"
-                                             : "is no column of the motion",
-                         near ? "; the nearest is " : "", near ? near : "");
+    if (signal->column == 0)
+        return options_error(options_at(fit, "noise", asked->place), "noise",
+                             ": %s is the time, which has no noise", signal->name);
+    return options_error(options_at(fit, "noise", asked->place), "noise", ": %s is no column of the motion%s",
+                         signal->name,
+                         message_nearest_advice(&format_memory, signal->name, table->names, table->count));
 }
 
 static enum status find_signals(struct fit *fit) {

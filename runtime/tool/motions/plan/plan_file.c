@@ -139,7 +139,7 @@ static void read_bounds(const struct plain_file *file, const struct value *value
     if (isinf(limit->from) && isinf(limit->to))
         message_error(file->check.messages, value->place, "%s: no bound; must have from or to", path);
     else if (!(limit->from <= limit->to))
-        message_error(file->check.messages, value->place, "%s: from %.15g is above to %.15g; must ascend",
+        message_error(file->check.messages, value->place, "%s: from %.15g to %.15g; the range must ascend",
                       path, limit->from, limit->to);
 }
 
@@ -191,7 +191,10 @@ static void read_search(const struct plain_file *file, const struct value *value
                         void *target) {
     static const char *const names[] = {"slsqp", "cobyla"};
     const int found = value->kind == VALUE_TEXT ? text_index(value->text, names, 2) : -1;
-    if (found < 0)
+    if (found < 0 && value->kind == VALUE_TEXT)
+        message_error(file->check.messages, value->place, "%s: '%s' is not one of slsqp, cobyla%s", path,
+                      value->text, message_nearest_advice(file->check.memory, value->text, names, 2));
+    else if (found < 0)
         plain_refuse(file, value, path, "\"slsqp\" or \"cobyla\"");
     *(bool *)target = found == 1;
 }

@@ -41,10 +41,9 @@ static void refuse_name(struct plan *plan, struct place place, const char *what,
     const char **known = format_allocate((size_t)model->parameter_count + 1, sizeof *known);
     for (int i = 0; i < model->parameter_count; i++)
         known[i] = model->parameters[i].name;
-    const char *near = message_nearest_name(name, known, model->parameter_count);
-    message_error(messages, place, "%s%s: unknown name%s%s%s", what, name, near ? "; did you mean \"" : "",
-                  near ? near : "; use a parameter, an input, a coordinate or its rate NAME_d",
-                  near ? "\"?" : "");
+    const char *near = message_nearest_advice(&format_memory, name, known, model->parameter_count);
+    message_error(messages, place, "%s%s: unknown name%s", what, name,
+                  *near ? near : "; use a parameter, an input, a coordinate or its rate NAME_d");
 }
 
 /* Whether the start value has no effect, because statics moves the coordinate. */
@@ -151,9 +150,8 @@ static int find_signal(struct plan *plan, struct place place, const char *what, 
     if (found < 0 && !message_shows_unknown(&plan->file->plain.messages))
         return -1;
     if (found < 0) {
-        const char *near = message_nearest_name(column, table->names, table->count);
-        message_error(&plan->file->plain.messages, place, "%s: %s is no column of the motion%s%s%s", what,
-                      column, near ? "; did you mean \"" : "", near ? near : "", near ? "\"?" : "");
+        message_error(&plan->file->plain.messages, place, "%s: %s is no column of the motion%s", what, column,
+                      message_nearest_advice(&format_memory, column, table->names, table->count));
         return -1;
     }
     for (int i = 0; i < plan->signal_count; i++)

@@ -64,12 +64,9 @@ static enum status refuse_name(const struct scene *scene, const struct options *
             return options_error(options, option, ": %s: nothing in this model reads it; omit it", name);
     int count;
     const char **known = known_names(scene->model, &count);
-    const char *nearest = message_nearest_name(name, known, count);
-    return options_error(
-        options, option,
-        nearest ? ": '%s' is unknown; the nearest is '%s'"
-                : ": '%s' is unknown; use a parameter, an input, a coordinate or its rate NAME_d",
-        name, nearest);
+    const char *near = message_nearest_advice(&format_memory, name, known, count);
+    return options_error(options, option, ": '%s' is unknown%s", name,
+                         *near ? near : "; use a parameter, an input, a coordinate or its rate NAME_d");
 }
 
 int simulate_derivatives_find(const struct refdyn_model *model, const char *name,

@@ -96,6 +96,14 @@ static const char *list_methods(const struct command *command) {
                        command->has_gsl && HAS_METHODS_OF_GSL ? ", msbdf, bsimp" : "");
 }
 
+const char *simulate_unknown_method(const struct command *command, const char *name) {
+    const char *known[REFDYN_METHOD_COUNT];
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        known[method] = refdyn_method_name((enum refdyn_method)method);
+    return format_text("'%s' is not one of %s%s", name, list_methods(command),
+                       message_nearest_advice(&format_memory, name, known, REFDYN_METHOD_COUNT));
+}
+
 static const char *const stabilise_words[] = {"none", "baumgarte", "baumgarte-auto", "project", NULL};
 static const char *const start_words[] = {"as-is", "project", NULL};
 static const char *const singular_words[] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass", NULL};
@@ -164,7 +172,7 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     if (name)
         method = refdyn_method_find(name);
     if (method < 0)
-        return options_error(options, "method", ": '%s' is not one of %s", name, simulate_methods(false));
+        return options_error(options, "method", ": %s", simulate_unknown_method(options->command, name));
     if (tol > 0 && step > 0)
         return options_usage_error(options->command,
                                    "--step sets fixed steps and --tol adaptive ones; omit one of them");
@@ -491,9 +499,8 @@ void simulate_table_row(const struct record_table *table, FILE *out) {
 
 static enum status wrong_column(const struct record_table *table, const struct options *options,
                                 const char *name) {
-    const char *near = message_nearest_name(name, table->names, table->count);
-    return options_usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
-                               near ? "; the nearest is " : "", near ? near : "");
+    return options_usage_error(options->command, "--stop: the CSV has no column '%s'%s", name,
+                               message_nearest_advice(&format_memory, name, table->names, table->count));
 }
 
 enum status simulate_stops_read(struct record_stops *stops, const struct options *options,

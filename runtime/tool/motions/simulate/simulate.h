@@ -109,6 +109,8 @@ enum status simulate_stops_read(struct record_stops *stops, const struct options
 extern const struct option_rule simulate_rules[];
 /* "rk4, rk54, ...": all methods, or those that need no tangent. */
 const char *simulate_methods(bool is_explicit);
+/* The message for a method that a command does not have; it follows the option's name. */
+const char *simulate_unknown_method(const struct command *command, const char *name);
 /* Those of `sim` alone, and the command on a model. */
 extern const struct option_rule simulate_sim_rules[];
 enum status simulate_run(const struct options *options);

@@ -71,8 +71,8 @@ static enum status read_methods(const struct options *options, struct study_plan
     for (const char **name = options_list(methods); *name; name++) {
         const int method = refdyn_method_find(*name);
         if (method < 0)
-            return options_usage_error(options->command, "--methods: '%s' is not a list of %s", methods,
-                                       simulate_methods(false));
+            return options_usage_error(options->command, "--methods: %s",
+                                       simulate_unknown_method(options->command, *name));
         plan->methods[method] = true;
     }
     return STATUS_DONE;

@@ -265,7 +265,6 @@ const char **options_list(const char *list) {
 enum status options_choose(const struct options *options, const char *name, int *place) {
     struct text known = {.memory = &format_memory};
     const char *word = options_text(options, name);
-    const char *meant = NULL; /* the same word in other capitals */
     *place = 0;
     if (!word)
         return STATUS_DONE;
@@ -273,12 +272,10 @@ enum status options_choose(const struct options *options, const char *name, int 
     for (; words[*place]; ++*place) {
         if (strcmp(word, words[*place]) == 0)
             return STATUS_DONE;
-        if (strcasecmp(word, words[*place]) == 0)
-            meant = words[*place];
         text_add(&known, "%s%s", *place ? ", " : "", words[*place]);
     }
-    return options_error(options, name, ": '%s' is not one of %s%s%s", word, known.data,
-                         meant ? "; write " : "", meant ? meant : "");
+    return options_error(options, name, ": '%s' is not one of %s%s", word, known.data,
+                         message_nearest_advice(&format_memory, word, words, *place));
 }
 
 const char *const options_places[] = {"initial", "statics", NULL};
@@ -340,7 +337,7 @@ static enum status wrong_option(const struct reading *reading, char **argv, int 
         return options_usage_error(command, "%s needs a value", given);
     const char *near = is_letter || optopt ? NULL : nearest_option(reading, given + 2);
     if (near)
-        return options_usage_error(command, "unknown option %s; the nearest is --%s", given, near);
+        return options_usage_error(command, "unknown option %s; did you mean --%s?", given, near);
     return options_usage_error(
         command, optopt && !is_letter ? "%s: this option takes no value" : "unknown option %s", given);
 }
@@ -471,6 +468,13 @@ static bool begins_with_dash(const char *operand) {
     return utf8_decode(operand, strlen(operand), &code) > 1 && *utf8_look_alike(code).instead == '-';
 }
 
+/* "RUN" of "RUN...", and "MODEL.lua" of "MODEL.lua [SWEEP.lua]". */
+static const char *first_operand(const struct command *command) {
+    const char *shown = command->operands, *more = strstr(shown, "...");
+    const size_t word = strcspn(shown, " "), dots = more ? (size_t)(more - shown) : word;
+    return format_text("%.*s", (int)(word < dots ? word : dots), shown);
+}
+
 /* Is one of these options given, blanks between their names? */
 static bool has_any(const struct options *options, const char *names) {
     for (int i = 0; names && i < options->value_count; i++) {
@@ -486,7 +490,7 @@ static enum status check_operands(const struct options *options) {
     const bool many = strstr(command->operands, "...") != NULL;
     const int most = 1 + (strchr(command->operands, ' ') != NULL);
     if (options->operand_count == 0 && !has_any(options, command->replaces_operands))
-        return options_usage_error(command, "%s is missing", command->operands);
+        return options_usage_error(command, "%s is missing", first_operand(command));
     for (int i = 0; i < options->operand_count; i++)
         if (!*options->operands[i])
             return options_usage_error(command, "%s is an empty text", command->operands);
