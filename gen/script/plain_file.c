@@ -16,6 +16,8 @@ static const size_t bound_of_memory = (size_t)256 << 20;
 
 static _Noreturn void out_of_memory(void *context) {
     struct plain_file *file = context;
+    if (!file->messages.ends_reading) /* out_of_memory has no valid target then */
+        file->fail();
     longjmp(file->out_of_memory, 1);
 }
 
@@ -55,8 +57,8 @@ static bool run(struct plain_file *file, void *context) {
 }
 
 bool plain_file_read(struct plain_file *file, const char *path, enum file_kind kind, plain_read *read,
-                     void *data) {
-    *file = (struct plain_file){.path = path, .kind = kind, .data = data};
+                     void *data, plain_fail *fail) {
+    *file = (struct plain_file){.path = path, .kind = kind, .data = data, .fail = fail};
     file->memory =
         (struct memory){.allowance = -1, .bound = bound_of_memory, .fail = out_of_memory, .context = file};
     file->messages.memory = &file->memory;

@@ -49,6 +49,9 @@ bool script_call(struct script *script, const struct value *function, const char
 
 /* ---- files of other kinds, such as sweeps, fits and plans: from Lua to plain data ---- */
 
+/* Called when memory is exhausted after the reading. It must not return. */
+typedef void plain_fail(void);
+
 /* The caller embeds it. It must not move once it is read, since its parts point to each other. */
 struct plain_file {
     const char *path;
@@ -58,7 +61,8 @@ struct plain_file {
     struct messages messages;
     struct checker check;
     struct script *script; /* NULL if the file could not be run */
-    jmp_buf out_of_memory;
+    jmp_buf out_of_memory; /* valid while messages.ends_reading */
+    plain_fail *fail;
     void *data; /* the plain data */
 };
 
@@ -69,7 +73,7 @@ typedef void plain_read(const struct plain_file *file, const struct value *value
 /* Runs the file, and reads the table that it returns into `data`. Returns false after an error, which is in
  * the messages, sorted by line; without a message, memory is exhausted. Call memory_release in any case. */
 bool plain_file_read(struct plain_file *file, const char *path, enum file_kind kind, plain_read *read,
-                     void *data);
+                     void *data, plain_fail *fail);
 /* Calls `work` with the memory of the file, and returns its answer. Returns false as above if memory ends. */
 bool plain_file_try(struct plain_file *file, bool (*work)(struct plain_file *file, void *context),
                     void *context);

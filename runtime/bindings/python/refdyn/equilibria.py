@@ -56,7 +56,7 @@ def modes(model: Model, at: str, q: States | None, t: Any, inputs: Mapping[str, 
           release: str | Sequence[str] | None, way: str | None) -> dict[str, Any] | None:
     """Computes small motions; None if the program has to do it, or to say what is wrong with the arguments."""
     names, held = tuple(model.coordinates), names_of("hold", hold)
-    if model.state_names or most is not None and not (type(most) is int and most > 0) or at not in ("statics", "initial") or not set(held or ()) <= set(names):
+    if model.state_names or most is not None and not (type(most) is int and 0 < most < 2**31) or at not in ("statics", "initial") or not set(held or ()) <= set(names):
         return None
     state = model.q0 if q is None else model._start("q", q)
     time = None if t is None else model._start("t", t)

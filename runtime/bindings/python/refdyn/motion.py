@@ -157,8 +157,9 @@ class Motion(Fixed):
     __module__ = "refdyn"
     _remedy = "a motion is changed by motion.advance(t) and motion.set(...)"
 
-    def __init__(self, model: Model, compiled: Compiled, core: Core) -> None:
+    def __init__(self, model: Model, compiled: Compiled, core: Core, step_most: float) -> None:
         self._model, self._compiled, self._core = model, compiled, core
+        self._step_most, self._farthest = step_most, STEPS_MOST * step_most  # of one call of `advance`
         self._n, self._library = len(model.coordinates), compiled.library
 
     def advance(self, t: float) -> bool:
@@ -166,6 +167,8 @@ class Motion(Fixed):
         goal = t if isinstance(t, float) else one_real("t", t)
         if not self._core.t <= goal < np.inf:
             raise ValueError(f"t: {goal:g} is before the motion's time {self._core.t:g}; must not be earlier" if goal < self._core.t else f"t: {goal}; must be finite")
+        if goal - self._core.t > self._farthest:
+            raise ValueError(f"t: {goal:g} needs {(goal - self._core.t) / self._step_most:.3g} steps of {self._step_most:g} s; must be at most {STEPS_MOST:g}")
         if self._compiled.optimised is not None:
             self._compiled.change_over()
         if self._compiled.library is not self._library:
@@ -283,7 +286,7 @@ class Motion(Fixed):
 
     def copy(self) -> Motion:
         """Another motion, which continues from here with the same numbers."""
-        return type(self)(self._model, self._compiled, self._core.copy())
+        return type(self)(self._model, self._compiled, self._core.copy(), self._step_most)
 
     __copy__ = copy
 
@@ -308,4 +311,5 @@ def begin(model: Model, q: States | None, qd: States | None, t: float, options: 
     tell(model, text)
     if status != DONE:
         raise failure_of(model, status, text, False)
-    return Motion(model, compiled, core)
+    _, _, step, step_max, *_ = options
+    return Motion(model, compiled, core, step or step_max or np.inf)

@@ -63,7 +63,10 @@ class Values:
                 place = self.places.get(name, UNREAD)
                 if place == UNREAD or type(value) not in SCALARS:
                     return None
-                row[place] = value
+                try:
+                    row[place] = value
+                except OverflowError:  # an integer beyond the doubles
+                    return None
         elif type(given) is np.ndarray and self.is_whole and given.dtype == np.float64 and given.shape[-1:] == self.free.shape:
             row = np.ascontiguousarray(given)
         else:

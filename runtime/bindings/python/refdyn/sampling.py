@@ -18,6 +18,7 @@ from .names import nearest, not_one_of, one_real, suggests
 
 LEAST = 2.0 ** -54  # the normal distribution has no quantile at 0
 LARGEST = 1e300
+COUNT_MOST = 10**7  # some 100 bytes a case and name
 LN2_HIGH, LN2_LOW = float.fromhex("0x1.62e42fefa3800p-1"), float.fromhex("0x1.ef35793c76730p-45")
 MASK = np.uint64(0xFFFFFFFF)
 SHIFT = np.uint64(32)
@@ -134,6 +135,8 @@ def check_sample(count: int, seed: int, sequence: str, given: Mapping[str, Distr
             raise TypeError(f"sample: {what}: {type(number).__name__}; must be a whole number")
         if not least <= number <= 2**53:
             raise ValueError(f"sample: {what}: value {number}; must be {'a positive whole number' if least else 'a whole number and not negative'}")
+    if count > COUNT_MOST:
+        raise ValueError(f"sample: count: value {count}; must be at most {COUNT_MOST}")
     if sequence not in SEQUENCES:
         raise ValueError(f"sequence: {not_one_of(sequence, SEQUENCES)}")
     if not given:

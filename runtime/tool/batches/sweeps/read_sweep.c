@@ -381,7 +381,7 @@ static void read_sweep(const struct plain_file *file, const struct value *value,
 
 bool sweeps_file_read(struct sweep_file *file, const char *path) {
     *file = (struct sweep_file){.draws = 1, .cases_max = cases_by_accident, .keep.final = true};
-    return plain_file_read(&file->plain, path, FILE_SWEEP, read_sweep, file);
+    return plain_file_read(&file->plain, path, FILE_SWEEP, read_sweep, file, format_out_of_memory);
 }
 
 struct deriving {

@@ -259,7 +259,8 @@ enum status fit_file_read(const struct options *options, struct fit_request *req
     struct plain_file *file = format_allocate(1, sizeof *file);
     request->path = options->operands[1];
     request->needs_data = !options_has(options, "check");
-    const bool is_good = plain_file_read(file, request->path, FILE_FIT, read_fit, request);
+    const bool is_good =
+        plain_file_read(file, request->path, FILE_FIT, read_fit, request, format_out_of_memory);
     format_complain_messages(&file->messages, 0);
     memory_release(&file->memory);
     return is_good ? STATUS_DONE : STATUS_FAULT;

@@ -242,7 +242,8 @@ static void read_plan(const struct plain_file *file, const struct value *value, 
 
 bool plan_file_read(struct plan_file *file, const char *path) {
     *file = (struct plan_file){.starts = starts_default, .seed = 1};
-    const bool is_read = plain_file_read(&file->plain, path, FILE_PLAN, read_plan, file);
+    const bool is_read =
+        plain_file_read(&file->plain, path, FILE_PLAN, read_plan, file, format_out_of_memory);
     return plan_file_print(file) && is_read;
 }
 

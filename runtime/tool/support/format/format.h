@@ -125,6 +125,8 @@ extern struct memory format_memory;
 /* Zeroed memory. */
 void *format_allocate(size_t count, size_t size);
 double *format_allocate_matrix(int rows, int columns);
+/* Ends the program with a message. */
+void format_out_of_memory(void);
 char *format_text(const char *format, ...) __attribute__((format(printf, 1, 2)));
 char *format_vtext(const char *format, va_list list) __attribute__((format(printf, 1, 0)));
 /* An arena (base.h) for data that are large and end before the program does. */

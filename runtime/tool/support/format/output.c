@@ -123,15 +123,19 @@ void format_put_matrix(struct document *document, const char *key, const double 
     format_put_close(document, ']');
 }
 
-static _Noreturn void out_of_memory(void *context) {
-    (void)context;
+void format_out_of_memory(void) {
     fputs("refdyn: out of memory\n", stderr);
     exit(1);
 }
 
+static void out_of_memory(void *context) {
+    (void)context;
+    format_out_of_memory();
+}
+
 static void *checked(void *memory) {
     if (!memory)
-        out_of_memory(NULL);
+        format_out_of_memory();
     return memory;
 }
 
