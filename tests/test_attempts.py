@@ -43,6 +43,16 @@ def wrong_with(rows, said):
     for before, after in zip(accepted, accepted[1:]):
         if abs(end(before) - float(after["t"])) > 1e-12 * max(1, abs(end(before))):
             yield f"{after['t']} does not follow {end(before)}"
+    highest = {row["method"]: max(float(other["order"] or 0) for other in rows if other["method"] == row["method"]) for row in rows}
+    for before, row in zip([{"t": ""}, *rows], rows):
+        is_compared = (before["t"] == row["t"] and before["verdict"] in ("error", "error of rates") and before["obstacle"] == "none"
+                       and before["method"] == row["method"] and float(before["h"]) > float(row["h"]))
+        if row["error"] and is_compared:
+            observed = math.log(float(before["error"]) / float(row["error"])) / math.log(float(before["h"]) / float(row["h"]))
+            if abs(float(row["order"]) - min(max(observed, 1), highest[row["method"]])) > 1e-9:
+                yield f"order {row['order']}, not {observed}"
+        elif row["error"] and float(row["order"]) != highest[row["method"]]:
+            yield f"order {row['order']} without a refused attempt"
     for row in rows:
         ordinary = row["kind"] in ("ordinary", "start", "trial")
         if ordinary and row["error"] and {"accepted": float(row["error"]) > 1, "error": float(row["error"]) <= 1,
@@ -144,6 +154,15 @@ def test_value_that_is_not_finite(method, tmp_path):
     assert abs(float(last["t"]) - 0.5) < 1e-6 and "what was computed until then" in said
 
 
+def test_iterations_of_a_step_without_any(tmp_path):
+    """An event stops y, where the tangent of the damper is infinite: no iteration begins."""
+    model = fall(tmp_path / "halt.lua", "-rd.sqrt(rd.max(0, s.qd.m_y))", 'rd.event { x - 0.4, rates = { m_y = 0 } }')
+    model.write_text(model.read_text().replace("{ x = 1.7 }", "{ x = 1.7, y = 1.1 }"))
+    rows, _ = steps(tmp_path, model, "--until", 1, "--method", "radau9", status=3)
+    failed = chosen(rows, verdict="stage failed", iterations="0", kind="start")
+    assert failed == rows[-len(failed):] and all(int(row["iterations"]) > 0 for row in chosen(rows, verdict="accepted"))
+
+
 @pytest.mark.parametrize("method", ["rk4", "rk8", "radau9"])
 def test_fixed_step_that_fails(method, tmp_path):
     """The last row is the step that ended the motion, and counts as rejected."""
@@ -171,6 +190,23 @@ def test_crossing(method, tmp_path):
     assert len(across) == len(found) > 0 and all(float(row["t"]) < t < end(row) for row, t in zip(across, found))
     assert method == "rk4" or all(float(row["error"]) <= 0.11 for row in across)
     assert not chosen(rows, kind="crossing", cause=FAILED, verdict="error")
+
+
+def test_halfway_to_a_singular_state(tmp_path):
+    """After a crossing that is refused, an ordinary step ends halfway to the state."""
+    rows, said = steps(tmp_path, SCENES / "arm_through.lua", "--until", 1.6, "--singular", "pass", "--method", "rk8", "--tol", 1e-5)
+    t = float(re.search(r"^passed.*t = ([\d.]+) s by", said, re.M)[1])
+    halfway = [row for row in chosen(rows, obstacle="singular state", verdict="accepted") if row["kind"] != "crossing"]
+    assert chosen(rows, kind="crossing", verdict="error") and len(halfway) == 1
+    assert abs(float(halfway[0]["h"]) / (t - float(halfway[0]["t"])) - 0.5) < 0.01, halfway
+
+
+def test_step_that_ends_before_its_kink(tmp_path):
+    """An attempt too long for its error has passed a kink. The next one ends where it was seen, and the kink is still ahead."""
+    rows, _ = steps(tmp_path, SCENES / "friction" / "belt.lua", "--until", 0.0186, "--method", "rk54", "--tol", 5.74e-5)
+    first, second, third = rows[:3]
+    assert (first["verdict"], first["obstacle"], second["verdict"], second["obstacle"]) == ("error", "kink", "accepted", "kink"), rows
+    assert float(second["h"]) < float(first["h"]) and third["kind"] == "ordinary"
 
 
 @pytest.mark.parametrize("method", ["rk8", "gauss12"])
