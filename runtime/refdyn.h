@@ -591,6 +591,9 @@ struct refdyn_tried {
     int rank;       /**< independent rows at the end */
 };
 
+/** A function of the caller that receives each attempted step. */
+typedef void refdyn_note(void *context, const struct refdyn_tried *tried);
+
 /** Modes of a one-sided contact. */
 enum refdyn_contact_mode {
     REFDYN_CONTACT_FREE,    /**< the gap is open */
@@ -707,8 +710,7 @@ int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t);
 /** Calls `note` after each attempted step, until the next call of this function. NULL: never, as at the
  * start. `note` must not call the integrator. Steps by GSL are not reported. Error: NOT_STARTED if
  * refdyn_integrator_init has failed. */
-int refdyn_integrator_watch(struct refdyn_integrator *integrator,
-                            void (*note)(void *context, const struct refdyn_tried *tried), void *context);
+int refdyn_integrator_watch(struct refdyn_integrator *integrator, refdyn_note *note, void *context);
 /** Advances to t_out through all events. Errors as in refdyn_integrator_step. */
 int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out);
 /** Shows the state at t in the last step, t_begin <= t <= t_end within rounding, as at an output. The next

@@ -102,9 +102,8 @@ void refdyn_tried_accept(struct refdyn_motion *motion) {
     refdyn_tried_end(motion, REFDYN_OK);
 }
 
-int refdyn_integrator_watch(struct refdyn_integrator *integrator,
-                            void (*note)(void *context, const struct refdyn_tried *tried), void *context) {
-    if (!integrator->motion)
+int refdyn_integrator_watch(struct refdyn_integrator *integrator, refdyn_note *note, void *context) {
+    if (!refdyn_integrator_is_laid_out(integrator))
         return REFDYN_NOT_STARTED;
     integrator->motion->note = note;
     integrator->motion->note_context = context;

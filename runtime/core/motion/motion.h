@@ -839,7 +839,7 @@ struct refdyn_motion {
     const struct refdyn_step_watch *watch; /* NULL: nobody watches */
     struct refdyn_statistics statistics;
     struct refdyn_tried tried; /* the report of the attempt in progress, for `note`; NULL: nobody asks */
-    void (*note)(void *context, const struct refdyn_tried *tried);
+    refdyn_note *note;
     void *note_context;
     struct refdyn_failure failure;
     struct refdyn_pace pace;
