@@ -497,6 +497,103 @@ struct refdyn_refused_crossing {
     double stretch;          /**< its length [s] */
 };
 
+/** What an attempted step was for: enumerator, and name in files. */
+#define REFDYN_STEP_KINDS(REFDYN_ENTRY)                                                                \
+    /** a step like those before it */                                                                 \
+    REFDYN_ENTRY(REFDYN_STEP_ORDINARY, "ordinary")                                                     \
+    /** the first one after a start, an event or a change by the caller: earlier steps do not count */ \
+    REFDYN_ENTRY(REFDYN_STEP_START, "start")                                                           \
+    /** REFDYN_AUTO compares two methods */                                                            \
+    REFDYN_ENTRY(REFDYN_STEP_TRIAL, "trial")                                                           \
+    /** one step of rk8 through a state where the rows lose rank */                                    \
+    REFDYN_ENTRY(REFDYN_STEP_CROSSING, "crossing")                                                     \
+    /** one step of gauss12 to a time event at which rows fade out */                                  \
+    REFDYN_ENTRY(REFDYN_STEP_FADING, "fading")
+
+/** What became of an attempted step: enumerator, and name in files. */
+#define REFDYN_VERDICTS(REFDYN_ENTRY)                                                                    \
+    /** the motion has taken the step */                                                                 \
+    REFDYN_ENTRY(REFDYN_TRIED_ACCEPTED, "accepted")                                                      \
+    /** the error of positions exceeds the tolerance */                                                  \
+    REFDYN_ENTRY(REFDYN_TRIED_ERROR, "error")                                                            \
+    /** the error of rates, accelerations or forces exceeds the tolerance */                             \
+    REFDYN_ENTRY(REFDYN_TRIED_RATES, "error of rates")                                                   \
+    /** the method could not compute the step: a stage could not be evaluated, or Newton's iteration has \
+     * failed */                                                                                         \
+    REFDYN_ENTRY(REFDYN_TRIED_STAGE, "stage failed")                                                     \
+    /** the end of the step could not be projected onto the rows, or evaluated */                        \
+    REFDYN_ENTRY(REFDYN_TRIED_END, "end failed")                                                         \
+    /** the projection moved the state so far that it may be on another branch */                        \
+    REFDYN_ENTRY(REFDYN_TRIED_BRANCH, "other branch")                                                    \
+    /** the step passes an obstacle and has to end there */                                              \
+    REFDYN_ENTRY(REFDYN_TRIED_PASSED, "passed obstacle")                                                 \
+    /** the obstacle is where the step begins, and no step leads away before it has happened */          \
+    REFDYN_ENTRY(REFDYN_TRIED_AT_BEGIN, "obstacle at begin")                                             \
+    /** the work done in the step could not be computed */                                               \
+    REFDYN_ENTRY(REFDYN_TRIED_WORK, "work failed")                                                       \
+    /** a crossing would not end before another obstacle; nothing was computed */                        \
+    REFDYN_ENTRY(REFDYN_TRIED_NO_ROOM, "no room")                                                        \
+    /** no step: none was short enough to end at a jump, which the motion then crosses where it is */    \
+    REFDYN_ENTRY(REFDYN_TRIED_JUMP, "jump crossed")
+
+/** Obstacles, which no ordinary step passes: enumerator, and name in files. */
+#define REFDYN_OBSTACLES(REFDYN_ENTRY)                                                       \
+    /** no obstacle: the tolerance has chosen the length */                                  \
+    REFDYN_ENTRY(REFDYN_OBSTACLE_NONE, "none")                                               \
+    /** the end of the motion, or a change that the caller has announced */                  \
+    REFDYN_ENTRY(REFDYN_OBSTACLE_BOUND, "bound")                                             \
+    /** a requested time */                                                                  \
+    REFDYN_ENTRY(REFDYN_OBSTACLE_OUTPUT, "output")                                           \
+    /** rows that fade out; an ordinary step ends halfway if the special one has failed */   \
+    REFDYN_ENTRY(REFDYN_OBSTACLE_FADING, "fading rows")                                      \
+    /** a state where the rows lose rank; an ordinary step ends halfway, as above */         \
+    REFDYN_ENTRY(REFDYN_OBSTACLE_SINGULAR, "singular state")                                 \
+    /** a kink or jump of a formula of time, or the time up to which they were looked for */ \
+    REFDYN_ENTRY(REFDYN_OBSTACLE_TIME_EVENT, "time event")                                   \
+    /** a state event of the model; without a name, values vary too fast to look further */  \
+    REFDYN_ENTRY(REFDYN_OBSTACLE_STATE_EVENT, "state event")                                 \
+    /** a kink or jump of a formula of the state */                                          \
+    REFDYN_ENTRY(REFDYN_OBSTACLE_KINK, "kink")
+
+/** An enumerator of the next three. */
+#define REFDYN_NUMBER(number, name) number,
+/** What an attempted step was for. */
+enum refdyn_step_kind { REFDYN_STEP_KINDS(REFDYN_NUMBER) REFDYN_STEP_KIND_COUNT /**< number of kinds */ };
+/** What became of an attempted step. */
+enum refdyn_verdict { REFDYN_VERDICTS(REFDYN_NUMBER) REFDYN_VERDICT_COUNT /**< number of verdicts */ };
+/** Obstacles. */
+enum refdyn_obstacle { REFDYN_OBSTACLES(REFDYN_NUMBER) REFDYN_OBSTACLE_COUNT /**< number of them */ };
+#undef REFDYN_NUMBER
+
+/** The name of a kind of step; NULL outside the range. */
+const char *refdyn_step_kind_name(int kind);
+/** The name of a verdict; NULL outside the range. */
+const char *refdyn_verdict_name(int verdict);
+/** The name of an obstacle; NULL outside the range. */
+const char *refdyn_obstacle_name(int obstacle);
+
+/** An attempted step. */
+struct refdyn_tried {
+    double t;                   /**< where it begins [s] */
+    double h;                   /**< its length [s]; INFINITY: none was found (NO_ROOM) */
+    enum refdyn_method method;  /**< of this step */
+    enum refdyn_step_kind kind; /**< what it was for */
+    double error; /**< in tolerances, 1 is the largest accepted one; a crossing may have 0.1, a fading step 2.
+                       NAN: not estimated */
+    double order; /**< by which the error falls with the length: that of the estimate or, if it is lower, the
+                       one observed since the refused attempt from the same place; NAN: no error */
+    enum refdyn_verdict verdict;   /**< accepted, or why not */
+    int cause;                     /**< status of what has failed; 0: nothing has */
+    enum refdyn_obstacle obstacle; /**< at which the step ends; of a refused step, the one that it met or that
+                                        explains its error, where the next attempt will end */
+    int event;                     /**< the state event, -1: unknown, or another obstacle */
+    int iterations; /**< Newton iterations of radau9 and gauss12, in the last try; -1: other methods */
+    int rank;       /**< independent rows at the end */
+};
+
+/** A function of the caller that receives each attempted step. */
+typedef void refdyn_note(void *context, const struct refdyn_tried *tried);
+
 /** Modes of a one-sided contact. */
 enum refdyn_contact_mode {
     REFDYN_CONTACT_FREE,    /**< the gap is open */
@@ -610,6 +707,10 @@ int refdyn_integrator_until(struct refdyn_integrator *integrator, double t);
 /** Sets a time at which the caller will change inputs: no step reaches beyond t until the motion has passed
  * it. INFINITY: none, as at the start. Errors: NOT_STARTED; BAD_TIME if t is NaN. */
 int refdyn_integrator_limit(struct refdyn_integrator *integrator, double t);
+/** Calls `note` after each attempted step, until the next call of this function. NULL: never, as at the
+ * start. `note` must not call the integrator. Steps by GSL are not reported. Error: NOT_STARTED if
+ * refdyn_integrator_init has failed. */
+int refdyn_integrator_watch(struct refdyn_integrator *integrator, refdyn_note *note, void *context);
 /** Advances to t_out through all events. Errors as in refdyn_integrator_step. */
 int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out);
 /** Shows the state at t in the last step, t_begin <= t <= t_end within rounding, as at an output. The next

@@ -768,6 +768,54 @@ static void test_choice_after_refresh(void) {
     CHECK(rig_close(&rig));
 }
 
+struct counted {
+    long accepted, refused;
+    double length;
+};
+
+static void count_tried(void *context, const struct refdyn_tried *tried) {
+    struct counted *counted = context;
+    const int is_accepted = tried->verdict == REFDYN_TRIED_ACCEPTED;
+    *(is_accepted ? &counted->accepted : &counted->refused) += 1;
+    counted->length += is_accepted ? tried->h : 0;
+    CHECK(refdyn_method_name((int)tried->method) && refdyn_step_kind_name((int)tried->kind));
+    CHECK(refdyn_verdict_name((int)tried->verdict) && refdyn_obstacle_name((int)tried->obstacle));
+    CHECK(tried->error <= 1 || !is_accepted);
+    CHECK(tried->rank == 2 && tried->event == -1);
+}
+
+/* Each attempt is reported while somebody watches, and the motion stays the same. */
+static void test_watch(void) {
+    const double begin = 0.2, middle = 0.7131, end = 1.317, qd[] = {0.2317, -0.713, 0.617};
+    for (int method = REFDYN_RK54; method < EXPLICIT_COUNT; method++) {
+        struct refdyn_options options = refdyn_options_default((enum refdyn_method)method);
+        struct counted counted = {0, 0, 0};
+        struct rig rig, other;
+        options.project_start = 1;
+        CHECK(rig_start(&rig, spring_model(2), options, begin, qd) == REFDYN_OK);
+        CHECK(rig_start(&other, spring_model(2), options, begin, qd) == REFDYN_OK);
+        refdyn_integrator_until(&rig.integrator, middle);
+        refdyn_integrator_until(&other.integrator, middle);
+        CHECK(refdyn_integrator_watch(&rig.integrator, count_tried, &counted) == REFDYN_OK);
+        CHECK(refdyn_integrator_to(&rig.integrator, middle) == REFDYN_OK);
+        CHECK(refdyn_integrator_to(&other.integrator, middle) == REFDYN_OK);
+        CHECK(counted.accepted == rig.integrator.statistics.steps);
+        CHECK(counted.refused == rig.integrator.statistics.rejected);
+        CHECK_NEAR(counted.length, middle - begin, 1e-14);
+        CHECK(refdyn_integrator_watch(&rig.integrator, NULL, NULL) == REFDYN_OK);
+        CHECK(refdyn_integrator_to(&rig.integrator, end) == REFDYN_OK);
+        CHECK(refdyn_integrator_to(&other.integrator, end) == REFDYN_OK);
+        CHECK(counted.accepted < rig.integrator.statistics.steps);
+        CHECK(memcmp(rig.integrator.q, other.integrator.q, 6 * sizeof(double)) == 0);
+        CHECK(rig_close(&rig) && rig_close(&other));
+    }
+    struct refdyn_integrator none = {.t = 0};
+    CHECK(refdyn_integrator_watch(&none, count_tried, NULL) == REFDYN_NOT_STARTED);
+    CHECK(!refdyn_verdict_name(-1) && !refdyn_verdict_name(REFDYN_VERDICT_COUNT));
+    CHECK(!refdyn_step_kind_name(-1) && !refdyn_step_kind_name(REFDYN_STEP_KIND_COUNT));
+    CHECK(!refdyn_obstacle_name(-1) && !refdyn_obstacle_name(REFDYN_OBSTACLE_COUNT));
+}
+
 static void test_options(void) {
     const struct refdyn_options fixed = refdyn_options_default(REFDYN_RK4);
     const struct refdyn_options adaptive = refdyn_options_default(REFDYN_RK54);
@@ -836,6 +884,7 @@ int main(void) {
     test_limits();
     test_limit();
     test_choice_after_refresh();
+    test_watch();
     test_options();
     return check_summary();
 }

@@ -23,7 +23,8 @@ void refdyn_method_use(enum refdyn_method method, struct refdyn_step *step) {
     step->number = method;
     step->method = methods[method];
     refdyn_linear_drop_factors(step->linear);
-    refdyn_step_break_off(step, 1);
+    if (step->method->kind->begin)
+        step->method->kind->begin(step, 1);
 }
 
 const char *refdyn_method_name(int method) {

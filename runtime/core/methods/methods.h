@@ -104,6 +104,7 @@ struct refdyn_step {
      * of state_new. */
     double t_complete;
     long row_evaluations;
+    int is_first;       /* no step was accepted since earlier ones were forgotten */
     int is_looked_into; /* the additional stages of the interpolant have been evaluated */
     double failed_t;    /* time at which the last failed step failed [s] */
 };

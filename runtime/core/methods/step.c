@@ -30,6 +30,7 @@ void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *mo
 }
 
 void refdyn_step_break_off(struct refdyn_step *step, int is_new) {
+    step->is_first = 1;
     if (step->method->kind->begin)
         step->method->kind->begin(step, is_new);
 }

@@ -64,14 +64,17 @@ static int take_fixed(struct refdyn_motion *motion, double t_new, double h,
     int status = REFDYN_OK;
     while (!status && isfinite(t) && t > motion->step.t_begin) {
         const double length = t == t_new ? h : t - motion->step.t_begin;
-        status =
-            refdyn_step_limit_reached(motion) ? REFDYN_TOO_MANY_STEPS : refdyn_motion_try(motion, t, length);
+        if (refdyn_step_limit_reached(motion))
+            return REFDYN_TOO_MANY_STEPS;
+        status = refdyn_motion_try(motion, t, length);
         if (!status)
             status = refdyn_motion_complete(motion);
         if (!status)
             status = refdyn_obstacles_seen(motion, ahead, &t);
         if (!status && !isfinite(t))
             status = refdyn_motion_accept(motion, length);
+        if (status || isfinite(t))
+            refdyn_motion_refuse(motion, status);
     }
     return status;
 }
@@ -141,15 +144,19 @@ static int find_error(struct refdyn_motion *motion, struct refdyn_attempt *attem
         refdyn_attempt_measured(
             motion, attempt,
             refdyn_step_largest_error(&motion->step, attempt->h, refdyn_attempt_span(motion, attempt->h)));
-    *error = attempt->size;
+    *error = motion->tried.error = attempt->size;
+    motion->tried.verdict = REFDYN_TRIED_ERROR;
     attempt->ahead.rank = motion->work->partition.rank;
     if (*error <= 1)
         status = refdyn_motion_complete(motion);
     if (status && refdyn_repeats(motion))
         return status;
-    if (*error <= 1 && !status && !refdyn_repeats(motion))
-        *error = fmax(*error, error_of_rates(motion, attempt->h, *error));
+    if (*error <= 1 && !status && !refdyn_repeats(motion)) {
+        *error = motion->tried.error = fmax(*error, error_of_rates(motion, attempt->h, *error));
+        motion->tried.verdict = REFDYN_TRIED_RATES;
+    }
     if (!(*error <= 1) || status) {
+        motion->tried.cause = status;
         *t = refdyn_obstacles_cause(motion, &attempt->ahead, status);
         return isfinite(*t) ? REFDYN_OK : status;
     }
@@ -161,7 +168,9 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
     double error, t;
     const int status = find_error(motion, attempt, taken, &error, &t);
     if (!status && isfinite(t)) { /* at t_begin no step is possible */
+        refdyn_motion_refuse(motion, status);
         attempt->ahead.stop = t;
+        attempt->ahead.at_stop = motion->tried.obstacle;
         attempt->is_over = t == motion->step.t_begin;
         return;
     }
@@ -172,7 +181,7 @@ void refdyn_attempt_judge(struct refdyn_motion *motion, struct refdyn_attempt *a
         refdyn_resolve_work(motion, error);
         return;
     }
-    refdyn_statistics_rejected(&motion->statistics, 1);
+    refdyn_motion_refuse(motion, status);
     if (refdyn_repeats(motion)) {
         refdyn_repetition_fail(motion, status);
         return;
@@ -230,6 +239,7 @@ static int attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
     attempt->h =
         refdyn_repeats(motion) ? ahead->stop - t_begin : refdyn_control_clip(control, t_begin, ahead->stop);
     attempt->t_new = attempt->h == ahead->stop - t_begin ? ahead->stop : t_begin + attempt->h;
+    refdyn_tried_begin(motion, refdyn_tried_kind(motion), motion->step.number, attempt->h);
     return REFDYN_OK;
 }
 

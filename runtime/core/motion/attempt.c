@@ -66,6 +66,7 @@ int refdyn_fading_refuse(struct refdyn_motion *motion) {
 
 /* The projection has moved the state far: the fault is at a row, and at a coordinate or -1. */
 static int is_far_off(struct refdyn_motion *motion, int row, int coordinate) {
+    motion->tried.verdict = REFDYN_TRIED_BRANCH;
     motion->work->fault = (struct refdyn_fault){.row = row, .coordinate = coordinate};
     return REFDYN_NO_CONVERGENCE;
 }
@@ -120,6 +121,7 @@ static int meet_end(struct refdyn_motion *motion, double t, int *is_known) {
 int refdyn_motion_complete(struct refdyn_motion *motion) {
     struct refdyn_workspace *work = motion->work;
     struct refdyn_step *step = &motion->step;
+    motion->tried.verdict = REFDYN_TRIED_END;
     refdyn_kinks_end_before(&motion->state_events, step);
     refdyn_rows_look_at_end(motion);
     const double t = refdyn_rows_side_of(motion, step->t_end);
@@ -151,9 +153,18 @@ int refdyn_motion_accept(struct refdyn_motion *motion, double h) {
     refdyn_statistics_method(&motion->statistics, step->number);
     refdyn_rate_errors_note(motion);
     refdyn_automatic_after_step(motion);
-    return motion->options.balance && step->method->kind->leaves_out_work
-               ? refdyn_find_work_done(step, 1, step->state_new + 2 * step->n)
-               : REFDYN_OK;
+    motion->tried.verdict = REFDYN_TRIED_WORK;
+    const int status = motion->options.balance && step->method->kind->leaves_out_work
+                           ? refdyn_find_work_done(step, 1, step->state_new + 2 * step->n)
+                           : REFDYN_OK;
+    if (!status)
+        refdyn_tried_accept(motion);
+    return status;
+}
+
+void refdyn_motion_refuse(struct refdyn_motion *motion, int status) {
+    refdyn_statistics_rejected(&motion->statistics, 1);
+    refdyn_tried_end(motion, status);
 }
 
 int refdyn_motion_take(struct refdyn_motion *motion, double t_new, double h) {
@@ -162,6 +173,7 @@ int refdyn_motion_take(struct refdyn_motion *motion, double t_new, double h) {
 }
 
 int refdyn_motion_try(struct refdyn_motion *motion, double t_new, double h) {
+    refdyn_tried_begin(motion, refdyn_tried_kind(motion), motion->step.number, h);
     const int status = refdyn_motion_take(motion, t_new, h);
     if (status)
         refdyn_motion_failed(motion, status, motion->step.failed_t);

@@ -82,12 +82,16 @@ static int judge(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     const int n = step->n;
     const double tol = motion->options.tol, most = tol > 0 ? error_share * tol : error_fixed;
-    if (!(refdyn_step_largest_error(step, step->t_end - step->t_begin, step->t_end - step->t_begin) <= most))
+    const double h = step->t_end - step->t_begin, error = refdyn_step_largest_error(step, h, h);
+    motion->tried.verdict = REFDYN_TRIED_ERROR;
+    motion->tried.error = tol > 0 ? error / tol : NAN;
+    if (!(error <= most))
         return REFDYN_NO_CONVERGENCE;
     memset(step->rates_new, 0, refdyn_rates_bytes(step));
     memcpy(step->rates_new, step->state_new + n, (size_t)n * sizeof(double));
     refdyn_collocation_accelerations(step, 1, step->rates_new + n);
     refdyn_rows_change_at_end(motion, 1);
+    motion->tried.verdict = REFDYN_TRIED_END;
     return REFDYN_OK;
 }
 
@@ -119,6 +123,7 @@ static int attempt(struct refdyn_motion *motion, double t) {
         return status;
     refdyn_statistics_step(&motion->statistics, motion->work, h);
     refdyn_statistics_method(&motion->statistics, step->number);
+    refdyn_tried_accept(motion);
     return REFDYN_OK;
 }
 
@@ -128,7 +133,7 @@ int refdyn_fading_step(struct refdyn_motion *motion, const struct refdyn_ahead *
     if (!status)
         return 1;
     refdyn_motion_failed(motion, status, t_event);
-    refdyn_statistics_rejected(&motion->statistics, 1);
+    refdyn_motion_refuse(motion, status);
     if (!refdyn_fading_refuse(motion))
         *t = t_begin;
     else if (!(2 * ahead->h > t_event - t_begin))

@@ -1,7 +1,7 @@
 /*
  * Motions: what the files of this folder offer each other, the bindings and batches. Callers use refdyn.h.
  *
- * Parts in reading order: obstacles ahead, one accepted step, its length, the automatic method,
+ * Parts in reading order: obstacles ahead, one accepted step, reports, its length, the automatic method,
  * errors of rates; the programme, the parameters; time events, rows that jump or fade out, singular states;
  * contacts, state events, kinks; energy; steps that copies repeat; the motion, the struct of all these parts.
  */
@@ -25,7 +25,8 @@ struct refdyn_ahead {
     double stop;       /* an ordinary step ends there or earlier [s] */
     double remaining;  /* obstacle whose special step has failed; INFINITY: none [s] */
     int rank;          /* independent rows before the end of the step was completed */
-    /* refdyn_obstacles_seen, for special steps */
+    /* what is at `stop`; refdyn_obstacles_seen, for special steps */
+    enum refdyn_obstacle at_stop;
     int (*seen)(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
 };
 
@@ -111,12 +112,14 @@ struct refdyn_failure {
 void refdyn_motion_failed(struct refdyn_motion *motion, int cause, double t);
 
 /* The first takes the method's attempt from t_begin to t_new, with the gains of a step of h; the second also
- * records a failure. The third completes its end on the programme, with partition, rates and work; the fourth
- * records it as accepted. */
+ * begins its report and records a failure. The third completes its end on the programme, with partition,
+ * rates and work; the fourth records it as accepted. */
 int refdyn_motion_take(struct refdyn_motion *motion, double t_new, double h);
 int refdyn_motion_try(struct refdyn_motion *motion, double t_new, double h);
 int refdyn_motion_complete(struct refdyn_motion *motion);
 int refdyn_motion_accept(struct refdyn_motion *motion, double h);
+/* Counts and reports a refused attempt; status: what has failed, or 0. */
+void refdyn_motion_refuse(struct refdyn_motion *motion, int status);
 /* Between these two calls, steps use this method, and the guide brings their stages onto the programme. */
 void refdyn_special_step_begin(struct refdyn_motion *motion, enum refdyn_method method,
                                const struct refdyn_stage_guide *guide);
@@ -134,6 +137,20 @@ void refdyn_statistics_crossing(struct refdyn_statistics *statistics, struct ref
 /* Copies the counters of other parts. */
 void refdyn_statistics_collect(struct refdyn_statistics *statistics, const struct refdyn_workspace *work,
                                const struct refdyn_linear_counts *counts, long evaluations);
+
+/* ---- Reports of attempted steps (attempt_report.c) ---- */
+
+/* The first begins the report of an attempt from t_begin; the parts of the step then set its error and
+ * verdict. The second returns what kind of step is about to be taken. */
+void refdyn_tried_begin(struct refdyn_motion *motion, enum refdyn_step_kind kind, enum refdyn_method method,
+                        double h);
+enum refdyn_step_kind refdyn_tried_kind(const struct refdyn_motion *motion);
+/* Names the obstacle; `value`: which of the events and kinks, -1: unknown, or no state event. */
+void refdyn_tried_meets(struct refdyn_motion *motion, enum refdyn_obstacle obstacle, int value);
+/* Both complete the report and call `note`: of an accepted step; of an attempt that was refused, with the
+ * status of what has failed, or 0. Call them before the step control knows of the attempt. */
+void refdyn_tried_accept(struct refdyn_motion *motion);
+void refdyn_tried_end(struct refdyn_motion *motion, int cause);
 
 /* ---- The length of steps (step_control.c) ---- */
 
@@ -169,6 +186,10 @@ double refdyn_control_clip(const struct refdyn_step_control *control, double t_b
 void refdyn_control_accepted(struct refdyn_step_control *control,
                              const struct refdyn_method_definition *method, double h, double error);
 void refdyn_control_refused(struct refdyn_step_control *control,
+                            const struct refdyn_method_definition *method, double h, double error);
+/* Order by which the error has fallen from the last refused attempt to this one, at most that of the method.
+ * Next to a kink, or during a stiff transient, it is lower. */
+double refdyn_control_order(const struct refdyn_step_control *control,
                             const struct refdyn_method_definition *method, double h, double error);
 /* After a failed step of h: limits the next ones to a part of it. */
 void refdyn_control_failed(struct refdyn_step_control *control, double h);
@@ -818,6 +839,9 @@ struct refdyn_motion {
     struct refdyn_repetition repetition;
     const struct refdyn_step_watch *watch; /* NULL: nobody watches */
     struct refdyn_statistics statistics;
+    struct refdyn_tried tried; /* the report of the attempt in progress, for `note`; NULL: nobody asks */
+    refdyn_note *note;
+    void *note_context;
     struct refdyn_failure failure;
     struct refdyn_pace pace;
     enum refdyn_method ordinary; /* method of ordinary steps, while a special step is on */

@@ -42,6 +42,7 @@
 #include <math.h>
 
 struct kind {
+    enum refdyn_obstacle obstacle; /* in reports of attempts */
     void (*start)(struct refdyn_motion *motion);
     double (*find)(struct refdyn_motion *motion, struct refdyn_ahead *ahead);
     int (*step)(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t);
@@ -78,16 +79,15 @@ static double find_output(struct refdyn_motion *motion, struct refdyn_ahead *ahe
 /* ---- The list ---- */
 
 static const struct kind kinds[] = {
-    {.find = find_bound},
-    {.find = find_output},
-    {.start = refdyn_fading_start, .find = refdyn_fading_find, .step = refdyn_fading_step},
-    {.start = refdyn_crossing_start,
-     .find = refdyn_crossing_find,
-     .step = refdyn_crossing_step,
-     .seen = refdyn_crossing_seen},
-    {.start = refdyn_time_events_start, .find = refdyn_time_events_find, .leave = refdyn_rows_take_new},
-    {.seen = refdyn_state_events_seen,
-     .cause = refdyn_state_events_cause,
+    {REFDYN_OBSTACLE_BOUND, .find = find_bound},
+    {REFDYN_OBSTACLE_OUTPUT, .find = find_output},
+    {REFDYN_OBSTACLE_FADING, .start = refdyn_fading_start, .find = refdyn_fading_find,
+     .step = refdyn_fading_step},
+    {REFDYN_OBSTACLE_SINGULAR, .start = refdyn_crossing_start, .find = refdyn_crossing_find,
+     .step = refdyn_crossing_step, .seen = refdyn_crossing_seen},
+    {REFDYN_OBSTACLE_TIME_EVENT, .start = refdyn_time_events_start, .find = refdyn_time_events_find,
+     .leave = refdyn_rows_take_new},
+    {REFDYN_OBSTACLE_STATE_EVENT, .seen = refdyn_state_events_seen, .cause = refdyn_state_events_cause,
      .leave = refdyn_event_actions_take},
 };
 static const struct kind *const kinds_end = kinds + sizeof kinds / sizeof *kinds;
@@ -114,37 +114,67 @@ void refdyn_obstacles_find(struct refdyn_motion *motion, double t_out, struct re
     ahead->stop = ahead->remaining = INFINITY;
     for (const struct kind *kind = kinds; kind < kinds_end; kind++) {
         const double t = kind->find && !kind->step ? kind->find(motion, ahead) : INFINITY;
-        ahead->stop = t < ahead->stop - ahead->least ? t : ahead->stop;
+        if (t < ahead->stop - ahead->least) {
+            ahead->stop = t;
+            ahead->at_stop = kind->obstacle;
+        }
     }
 }
 
 int refdyn_obstacles_step(struct refdyn_motion *motion, double h, struct refdyn_ahead *ahead) {
+    const struct kind *kind = kinds;
     ahead->h = h;
-    for (const struct kind *kind = kinds; kind < kinds_end && !isfinite(ahead->remaining); kind++) {
+    for (; kind < kinds_end && !isfinite(ahead->remaining); kind++) {
         double t = kind->step ? kind->find(motion, ahead) : INFINITY;
         if (isfinite(t) && kind->step(motion, ahead, &t))
             return 1;
         ahead->remaining = t;
     }
-    ahead->stop = fmin(ahead->stop, motion->step.t_begin + refdyn_ahead_longest(motion, ahead));
+    const double halfway = motion->step.t_begin + refdyn_ahead_longest(motion, ahead);
+    if (halfway < ahead->stop) {
+        ahead->stop = halfway;
+        ahead->at_stop = kind[-1].obstacle;
+    }
     return 0;
 }
 
+/* Reports the obstacle that refuses a step, or the one where an accepted step ends. */
+static void report(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, enum refdyn_obstacle met,
+                   double t) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    const int is_sought = events->due_count == 0 && events->tries > 0, value = events->due_count > 0
+                                                                                   ? events->due[0]
+                                                                               : is_sought ? events->target
+                                                                                           : -1;
+    if (met)
+        motion->tried.verdict = t > motion->step.t_begin ? REFDYN_TRIED_PASSED : REFDYN_TRIED_AT_BEGIN;
+    else if (events->due_count > 0)
+        met = REFDYN_OBSTACLE_STATE_EVENT;
+    else if (motion->step.t_end == ahead->stop)
+        met = ahead->at_stop;
+    refdyn_tried_meets(motion, met, value);
+}
+
 int refdyn_obstacles_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
+    enum refdyn_obstacle met = REFDYN_OBSTACLE_NONE;
     int status = REFDYN_OK;
     *t = INFINITY;
-    for (const struct kind *kind = kinds; kind < kinds_end && !status && !isfinite(*t); kind++)
+    for (const struct kind *kind = kinds; kind < kinds_end && !met; kind++) {
         if (kind->seen)
             status = kind->seen(motion, ahead, t);
-    refdyn_statistics_rejected(&motion->statistics, isfinite(*t));
+        met = status || isfinite(*t) ? kind->obstacle : REFDYN_OBSTACLE_NONE;
+    }
+    report(motion, ahead, met, *t);
     return status;
 }
 
 double refdyn_obstacles_cause(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, int status) {
     double t = INFINITY;
-    for (const struct kind *kind = kinds; kind < kinds_end && !isfinite(t); kind++)
+    for (const struct kind *kind = kinds; kind < kinds_end && !isfinite(t); kind++) {
         if (kind->cause)
             t = kind->cause(motion, ahead, status);
-    refdyn_statistics_rejected(&motion->statistics, isfinite(t));
+        if (isfinite(t))
+            refdyn_tried_meets(motion, kind->obstacle, motion->state_events.target);
+    }
     return t;
 }

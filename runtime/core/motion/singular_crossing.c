@@ -354,6 +354,7 @@ static int follow(void *context, const double *before, const double *state) {
         refdyn_step_largest_change(step, state + n, before + n) <= moved_part * speed)
         return REFDYN_OK;
     crossing->refused.why = REFDYN_OTHER_BRANCH;
+    motion->tried.verdict = REFDYN_TRIED_BRANCH;
     return REFDYN_NO_CONVERGENCE;
 }
 
@@ -389,6 +390,8 @@ static int judge(struct refdyn_motion *motion, double *error) {
     const double rounded = motion->work->partition.rank * rounding / (h * speed_there(motion));
     const double most = tol > 0 ? fmax(error_share * tol, fmin(rounded, rounding_most)) : INFINITY;
     *error = refdyn_step_largest_error(&motion->step, h, h);
+    motion->tried.verdict = REFDYN_TRIED_ERROR;
+    motion->tried.error = tol > 0 ? *error / tol : NAN;
     learn_stretch(motion, *error / most);
     if (*error <= most)
         return REFDYN_OK;
@@ -481,8 +484,10 @@ static int attempt(struct refdyn_motion *motion, const struct refdyn_ahead *ahea
     status = refdyn_motion_complete(motion);
     if (!status)
         status = meets_none(motion, ahead);
-    if (!status)
+    if (!status) {
+        refdyn_tried_meets(motion, REFDYN_OBSTACLE_SINGULAR, -1);
         status = refdyn_motion_accept(motion, h);
+    }
     if (!status)
         record(motion, error);
     return status;
@@ -497,13 +502,16 @@ int refdyn_crossing_step(struct refdyn_motion *motion, const struct refdyn_ahead
     if (options->tol > 0 && options->step_max > 0 && isfinite(t_new) &&
         t_new - motion->step.t_begin > options->step_max)
         return 0;
+    refdyn_tried_begin(motion, REFDYN_STEP_CROSSING, REFDYN_RK8, t_new - motion->step.t_begin);
+    if (!isfinite(t_new))
+        motion->tried.verdict = REFDYN_TRIED_NO_ROOM;
     const int status = isfinite(t_new) ? attempt(motion, ahead, t_new) : REFDYN_NO_CONVERGENCE;
     if (!status)
         return 1;
     refdyn_motion_failed(motion, status, motion->failure.t);
+    refdyn_motion_refuse(motion, status);
     refuse(motion, t_new);
     refdyn_partition_bound_rank(motion->work, rank);
-    refdyn_statistics_rejected(&motion->statistics, 1);
     return 0;
 }
 

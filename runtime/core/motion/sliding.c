@@ -250,6 +250,10 @@ static void cross(struct refdyn_motion *motion, int i, int to) {
     refdyn_state_events_add_due(events, i);
     refdyn_step_give_up(&motion->step);
     refdyn_motion_failed(motion, REFDYN_OK, motion->step.t_begin);
+    refdyn_tried_begin(motion, refdyn_tried_kind(motion), motion->step.number, 0);
+    motion->tried.verdict = REFDYN_TRIED_JUMP;
+    refdyn_tried_meets(motion, REFDYN_OBSTACLE_STATE_EVENT, i);
+    refdyn_tried_end(motion, REFDYN_OK);
 }
 
 int refdyn_sliding_resolve(struct refdyn_motion *motion, int status, double t_out) {

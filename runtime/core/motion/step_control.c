@@ -174,10 +174,8 @@ void refdyn_control_accepted(struct refdyn_step_control *control,
     control->refused = 0;
 }
 
-/* Order by which the error has fallen from the last refused attempt to this one, at most that of the method.
- * Next to a kink, or during a stiff transient, it is lower. */
-static double observed_order(const struct refdyn_step_control *control,
-                             const struct refdyn_method_definition *method, double h, double error) {
+double refdyn_control_order(const struct refdyn_step_control *control,
+                            const struct refdyn_method_definition *method, double h, double error) {
     const double order = order_of(method);
     if (!(control->refused > h))
         return order;
@@ -186,7 +184,7 @@ static double observed_order(const struct refdyn_step_control *control,
 
 void refdyn_control_refused(struct refdyn_step_control *control,
                             const struct refdyn_method_definition *method, double h, double error) {
-    const double order = observed_order(control, method, h, error);
+    const double order = refdyn_control_order(control, method, h, error);
     control->refused = isfinite(error) ? h : 0;
     control->refused_error = error;
     control->next =

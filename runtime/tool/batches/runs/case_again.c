@@ -24,7 +24,8 @@ struct again {
     bool has_folder;
     json_t *model, *options, *files;
     struct targets targets;
-    struct target *rows;
+    struct target *rows, *attempts; /* of -o; of --steps, or NULL */
+    struct step_rows steps;
     struct record_table table;
     bool has_rows; /* the motion has begun */
     int status;    /* status of the runtime */
@@ -208,6 +209,8 @@ static int write_row(void *context, const struct refdyn_batch_case *one, int num
         again->has_rows = true;
         simulate_table_start(&again->table, one->integrator, NULL);
         simulate_table_header(&again->table, again->rows->file);
+        if (again->attempts)
+            simulate_steps_start(&again->steps, again->attempts->file, one->integrator);
     }
     record_table_fill_row(&again->table);
     simulate_table_row(&again->table, again->rows->file);
@@ -303,6 +306,8 @@ static enum status move(struct again *again) {
         return leave_part(again);
     if (result)
         return complain(structure->scene.model->name, refdyn_status_text(result));
+    if (again->attempts && again->has_rows && !system_target_finish(again->attempts))
+        return STATUS_FAULT;
     if (!again->has_rows)
         return again->status == REFDYN_REFUSED ? STATUS_FAULT : STATUS_NUMBERS;
     const enum status status = system_target_finish(again->rows) ? STATUS_DONE : STATUS_FAULT;
@@ -320,6 +325,14 @@ static enum status refuse_case(const struct batch_setup *setup) {
         return STATUS_DONE;
     fprintf(stderr, "%s\n", fact);
     return STATUS_FAULT;
+}
+
+static bool open_targets(struct again *again, const struct options *given) {
+    const char *steps = options_text(given, "steps");
+    again->rows = system_target_open(&again->targets, options_text(given, "output"));
+    if (again->rows && steps)
+        again->attempts = system_target_open(&again->targets, steps);
+    return again->rows && (again->attempts || !steps);
 }
 
 static enum status open_case(struct again *again, const struct options *given, const char **path) {
@@ -348,8 +361,7 @@ static enum status open_case(struct again *again, const struct options *given, c
         status = refuse_case(&again->setup);
     system_targets_spare(&again->targets, of);
     runs_for_each_file(&again->setup, spare, &again->targets);
-    if (status == STATUS_DONE &&
-        !(again->rows = system_target_open(&again->targets, options_text(given, "output"))))
+    if (status == STATUS_DONE && !open_targets(again, given))
         status = STATUS_FAULT;
     return status;
 }
@@ -359,12 +371,20 @@ enum status runs_case_again(const struct options *options) {
     if (output && format_names_hdf5(output))
         return options_usage_error(options->command,
                                    "-o %s: a case of --of is written as CSV only; use another name", output);
+    enum status status = simulate_steps_check(options);
+    if (status != STATUS_DONE)
+        return status;
     struct again again = {.setup = {.memory = format_arena_start()},
                           .runs = hdf5_runs_open(options_text(options, "of"))};
     const char *path;
-    enum status status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
+    status = again.runs ? open_case(&again, options, &path) : STATUS_FAULT;
+    const bool is_realised = status == STATUS_DONE && options_has(&again.setup.options, "realise");
+    if (is_realised && again.attempts)
+        status = options_usage_error(options->command,
+                                     "--steps: case %.0f was computed with --realise, which has no steps",
+                                     options_number(options, "case"));
     if (status == STATUS_DONE)
-        status = options_has(&again.setup.options, "realise") ? realise(&again) : move(&again);
+        status = is_realised ? realise(&again) : move(&again);
     system_targets_release(&again.targets);
     runs_setup_close(&again.setup);
     if (again.has_folder)

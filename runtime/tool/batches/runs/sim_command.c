@@ -9,13 +9,13 @@
 
 /* The file of runs has all options of its cases; only the place of the result is free. */
 static enum status check_case(const struct options *options) {
-    static const char *const free_options[] = {"output", "of", "case"};
+    static const char *const free_options[] = {"output", "of", "case", "steps"};
     if (options->operand_count > 0 || !options_has(options, "of") || !options_has(options, "case"))
         return options_usage_error(options->command,
                                    "--case K --of RUNS.h5 stand together, and for MODEL.lua");
     const char *other = options->setting_count > 0 ? "set" : NULL;
     for (int i = 0; i < options->value_count && !other; i++)
-        if (text_index(options->values[i].name, free_options, 3) < 0)
+        if (text_index(options->values[i].name, free_options, 4) < 0)
             other = options->values[i].name;
     return other ? options_usage_error(options->command, "--%s: the case of --of has its own", other)
                  : STATUS_DONE;
@@ -69,7 +69,8 @@ const struct command sim_command = {
     .name = "sim",
     .run = run_motion,
     .operands = "MODEL.lua",
-    .options = "output until! method step tol tol-rates step-max accuracy derivatives lanes verify inputs stop every "
+    .options = "output until! method step tol tol-rates step-max accuracy derivatives lanes verify inputs "
+               "stop steps every "
                "from stabilise singular start hold release way realise before after mesh play summary watch "
                "of case parameters set fold",
     .tables = {case_rules, simulate_sim_rules, realise_rules, simulate_rules, equilibria_rules, scene_rules},
@@ -85,4 +86,5 @@ const struct command sim_command = {
             "  refdyn sim models/manipulator.lua --from statics --until 10 --accuracy 1e-6 --stop 'E_z<2' -o "
             "flexible.csv\n"
             "  refdyn sim models/crane.lua --until 5 --watch -o crane.csv\n"
+            "  refdyn sim models/fourbar.lua --until 1 -o fourbar.csv --steps steps.csv\n"
             "  refdyn sim --case 12 --of runs.h5 -o case12.csv\n"};

@@ -186,8 +186,8 @@ static const char *first_given(const struct options *options, const char *const 
 
 enum status realise_check_options(const struct options *options) {
     static const char *const of_realise[] = {"before", "after", "mesh", NULL};
-    static const char *const not_realise[] = {"play",   "inputs", "accuracy", "derivatives",
-                                              "verify", "stop",   "step",     NULL};
+    static const char *const not_realise[] = {"play", "inputs", "accuracy", "derivatives", "verify",
+                                              "stop", "step",   "steps",    NULL};
     const bool is_realised = options_has(options, "realise");
     const char *wrong = first_given(options, is_realised ? not_realise : of_realise);
     if (is_realised && options_number(options, "lanes") > 1)

@@ -277,6 +277,8 @@ void simulate_trial_run(struct trial *trial, const struct task *task,
         return;
     if (task->on_start)
         task->on_start(task, motion);
+    if (task->steps)
+        simulate_steps_start(&trial->steps, task->steps->file, &motion->integrator);
     simulate_table_start(&trial->table, &motion->integrator, task->scene->compiled.spatial);
     if (rows)
         start_limits(trial, task->scene);

@@ -91,6 +91,7 @@ static enum status verify(const struct trial *trial, const struct task *task, st
     struct trial second;
     again.until = integrator->t;
     again.has_stops = false;
+    again.steps = NULL;
     again.on_start = NULL;
     run_finer(&second, &again, options, summary);
     enum status status = second.result == REFDYN_OK ? STATUS_DONE : STATUS_NUMBERS;
@@ -146,6 +147,13 @@ static enum status run_with_derivatives(struct trial *trial, const struct task *
     return status;
 }
 
+/* The steps of a motion that has failed are complete, too. Returns false and reports the error if they could
+ * not be written. */
+static bool finish_steps(const struct trial *trial, struct target *steps) {
+    const bool has_rows = trial->usage == STATUS_DONE && trial->is_started;
+    return !steps || !has_rows || system_target_finish(steps);
+}
+
 static enum status simulate(const struct task *task, const struct refdyn_options *integration,
                             struct row_sink *rows) {
     struct target *target = task->scene->result;
@@ -158,6 +166,7 @@ static enum status simulate(const struct task *task, const struct refdyn_options
         derived = run_with_derivatives(&trial, task, integration, rows, &derivatives);
     else
         simulate_trial_run(&trial, task, integration, rows);
+    const bool has_steps = finish_steps(&trial, task->steps);
     enum status status = trial.usage;
     if (status != STATUS_DONE)
         keep_part(target, false, false);
@@ -177,7 +186,7 @@ static enum status simulate(const struct task *task, const struct refdyn_options
     simulate_estimate_release(&estimate);
     simulate_derivatives_release(&derivatives);
     simulate_trial_release(&trial);
-    return status;
+    return has_steps ? status : STATUS_FAULT;
 }
 
 /* ---- --accuracy ---- */
@@ -296,7 +305,7 @@ static enum status check_drives(const struct scene *scene) {
 }
 
 static enum status run_scene(struct scene *scene, const struct options *options,
-                             struct refdyn_options *integration) {
+                             struct refdyn_options *integration, struct target *steps) {
     struct inputs inputs = {.path = NULL};
     const struct task task = {.scene = scene,
                               .options = options,
@@ -304,6 +313,7 @@ static enum status run_scene(struct scene *scene, const struct options *options,
                               .has_stops = options_has(options, "stop"),
                               .has_estimate =
                                   options_has(options, "verify") || options_number(options, "accuracy") > 0,
+                              .steps = steps,
                               .on_start = on_start};
     enum status status = simulate_fit(scene, options, integration);
     const char *play = options_text(options, "play"),
@@ -355,6 +365,8 @@ static bool is_long(const struct options *options) {
 }
 
 enum status simulate_run(const struct options *options) {
+    const char *steps = options_text(options, "steps");
+    struct target *target = NULL;
     struct refdyn_options integration;
     struct scene scene;
     if (wants_hdf5(options) && !HAS_HDF5)
@@ -363,6 +375,8 @@ enum status simulate_run(const struct options *options) {
     enum status status = simulate_options(options, &integration);
     if (status == STATUS_DONE)
         status = check_error_options(options, &integration);
+    if (status == STATUS_DONE)
+        status = simulate_steps_check(options);
     if (status != STATUS_DONE)
         return status;
     const unsigned tangent = refdyn_method_is_implicit(integration.method) ? NEEDS_TANGENT : 0;
@@ -372,8 +386,10 @@ enum status simulate_run(const struct options *options) {
                         options_state_path(options_text(options, "from")));
     if (status == STATUS_DONE && wants_hdf5(options))
         status = check_hdf5(&scene);
+    if (status == STATUS_DONE && steps && !(target = system_target_open(&scene.targets, steps)))
+        status = STATUS_FAULT;
     if (status == STATUS_DONE)
-        status = run_scene(&scene, options, &integration);
+        status = run_scene(&scene, options, &integration, target);
     scene_close(&scene);
     return status;
 }
@@ -387,6 +403,8 @@ const struct option_rule simulate_sim_rules[] = {
      NULL, NULL},
     {"verify", NULL, OPTION_FLAG, "estimate the error of the whole motion by repeating it more accurately",
      NULL, NULL},
+    {"steps", "FILE.csv", OPTION_TEXT, "also write a row for each attempted step: accepted, or why not", NULL,
+     NULL},
     {"stop", "NAME<VALUE", OPTION_TEXTS,
      "end when a column of the CSV falls below a value, or with > exceeds it (repeatable)", NULL, NULL},
     {.name = NULL}};

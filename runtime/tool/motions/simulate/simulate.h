@@ -1,5 +1,5 @@
 /* Simulation: one motion of a scene, from its options to its file and its summary. Parts: error of a motion;
- * columns; motion; rows; trial; accuracy; summary. */
+ * columns; motion; rows; attempted steps; trial; accuracy; summary. */
 #ifndef REFDYN_TOOL_SIMULATE_H
 #define REFDYN_TOOL_SIMULATE_H
 
@@ -202,6 +202,19 @@ bool simulate_row_sink_end(struct row_sink *sink);
  */
 bool simulate_row_sink_copy(FILE *numbers, struct row_sink *to, struct record_table *table);
 
+/* Attempted steps as CSV: --steps (step_rows.c). */
+
+struct step_rows {
+    FILE *file;
+    const struct refdyn_model *model; /* names of events */
+};
+
+/* Reports a file that --steps cannot write, and options whose attempts it cannot show. */
+enum status simulate_steps_check(const struct options *options);
+/* Writes the header, and from now on a row for each attempt of the motion, which has started. The file
+ * reports its errors at its end. */
+void simulate_steps_start(struct step_rows *rows, FILE *file, struct refdyn_integrator *integrator);
+
 /* Trial: one run of a motion for `sim`, with its rows and its positions at the outputs. */
 
 struct trial {
@@ -210,10 +223,11 @@ struct trial {
     struct record_table table;
     struct track track;
     struct record_limits limits; /* of the run whose rows are written */
-    enum status usage;           /* STATUS_DONE unless --stop was wrong and nothing ran */
-    int result;                  /* status of the runtime, or RECORD_INTERRUPTED */
-    bool is_started;             /* the start could be evaluated */
-    const char *unfit;           /* the infinite or NaN column that ended it, or NULL */
+    struct step_rows steps;
+    enum status usage; /* STATUS_DONE unless --stop was wrong and nothing ran */
+    int result;        /* status of the runtime, or RECORD_INTERRUPTED */
+    bool is_started;   /* the start could be evaluated */
+    const char *unfit; /* the infinite or NaN column that ended it, or NULL */
 };
 
 /* A motion regardless of its tolerance. */
@@ -222,7 +236,8 @@ struct task {
     const struct options *options;
     double until; /* end of the motion unless a stop ends it [s] */
     bool has_stops;
-    bool has_estimate; /* the errors of all columns will be estimated: keeps these columns */
+    bool has_estimate;    /* the errors of all columns will be estimated: keeps these columns */
+    struct target *steps; /* for the attempted steps; NULL: they are not written */
     void (*on_start)(const struct task *task, const struct motion *motion); /* may be NULL */
 };
 
