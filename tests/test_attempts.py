@@ -43,7 +43,9 @@ def wrong_with(rows, said):
     for before, after in zip(accepted, accepted[1:]):
         if abs(end(before) - float(after["t"])) > 1e-12 * max(1, abs(end(before))):
             yield f"{after['t']} does not follow {end(before)}"
-    highest = {row["method"]: max(float(other["order"] or 0) for other in rows if other["method"] == row["method"]) for row in rows}
+    highest = collections.defaultdict(float)
+    for row in rows:
+        highest[row["method"]] = max(highest[row["method"]], float(row["order"] or 0))
     for before, row in zip([{"t": ""}, *rows], rows):
         is_compared = (before["t"] == row["t"] and before["verdict"] in ("error", "error of rates") and before["obstacle"] == "none"
                        and before["method"] == row["method"] and float(before["h"]) > float(row["h"]))
