@@ -148,7 +148,7 @@ struct refdyn_partition {
  * refdyn_set_parameter and refdyn_set_input set values by name.
  */
 struct refdyn_workspace {
-    unsigned long long seal;          /**< private: says whether refdyn_workspace_init has seen this struct */
+    size_t seal;                      /**< private: says whether refdyn_workspace_init has seen this struct */
     const struct refdyn_model *model; /**< the model */
     int n;                            /**< its coordinates */
     int m;                            /**< its constraint rows */
@@ -628,7 +628,7 @@ struct refdyn_choice {
  * nothing.
  */
 struct refdyn_integrator {
-    unsigned long long seal;       /**< private: says whether refdyn_integrator_init has seen this struct */
+    size_t seal;                   /**< private: says whether refdyn_integrator_init has seen this struct */
     struct refdyn_workspace *work; /**< the model instance */
     struct refdyn_options options; /**< as given */
     double t;                      /**< time of the state [s] */

@@ -61,7 +61,7 @@ int refdyn_model_status(const struct refdyn_model *model);
 int refdyn_workspace_status(const struct refdyn_workspace *work);
 
 /* The value of `seal` in a struct that its initialisation has seen; other memory has it by chance only. */
-#define REFDYN_SEAL 0x52454644594e2e31ULL
+#define REFDYN_SEAL ((size_t)0x52454644594e2e31ULL)
 
 /* Returns whether refdyn_workspace_init has succeeded. Unlike refdyn_workspace_status it reads no table, so
  * that functions of the inner loop can afford it. */
