@@ -75,6 +75,7 @@ enum gen_status gen_read(struct generation *gen, const struct read_request *requ
     gen->memory.fail = out_of_memory;
     gen->memory.context = gen;
     gen->messages.memory = &gen->memory;
+    gen->messages.ends_reading = true;
     gen->model.file = request->file;
     if (setjmp(gen->out_of_memory))
         return no_memory(gen, "read the model");
@@ -83,6 +84,7 @@ enum gen_status gen_read(struct generation *gen, const struct read_request *requ
     read_model(gen, request);
     gen->memory.bound = bound_of_all;
     gen->memory.is_over_bound = false; /* Lua may have found memory nevertheless */
+    gen->messages.ends_reading = false;
     message_sort(&gen->messages);
     return gen->messages.errors ? GEN_MODEL_ERROR : GEN_OK;
 }

@@ -15,6 +15,10 @@
  *
  * Status: an int function that can fail returns an enum refdyn_status: 0 (done), > 0 (a smaller step may
  * help) or < 0 (stop). The errors that a function lists have these names without REFDYN_.
+ *
+ * Every function checks its pointers. If one that it needs is NULL, or if the struct has not been
+ * initialised, it returns BAD_MEMORY, or NOT_STARTED for an integrator, or what its comment says; functions
+ * without a status then do nothing, or return 0. Arrays without entries may be NULL.
  */
 #ifndef REFDYN_H
 #define REFDYN_H
@@ -144,6 +148,7 @@ struct refdyn_partition {
  * refdyn_set_parameter and refdyn_set_input set values by name.
  */
 struct refdyn_workspace {
+    unsigned long long seal;          /**< private: says whether refdyn_workspace_init has seen this struct */
     const struct refdyn_model *model; /**< the model */
     int n;                            /**< its coordinates */
     int m;                            /**< its constraint rows */
@@ -429,7 +434,7 @@ struct refdyn_options refdyn_options_default(enum refdyn_method method);
  * order. */
 double refdyn_settled_tolerance(double tol);
 /** Returns 0 or BAD_OPTION; then *fact (fact may be NULL) is a static text such as "step must be positive".
- */
+ * Options that are NULL are BAD_OPTION, too. */
 int refdyn_options_validate(const struct refdyn_options *options, const char **fact);
 
 /** Sizes for crossings. */
@@ -523,9 +528,10 @@ struct refdyn_choice {
  * before refdyn_integrator_refresh.
  *
  * Until refdyn_integrator_start has succeeded, all calls that need a motion return NOT_STARTED and change
- * nothing. A struct that refdyn_integrator_init has not seen must be zero for this.
+ * nothing.
  */
 struct refdyn_integrator {
+    unsigned long long seal;       /**< private: says whether refdyn_integrator_init has seen this struct */
     struct refdyn_workspace *work; /**< the model instance */
     struct refdyn_options options; /**< as given */
     double t;                      /**< time of the state [s] */
@@ -617,7 +623,8 @@ int refdyn_integrator_look_at_state(struct refdyn_integrator *integrator, double
  * work->p, qdd and lambda become those with which the motion continues. Returns whether they do; then call
  * refdyn_integrator_see_before, which restores them, before the motion continues. */
 int refdyn_integrator_see_after(struct refdyn_integrator *integrator);
-/** Restores work->x, work->p, qdd and lambda as they were before refdyn_integrator_see_after. */
+/** Restores work->x, work->p, qdd and lambda as they were before refdyn_integrator_see_after. Does nothing if
+ * that call has returned 0. */
 void refdyn_integrator_see_before(struct refdyn_integrator *integrator);
 /** Computes the multipliers (m) of the rows at the shown state: NaN for each that is not unique, because its
  * row depends on others or its gradient is 0, or if is_undetermined; 0 for free contacts. Error: NOT_STARTED.

@@ -91,7 +91,7 @@ return rd.model {{
 
 class RestingScene:
     """A scene whose bodies rest on floors, plates, hoists and each other while their loads jump. `is_steady`: impacts keep it predictable.
-    by_caller: loads that jump at a time are inputs instead, and `schedule` has their jumps: time, input, value."""
+    by_caller: loads that jump at a time are inputs instead, and `schedule` has their jumps: time, input, value before and after."""
 
     def __init__(self, seed, by_caller=False):
         rng = self.rng = random.Random(seed)
@@ -166,7 +166,7 @@ class RestingScene:
         less = {"time": f"s.t, {begin!r}", "place": f"s.q.k_x, {self.number(0.15, 1)}", "rate": f"s.qd.k_x, {self.number(1.02, 1.1)}",
                 "both": f"s.q.k_x + 0.2 * s.t, {self.number(0.2, 1.2)}"}[kind]
         if kind == "time" and self.by_caller:
-            self.schedule.append((begin, self.input(first), float(second)))
+            self.schedule.append((begin, self.input(first), float(first), float(second)))
             return self.schedule[-1][1]
         return f"rd.where(rd.less({less}), {first}, {second})"
 

@@ -7,7 +7,7 @@ import resource
 
 import pytest
 
-from program import LEAN, LONG, REFERENCE, SOURCE, refdyn
+from program import MODELS, LEAN, LONG, REFERENCE, SOURCE, refdyn
 
 TRUTH = {"E": 2.1e11, "eta": 1e-3, "m_E": 2.0, "Izz_col": 0.05}
 NOISE = {"column_psi": 2e-4, "E_xdd": 0.05}
@@ -343,6 +343,13 @@ def test_check(slide, tmp_path):
     found, done = fit(REFERENCE, "--check", "--until", 1, "--every", 0.01, "--vary", "E,m_base,m_col", *ARM[:2], "--noise", "column_psi=2e-4", *settings(TRUTH),
                       folder=tmp_path)
     assert ["m_base", "m_col"] in found["not_identifiable"] and "best_column" in found
+
+
+def test_tolerance_of_rates(tmp_path):
+    """A column of accelerations."""
+    plain, strict, best = (fit(MODELS / "pendulum.lua", "--check", "--until", 0.3, "--every", 0.05, "--vary", "E,rho", "--noise", "E_xdd=1e-3", *more,
+                               folder=tmp_path)[0]["standard_errors"]["E"] for more in (("--tol", 1e-4), ("--tol", 1e-4, "--tol-rates", 1e-8), ("--tol", 1e-11)))
+    assert abs(strict - best) < abs(plain - best) / 100
 
 
 def test_many_rows(slide, tmp_path):

@@ -87,6 +87,12 @@ def test_same_bytes(linkage, tmp_path):
     assert again.read_bytes() == file.read_bytes()
 
 
+def test_tolerance_of_rates(tmp_path):
+    file = export(MODELS / "fourbar.lua", "2.0", tmp_path / "a.fmu", "--tol", 1e-9, "--tol-rates", 1e-7)
+    archive = zipfile.ZipFile(file)
+    assert any(b".tol_rates = 1e-07," in archive.read(name) for name in archive.namelist() if name.startswith("sources/"))
+
+
 def test_files(linkage):
     version, file = linkage
     archive = zipfile.ZipFile(file)

@@ -51,15 +51,16 @@ def test_find_package(installed):
     check_program(installed, build / "user")
 
 
-def test_pkg_config(installed):
+@pytest.mark.parametrize("user", ["user", "user_batch"])
+def test_pkg_config(user, installed):
     packages = next((installed / "prefix").rglob("refdyn.pc")).parent
     env = {**os.environ, "PKG_CONFIG_PATH": str(packages)}
     for package in some(packages.glob("refdyn*.pc")):
         assert run("pkg-config", "--modversion", package.stem, env=env).strip() == VERSION
     flags = run("pkg-config", "--cflags", "refdyn", env=env).split()
     libraries = run("pkg-config", "--libs", "--static", "refdyn", env=env).split()
-    program = installed / "user"
-    run("cc", "-O2", *flags, "-I", installed / "emitted", TESTS / "install" / "user.c", *(installed / "emitted").glob("*.c"),
+    program = installed / user
+    run("cc", "-O2", *flags, "-I", installed / "emitted", TESTS / "install" / f"{user}.c", *(installed / "emitted").glob("*.c"),
         *libraries, "-o", program)
     check_program(installed, program)
 

@@ -150,18 +150,24 @@ def test_modes_are_those_of_the_command(tmp_path, name, parameter, value):
 VERIFIED = "state.answered === state.asked && document.documentElement.dataset.verified === String(state.asked)"
 
 
-@pytest.mark.parametrize("name, step", [("manipulator", "0"), ("crane", "2e-4"), ("fourbar", "0")])
-def test_the_error_is_that_of_verify(sliding, tmp_path, name, step):
-    """Adaptive steps and fixed ones."""
+@pytest.mark.parametrize("name, step, tol_rates", [("manipulator", "0", "0"), ("crane", "2e-4", "0"), ("fourbar", "0", "1e-5")])
+def test_the_error_is_that_of_verify(sliding, tmp_path, name, step, tol_rates):
+    """Adaptive steps and fixed ones; of positions, and of the worst rate, acceleration and force."""
     with browser.Session(sliding / f"{name}.html") as page:
         page.wait(SHOWN)
-        page.ask(f"options.step = {step}; options.tol = 1e-5; changedValue();")
+        page.ask(f"options.step = {step}; options.tol = 1e-5; options.tolRates = {tol_rates}; changedValue();")
         page.wait(VERIFIED, 60)
         shown, command = page.ask("return [byId('error').textContent, byId('command').value]")
     words = shlex.split(command)
-    refdyn(*words[1:-2], "--verify", "--summary", tmp_path / "summary.json", "-o", tmp_path / "run.csv")
-    expected = json.loads((tmp_path / "summary.json").read_text())["error"]
-    error, at = re.fullmatch(r"Estimated error of the motion: (\S+) m, largest at t = (\S+) s\.", shown).groups()
+    said = refdyn(*words[1:-2], "--verify", "--summary", tmp_path / "summary.json", "-o", tmp_path / "run.csv").stderr
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    expected, given = summary["error"], summary.get("tol_rates", 0)
+    error, at, others = re.fullmatch(r"Estimated error of the motion: (\S+) m, largest at t = (\S+) s; relative to the largest of their kind: (.*)\.", shown).groups()
+    kinds = {kind: (float(relative), column) for kind, relative, column in re.findall(r"(\w+) (\S+) \((\w+)\)", others)}
+    printed = {kind: (float(relative), column) for kind, relative, column in re.findall(r"^  (rates|accelerations|forces) .*, (\S+) of the largest, in (\w+) at", said, re.M)}
+    assert kinds.keys() == printed.keys() == {"rates", "accelerations", "forces"} and given == float(tol_rates)
+    for kind, (relative, column) in printed.items():
+        assert kinds[kind][1] == column and kinds[kind][0] == pytest.approx(relative, rel=0.5) and relative > 0
     assert float(error) == pytest.approx(expected["largest"], rel=0.06) and float(at) == pytest.approx(expected["largest_t"], abs=1e-3) and float(error) > 0
 
 

@@ -451,3 +451,28 @@ def test_spectrum(model, values, core, tmp_path):
     print(f"rate {rate.value:.5g}, omega {fastest['omega']:.5g}; damping {damping.value:.5g}, {fastest['damping']:.5g}")
     assert abs(rate.value / fastest["omega"] - 1) <= 0.3 * SCALE
     assert abs(damping.value - fastest["damping"]) <= 0.3 * SCALE * max(fastest["damping"], 1e-3)
+
+
+KINKED = """local rd = require "refdyn"
+local p = rd.parameters {{ {{ "at", 0, "m" }} }}
+return rd.model {{ name = "kinked", links = {{ {{ "m", joint = "x", mass = 1.3, spring = {{ x = 5 }}, damper = {{ x = 0.1 }} }},
+    {{ "n", on = "m", joint = "psi", mass = 0.7, inertia = {{ zz = 0.2 }}, spring = {{ psi = 3 }} }} }},
+  forces = function(s) local x, v, a = s.q.m_x, s.qd.m_x, s.q.n_psi return {{ m_x = {force} }} end }}
+"""
+ON_KINK = {"-20 * rd.max(0, x - p.at)": "m_x", "-20 * rd.abs(x) * 0.01": "m_x", "-2 * rd.where(rd.less(v, 0), -1, 1)": "m_x_d",
+           "-7 * rd.min(0, a - x)": None, "-4 * rd.max(0, v + 0.3 * a)": "m_x_d"}
+OFF_KINK = ["-3 * v * rd.abs(v)", "-x * rd.max(0, x)", "-20 * rd.max(0, x - 0.001)", "-20 * rd.max(-1, rd.min(x, 1))", "-rd.abs(x + 1) - rd.abs(x - 1) + 2",
+            "-20 * rd.max(0, x) - 20 * rd.min(0, x)"]
+
+
+@pytest.mark.parametrize("command", ["modes", "linearise"])
+def test_states_exactly_on_a_kink(command, tmp_path):
+    """The linear equations of both sides differ, and a warning says so; it does not where they agree."""
+    model = tmp_path / "kinked.lua"
+    for force, coordinate in [*ON_KINK.items(), *((force, "") for force in OFF_KINK)]:
+        model.write_text(KINKED.format(force=force))
+        said = refdyn(command, model, "--at", "initial").stderr
+        assert ("on a kink or jump" in said) is (coordinate != ""), (force, said)
+        assert not coordinate or f"change {coordinate} slightly" in said, (force, said)
+    model.write_text(KINKED.format(force="-20 * rd.max(0, x - p.at)"))
+    assert "kink" not in refdyn(command, model, "--at", "initial", *settings({"at": 1e-3})).stderr

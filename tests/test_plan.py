@@ -274,6 +274,15 @@ def test_the_same_plan_again(tmp_path):
     assert first == again and first != other and abs(first["objective"] - other["objective"]) < 1e-5
 
 
+def test_tolerance_of_rates(tmp_path):
+    """In the file as on the command line, which has precedence."""
+    fields = 'vary = { T = rd.within(1.6, 1.8), r = rd.within(0, 0.2) }, t_end = "T", from = "statics", minimise = "T", starts = 4, tol = 1e-4'
+    plain, file, line, both = (plan(tmp_path, ARM, fields + more, *arguments)[0] for more, *arguments in (
+        ("",), (", tol_rates = 1e-9",), ("", "--tol-rates", 1e-9), (", tol_rates = 1e-3", "--tol-rates", 1e-9)))
+    best = plan(tmp_path, ARM, fields, "--tol", 1e-11)[0]["objective"]
+    assert file == line == both and abs(file["objective"] - best) < abs(plain["objective"] - best) / 5
+
+
 def test_interrupt_keeps_the_best(tmp_path):
     """Ctrl-C after the first search: PLAN.json has its result."""
     text = """local rd = require "refdyn"

@@ -1,5 +1,4 @@
 """Motions, steps and equilibria in the process of Python, against the program and against each other."""
-import importlib
 import json
 import multiprocessing
 import os
@@ -7,7 +6,6 @@ import pickle
 import re
 import resource
 import signal
-import sys
 import threading
 import time
 import warnings
@@ -15,7 +13,7 @@ import warnings
 import numpy as np
 import pytest
 
-import python_package
+from python_package import package  # noqa: F401 (a fixture)
 from program import MODELS, REFERENCE, SOURCE, TESTS, motion, refdyn
 
 CONTACTS = TESTS / "models" / "contacts"
@@ -31,14 +29,6 @@ return rd.model { name = "swing", gravity = { 0, 0, -9.81 },
 '''
 STOP = SWING.replace('direction = "down"', 'direction = "down", ends = true')
 SMOOTH = re.sub(r"  events = .*\n", "}\n", SWING)
-
-
-@pytest.fixture(scope="module")
-def package(tmp_path_factory):
-    folder = python_package.build(tmp_path_factory.mktemp("package"))
-    sys.path.insert(0, str(folder))
-    yield importlib.import_module("refdyn")
-    sys.path.remove(str(folder))
 
 
 @pytest.fixture(scope="module")

@@ -47,7 +47,7 @@ def test_measures_cases_and_options(package, arm):
     assert found.objective == pytest.approx(2 * PEAK[5], rel=1e-6)
     found = arm.plan(vary={"T": (0.8, 1)}, t_end="T", minimise=package.integral("energy"), parameters={"m": 3}, within=[])
     assert found.objective == pytest.approx(15 / 7, rel=1e-6) and found.limits.sizes == {"limit": 0}
-    found = arm.plan(vary={"d": (0.1, 2)}, t_end=1, minimise=package.at_end("cart_x"), within=package.at_end("cart_x", from_=0.3, to=0.5), tol=1e-8)
+    found = arm.plan(vary={"d": (0.1, 2)}, t_end=1, minimise=package.at_end("cart_x"), within=package.at_end("cart_x", from_=0.3, to=0.5), tol=1e-8, tol_rates=1e-8)
     assert found.objective == pytest.approx(0.3, abs=1e-7) and found.limits["limit"].values.tolist() == ["cart_x at end"]
     worst = arm.plan(**FAST, for_all={"m": np.array([1.8, 2.2]), "d": [0.9, 1.1]}, within="force_cart_x")
     assert arm.plan(**FAST, search="cobyla").attrs["search"] == "cobyla"

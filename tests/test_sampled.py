@@ -137,6 +137,18 @@ def test_a_motion_replays_itself(tmp_path, start, every, method):
         assert numpy.ptp(expected["v"]) > 0.5 and len(set(expected["u"].round(9))) >= 12
 
 
+@pytest.mark.parametrize("every, first", [(0.05, None), (0.025, None), (0.1, 0.05), (0.07, 0.05), (0.03, 0.05), (0.15, 0.05)])
+@pytest.mark.parametrize("start", [0, 731.1])
+def test_inputs_that_change_between_rows(tmp_path, every, first, start):
+    """The summary says so, with the first time: samples at 0.1 and 0.15 s, ticks at 0.05, 0.65 and 1.25 s."""
+    model, state = tmp_path / "replayed.lua", tmp_path / "state.json"
+    model.write_text(REPLAYED.replace("s.t - 0.05", f"s.t - {start} - 0.05"))
+    state.write_text(json.dumps({"t": start, "q": [0, 0.3], "qd": [0.1, 0]}))
+    said = refdyn("sim", model, "--from", state, "--until", start + 1.2, "--every", every, "-o", tmp_path / "run.csv").stderr
+    lines = [line for line in said.splitlines() if line.startswith("inputs ")]
+    assert len(lines) == (first is not None) and (first is None or f"t = {start + first:.6g}" in lines[0]), said
+
+
 @pytest.mark.parametrize("method", ["auto", "rk8", "rodas5p"])
 def test_samples_of_inputs_with_those_of_a_controller(tmp_path, method):
     """The times in a file of inputs and those of a controller differ by rounding, and limits are compared between them: no step is lost."""

@@ -105,6 +105,12 @@ def test_no_step_excites_what_the_motion_does_not(name, outputs):
     assert off <= 1e-3 * SCALE * max(abs(reference[column]).max() for column in columns)
 
 
+def test_trial_steps_count_with_the_length_that_positions_allow():
+    """Otherwise the bound on errors of rates makes explicit trials look slow: the points of Gauss win, and keep vibrations of 0.16 of the
+    largest acceleration."""
+    assert of_accelerations(motion(*STIFF["scara"])[0], "scara") <= 0.03 * SCALE
+
+
 @pytest.mark.parametrize("name", STIFF)
 def test_tolerance_of_rates(name):
     run, _, summary = motion(*STIFF[name], "--tol-rates", "1e-7")
@@ -230,6 +236,58 @@ def test_accuracy(case, accuracy, method):
     assert found <= accuracy * SCALE, f"{found:.1e} found"
     assert found / 10 <= summary["error"]["largest"] <= accuracy and summary["accuracy"] == accuracy
     assert 0 < summary["tol"] and summary["cpu_total_s"] >= summary["cpu_s"]
+
+
+REST = """local rd = require "refdyn"
+return rd.model {{ name = "rest", gravity = {{ 0, 0, -{g} }}, links = {{ {{ "m", joint = "x", mass = 1.3 }},
+    {{ "p", on = "m", turn = {{ {{ "x", rd.pi / 2 }} }}, joint = "psi", mass = 0.8, center = {{ 0.3, 0, 0 }}, start = {{ psi = {psi} }} }} }},
+  points = {{ E = {{ on = "p", at = {{ 0.3, 0, 0 }} }} }}, forces = function(s) return {{ m_x = -0.2 * rd.tanh(s.qd.m_x / 1e-3) }} end }}
+"""
+
+
+@pytest.mark.parametrize("method", ["auto", "rk54", "rk8", "radau9"])
+def test_verify_trusts_a_body_at_rest(method, tmp_path):
+    """Hanging, upright and without gravity: rounding and the errors of steps alone move it."""
+    for g, psi, until in (9.81, "-rd.pi / 2", 3), (9.81, "rd.pi / 2", 1), (0, "0.7", 3):
+        (tmp_path / "rest.lua").write_text(REST.format(g=g, psi=psi))
+        for tol in "1e-4", "1e-10":
+            _, said, summary = motion(tmp_path / "rest.lua", "--until", until, "--method", method, "--tol", tol, "--verify")
+            assert summary["error"]["is_trusted"] and summary["error"]["largest"] < max(float(tol), 1e-7), (g, psi, said)
+
+
+@pytest.mark.parametrize("method", ["auto", "rk54", "radau9"])
+def test_stop_at_once(method, tmp_path):
+    """A condition that holds right after the start stops within rounding of a step, at no time near the smallest numbers."""
+    (tmp_path / "at_once.lua").write_text(REST.format(g=9.81, psi="0.3"))
+    _, _, summary = motion(tmp_path / "at_once.lua", "--until", 1, "--method", method, "--stop", "p_psi_d<0")
+    assert 1e-25 < summary["stop"]["t"] < 1e-12
+
+
+CLOSE = [(TESTS / "models/double_pendulum.lua", "rk54", 3, 1e-3), (TESTS / "models/double_pendulum.lua", "rk54", 3, 1e-7),
+         (PENDULUM, "auto", 2, 1e-5), (PENDULUM, "auto", 2, 1e-7), (MODELS / "jib.lua", "rk54", 5, 1e-7)]
+
+
+@pytest.mark.parametrize("model, method, until, accuracy", CLOSE)
+def test_accuracy_is_used(model, method, until, accuracy):
+    """The error is near the requested one where a looser tolerance saves steps."""
+    run, _, summary = motion(model, "--until", until, "--every", 0.05, "--method", method, "--accuracy", accuracy)
+    exact_run, _, _ = motion(model, "--until", until, "--every", 0.05, "--tol", "1e-12")
+    points, coordinates = errors(run, exact_run, summary)
+    found = max(points.values() if points else coordinates.values())
+    assert accuracy / 6 <= found <= accuracy and found / 2 <= summary["error"]["largest"] <= accuracy, found
+
+
+def test_accuracy_compares_events(tmp_path):
+    """A first run that misses a short event does not agree with the next one, which looks more closely."""
+    (tmp_path / "narrow.lua").write_text("""local rd = require "refdyn"
+local n = rd.input("n", 0)
+return rd.model { name = "narrow", links = { { "m", joint = "x", mass = 2, start_rate = { x = 1.3 } } },
+  events = function(s) return { rd.event { rd.exp(-((s.q.m_x / 1.3 - 7.21) / 0.04)^2) - 0.5, name = "short", inputs = { n = n + 1 } } } end }
+""")
+    for tolerance in ["--tol", "1e-4"], ["--accuracy", "1e-5"]:
+        _, _, summary = motion(tmp_path / "narrow.lua", "--until", 10, *tolerance)
+        assert summary["event_count"] == (0 if tolerance[0] == "--tol" else 2)
+    assert summary["error"]["is_trusted"]
 
 
 def test_accuracy_out_of_reach(tmp_path):

@@ -2,10 +2,8 @@
 method, in statics, modes, linear models, batches, derivatives, Python and FMUs."""
 import csv
 import ctypes
-import importlib
 import json
 import re
-import sys
 import zipfile
 
 import h5py
@@ -14,7 +12,7 @@ import pytest
 import scipy.linalg
 import scipy.optimize
 
-import python_package
+from python_package import package  # noqa: F401 (a fixture)
 from program import LONG, SOURCE, evaluate, motion, read_run, refdyn, settings
 
 CONTROL = SOURCE / "docs" / "control"
@@ -159,14 +157,6 @@ return rd.model {
 %s
 }"""
 NAMES = ["arm_theta", "tip_theta", "arm_theta_d", "tip_theta_d", "a", "b"]
-
-
-@pytest.fixture(scope="module")
-def package(tmp_path_factory):
-    folder = python_package.build(tmp_path_factory.mktemp("package"))
-    sys.path.insert(0, str(folder))
-    yield importlib.import_module("refdyn")
-    sys.path.remove(str(folder))
 
 
 def written(folder, name, text):

@@ -47,7 +47,7 @@ void memory_release(struct memory *memory);
 /*
  * Messages about a model, collected so that one run reports them all. Each is one line that can be shown,
  * `FILE:LINE: subject: fact; what to do`, or `FILE: subject ...` if it concerns no line. After MESSAGES_BOUND
- * messages no more are kept, and an error ends the reading by memory.fail.
+ * messages no more are kept. While a file is read, an error then ends the reading by memory.fail.
  */
 enum { MESSAGES_BOUND = 1000 };
 
@@ -69,13 +69,20 @@ struct messages {
     int count, capacity, errors;
     const char **mentioned; /* unknown names that have been reported */
     int mentioned_count, mentioned_capacity;
+    bool ends_reading; /* memory.fail may be called, because the function that reads the file has set its jump
+                        */
     bool are_too_many;
+    int unknown; /* names of a list that were unknown */
 };
 
 void message_error(struct messages *messages, struct place place, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 void message_warning(struct messages *messages, struct place place, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+/* Counts an unknown name of a list. Returns whether its message is to be written: only those about the first
+ * few names are, and message_count_unknown says how many more there are. */
+bool message_shows_unknown(struct messages *messages);
+void message_count_unknown(struct messages *messages);
 /* Whether the author's text is a line that files and comments can contain as it is: UTF-8 without control
  * characters, and without characters that turn the direction of reading and so hide what the text says.
  * Reports an error if it is not. */

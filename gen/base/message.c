@@ -147,13 +147,15 @@ static void put(struct messages *messages, struct place place, const char *text,
 /* Says that there are more messages. An error ends the reading: for a million errors, the search for the
  * nearest names alone would take minutes. */
 static void leave_out(struct messages *messages, struct place place, bool is_error) {
+    if (messages->are_too_many)
+        return;
     if (is_error || messages->count == MESSAGES_BOUND)
         put(messages, (struct place){.file = place.file},
             memory_format(messages->memory, "%smore than %d messages; the others are left out",
                           is_error ? "" : "warning: ", MESSAGES_BOUND),
             is_error);
     messages->are_too_many = is_error;
-    if (is_error)
+    if (is_error && messages->ends_reading)
         messages->memory->fail(messages->memory->context);
 }
 
@@ -183,6 +185,21 @@ void message_warning(struct messages *messages, struct place place, const char *
     va_start(list, format);
     keep(messages, place, 0, format, list);
     va_end(list);
+}
+
+enum { UNKNOWN_SHOWN = 10 };
+
+bool message_shows_unknown(struct messages *messages) {
+    messages->errors += messages->unknown >= UNKNOWN_SHOWN;
+    return messages->unknown++ < UNKNOWN_SHOWN;
+}
+
+void message_count_unknown(struct messages *messages) {
+    const int more = messages->unknown - UNKNOWN_SHOWN;
+    if (more > 0)
+        message_error(messages, messages->list[messages->count - 1].place, "%d more name%s unknown", more,
+                      more > 1 ? "s are" : " is");
+    messages->unknown = 0;
 }
 
 bool message_is_first_mention(struct messages *messages, const char *kind, const char *name) {

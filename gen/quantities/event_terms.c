@@ -132,7 +132,7 @@ void quantity_event_terms(struct derivation *d, struct function *f) {
  * that change sign. Those that depend on time, parameters and inputs alone are collected here. For values
  * that are piecewise linear in t, plan->breaks has the zeros, as expressions without t. The other values are
  * plan->switches, whose zeros are located during a motion; plan->pace is their largest frequency, and
- * plan->event_pace that of events which depend on the state.
+ * plan->event_pace that of events which depend on the state, and of loads on contacts.
  */
 
 enum {
@@ -318,8 +318,34 @@ static expression pace_of(struct derivation *d, expression value) {
     return pace[value];
 }
 
-/* Contacts are left to the steps, which end at impacts. */
-static void find_paces(struct derivation *d) {
+static bool is_of_time_alone(const struct graph *g, expression e) {
+    return g->nodes[e].depends & ON_TIME && !(g->nodes[e].depends & (ON_STATE | ON_RATE));
+}
+
+/* The largest frequency of the functions of time in the nodes of the plan's functions: steps do not follow
+ * the loads of contacts at rest, and the forces of these contacts vary with the loads. */
+static expression pace_of_loads(struct derivation *d, const bool *needed, uint32_t count) {
+    struct graph *g = d->g;
+    bool *is_part = memory_get(d->memory, count * sizeof *is_part);
+    expression most = EXPR_ZERO;
+    for (expression e = 0; e < count; e++)
+        for (int k = 0; needed[e] && k < operation_arity((enum operation)g->nodes[e].operation); k++)
+            is_part[g->nodes[e].operand[k]] |= is_of_time_alone(g, e);
+    for (expression e = 0; e < count; e++)
+        if (needed[e] && !is_part[e] && is_of_time_alone(g, e))
+            most = larger(g, most, pace_of(d, e));
+    return most;
+}
+
+static bool has_contacts(const struct model *model) {
+    for (int i = 0; i < model->event_count; i++)
+        if (model->events[i].contact >= 0)
+            return true;
+    return false;
+}
+
+/* Contacts that are open are left to the steps, which end at impacts. */
+static void find_paces(struct derivation *d, const bool *needed, uint32_t count) {
     struct plan *plan = d->plan;
     plan->pace = plan->event_pace = EXPR_ZERO;
     for (int i = 0; i < plan->switch_count; i++)
@@ -329,6 +355,8 @@ static void find_paces(struct derivation *d) {
         if (event->contact < 0 && d->g->nodes[event->value].depends & (ON_STATE | ON_RATE))
             plan->event_pace = larger(d->g, plan->event_pace, pace_of(d, event->value));
     }
+    if (has_contacts(d->model))
+        plan->event_pace = larger(d->g, plan->event_pace, pace_of_loads(d, needed, count));
 }
 
 /* ---- All times of kinks ---- */
@@ -337,6 +365,24 @@ static void find_paces(struct derivation *d) {
 static void list_signs(struct plan *plan, expression s) {
     if (!(plan->g->nodes[s].depends & ~(ON_TIME | ON_PARAMETER | ON_INPUT)) && !add_breaks(plan, s, 0))
         list_once(plan->switches, &plan->switch_count, s);
+}
+
+/* A pulse of time may lift a resting body between two samples, however short it is. Steps end at its peak,
+ * which a pulse of exp(u) or 1/u has where u turns, and one of tanh(u) where u is zero. */
+static void list_peak(struct plan *plan, expression e) {
+    struct graph *g = plan->g;
+    const struct node node = g->nodes[e];
+    double exponent = -1;
+    const bool is_quotient = node.operation == OP_DIV;
+    const bool is_power =
+        node.operation == OP_POW && (!expr_is_number(g, node.operand[1], &exponent) || exponent < 0);
+    const expression u = node.operand[is_quotient];
+    if (!is_of_time_alone(g, e) || !is_of_time_alone(g, u))
+        return;
+    if (node.operation == OP_EXP || is_quotient || is_power)
+        list_signs(plan, rewrite_derivative(g, u, time_derivative, NULL));
+    else if (node.operation == OP_TANH)
+        list_signs(plan, u);
 }
 
 void time_events_find(struct derivation *d) {
@@ -350,11 +396,13 @@ void time_events_find(struct derivation *d) {
     plan->breaks = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->breaks);
     plan->switches = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->switches);
     for (expression e = 0; e < count; e++) {
+        if (needed[e] && has_contacts(d->model))
+            list_peak(plan, e);
         if (!needed[e] || !has_kink(g, e) || is_left_out(plan, e))
             continue;
         list_signs(plan, switching_function(g, e));
     }
     for (int i = 0; i < plan->model->event_count; i++)
         list_signs(plan, plan->model->events[i].value);
-    find_paces(d);
+    find_paces(d, needed, count);
 }

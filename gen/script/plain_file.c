@@ -31,7 +31,10 @@ static bool report_memory(struct plain_file *file) {
 
 bool plain_file_try(struct plain_file *file, bool (*work)(struct plain_file *file, void *context),
                     void *context) {
-    return setjmp(file->out_of_memory) ? report_memory(file) : work(file, context);
+    file->messages.ends_reading = true;
+    const bool is_done = setjmp(file->out_of_memory) ? report_memory(file) : work(file, context);
+    file->messages.ends_reading = false;
+    return is_done;
 }
 
 static bool run(struct plain_file *file, void *context) {
@@ -160,6 +163,8 @@ bool plain_needs_names(const struct plain_file *file, const struct value *value,
     return value->field_count > 0;
 }
 
+enum { NAMES_MOST = 10000 };
+
 void plain_read_names(const struct plain_file *file, const struct value *value, const char *path,
                       void *target) {
     struct plain_names *names = target;
@@ -168,6 +173,11 @@ void plain_read_names(const struct plain_file *file, const struct value *value, 
         return;
     }
     names->count = fields_get_names(&file->check, value, &names->names);
+    if (names->count > NAMES_MOST) {
+        message_error(file->check.messages, value->place, "%s: %d names; must be at most %d", path,
+                      names->count, NAMES_MOST);
+        names->count = 0;
+    }
     names->places = memory_get(file->check.memory, ((size_t)names->count + 1) * sizeof *names->places);
     for (int i = 0; i < names->count; i++)
         names->places[i] = value->kind == VALUE_TABLE && names->count == value->item_count

@@ -138,13 +138,6 @@ static bool are_numbers(enum case_values kind) {
     return kind == CASES_NUMBERS || kind == CASES_WHOLE;
 }
 
-static struct case_column *find(const struct case_table *derived, const char *name) {
-    for (int i = 0; i < derived->width; i++)
-        if (strcmp(derived->columns[i].name, name) == 0)
-            return &derived->columns[i];
-    return NULL;
-}
-
 /* The names of the result on top of the stack must be texts. */
 static const char *key_name(lua_State *L, const struct derivation *job) {
     if (lua_type(L, -2) != LUA_TSTRING)
@@ -154,6 +147,13 @@ static const char *key_name(lua_State *L, const struct derivation *job) {
 
 static int by_name(const void *a, const void *b) {
     return strcmp(((const struct case_column *)a)->name, ((const struct case_column *)b)->name);
+}
+
+/* The columns are sorted by name. */
+static struct case_column *find(const struct case_table *derived, const char *name) {
+    const struct case_column key = {.name = name};
+    return derived->width > 0 ? bsearch(&key, derived->columns, (size_t)derived->width, sizeof key, by_name)
+                              : NULL;
 }
 
 /* A derived name must not be one of those that vary. */

@@ -198,6 +198,8 @@ static void *run_cases(void *argument) {
 
 static int has_place(const struct refdyn_batch *batch, const struct refdyn_batch_column *column) {
     const struct refdyn_model *model = batch->model;
+    if (!column->values && batch->count > 0)
+        return 0;
     switch (column->what) {
     case REFDYN_VARIED_PARAMETER:
         return column->place >= 0 && column->place < model->parameter_count;
@@ -212,7 +214,23 @@ static int has_place(const struct refdyn_batch *batch, const struct refdyn_batch
     return 0;
 }
 
+/* Returns whether all samples have values, for inputs of the model. */
+static int are_samples(const struct refdyn_batch *batch) {
+    for (int i = 0; i < batch->sample_count; i++) {
+        const struct refdyn_samples *samples = &batch->samples[i];
+        if (!batch->samples || samples->count < 1 || !samples->rows || samples->width < 0 ||
+            (samples->width > 0 && !samples->place))
+            return 0;
+        for (int k = 0; k < samples->width; k++)
+            if (samples->place[k] < 0 || samples->place[k] >= batch->model->input_count)
+                return 0;
+    }
+    return 1;
+}
+
 static int has_samples(const struct refdyn_batch *batch, const struct refdyn_batch_column *column) {
+    if (column->what == REFDYN_VARIED_SAMPLES && !are_samples(batch))
+        return 0;
     for (long i = 0; i < batch->count && column->what == REFDYN_VARIED_SAMPLES; i++) {
         const long one = batch->copies ? batch->copies->number : batch->numbers ? batch->numbers[i] : i;
         const double number = column->values[one];
@@ -224,6 +242,8 @@ static int has_samples(const struct refdyn_batch *batch, const struct refdyn_bat
 
 static int are_times(const struct refdyn_batch *batch) {
     double before = batch->t;
+    if (batch->time_count < 1 || !batch->times)
+        return 0;
     for (int i = 0; i < batch->time_count; before = batch->times[i++])
         if (!(batch->times[i] > before && isfinite(batch->times[i])))
             return 0;
@@ -232,14 +252,20 @@ static int are_times(const struct refdyn_batch *batch) {
         if (!(end > batch->t && isfinite(end)))
             return 0;
     }
-    return batch->time_count > 0 && isfinite(batch->t);
+    return isfinite(batch->t);
 }
 
 static int is_valid(const struct refdyn_batch *batch) {
     if (batch->threads < 1 || batch->count < 0 || !are_times(batch))
         return 0;
-    if (batch->lanes && batch->lanes->model != batch->model)
+    if (batch->lanes && batch->lanes->interface_version == REFDYN_LANES_VERSION &&
+        batch->lanes->model != batch->model)
         return 0;
+    if (batch->column_count > 0 && !batch->columns)
+        return 0;
+    for (long i = 0; batch->numbers && i < batch->count; i++)
+        if (batch->numbers[i] < 0)
+            return 0;
     for (int i = 0; i < batch->column_count; i++)
         if (!has_place(batch, &batch->columns[i]) || !has_samples(batch, &batch->columns[i]))
             return 0;
@@ -262,10 +288,12 @@ static int start_thread(struct thread *thread, int number, const struct refdyn_b
                         struct queue *queue) {
     int status = REFDYN_OK;
     thread->queue = queue;
-    thread->width = batch->lanes ? batch->lanes->width : 1;
     if (batch->lanes)
         status = refdyn_lanes_start(&thread->lanes, batch->lanes);
-    return status ? status : refdyn_worker_start(&thread->workers[0], batch, number * thread->width);
+    if (status)
+        return status;
+    thread->width = batch->lanes ? batch->lanes->width : 1;
+    return refdyn_worker_start(&thread->workers[0], batch, number * thread->width);
 }
 
 static void release_thread(struct thread *thread) {
@@ -279,12 +307,13 @@ int refdyn_batch_widest(void) {
 }
 
 int refdyn_batch_run(const struct refdyn_batch *batch, long *ended) {
-    struct queue queue = {.count = batch->count};
+    struct queue queue = {0};
     if (ended)
         *ended = 0;
-    int status = refdyn_model_status(batch->model);
+    int status = batch ? refdyn_model_status(batch->model) : REFDYN_BAD_MEMORY;
     if (status)
         return status;
+    queue.count = batch->count;
     if (!is_valid(batch))
         return REFDYN_BAD_OPTION;
     struct thread *threads = calloc((size_t)batch->threads, sizeof *threads);

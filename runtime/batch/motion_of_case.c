@@ -372,6 +372,8 @@ static int count_until(const struct refdyn_samples *samples, double t) {
 }
 
 double refdyn_samples_set(const struct refdyn_samples *samples, double t, double *x) {
+    if (!samples || samples->count < 1 || samples->width < 0 || !samples->rows || !samples->place || !x)
+        return INFINITY;
     const int past = count_until(samples, t);
     const int next =
         past > 0 ? past

@@ -138,7 +138,8 @@ struct refdyn_batch {
  * compute all cases.
  *
  * Errors, before any case: those of refdyn_workspace_init and refdyn_integrator_init; BAD_OPTION for times
- * that do not ascend, places or samples that do not exist, fewer than one thread; BAD_MEMORY.
+ * that do not ascend, places, values or samples that do not exist, fewer than one thread; BAD_MEMORY, also if
+ * `batch` is NULL.
  */
 int refdyn_batch_run(const struct refdyn_batch *batch, long *ended);
 

@@ -744,10 +744,12 @@ static int are_variables(const struct refdyn_derivatives *given) {
 }
 
 int refdyn_derivatives_run(struct refdyn_derivatives *given) {
-    int status = refdyn_model_status(given->batch->model);
+    int status = given && given->batch ? refdyn_model_status(given->batch->model) : REFDYN_BAD_MEMORY;
     if (status)
         return status;
-    if (!are_variables(given) || given->batch->time_count < 1)
+    if (given->count > 0 && !(given->variables && given->derivatives && given->underivable))
+        return REFDYN_BAD_MEMORY;
+    if (!are_variables(given) || given->batch->time_count < 1 || given->number < 0)
         return REFDYN_BAD_OPTION;
     struct run *run = calloc(1, sizeof *run);
     if (!run)

@@ -147,7 +147,7 @@ static void note(void *context, struct refdyn_motion *motion, const struct refdy
     const long rejected = motion->statistics.rejected;
     recorded->aligned = ahead ? recorded->aligned : motion->programme.aligned;
     if (!ahead)
-        refdyn_repetition_watch(motion);
+        refdyn_kinks_watch(motion);
     if (!taken && !ahead && waypoint >= 0)
         return;
     if (!taken) {
@@ -160,7 +160,7 @@ static void note(void *context, struct refdyn_motion *motion, const struct refdy
                                            .is_empty = step->t_end == step->t_begin,
                                            .is_special = step->guide != NULL,
                                            .is_cut = rejected > recorded->rejected,
-                                           .sees_beyond = refdyn_repetition_saw_beyond(motion),
+                                           .sees_beyond = refdyn_kinks_saw_beyond(motion),
                                            .aligns = motion->programme.aligned != recorded->aligned};
     if (step->method->kind == &refdyn_collocation && !motion->work->model->saturates)
         taken->iterations = refdyn_collocation_iterations(step, &taken->keeps);

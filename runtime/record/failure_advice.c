@@ -127,6 +127,18 @@ static void print_shorter_steps(const struct refdyn_integrator *integrator, FILE
                 taken > 0 ? taken : integrator->options.step);
 }
 
+/* Off the programme, rows that depend on each other on it contradict each other. */
+static void print_drift(const struct refdyn_integrator *integrator, FILE *out) {
+    const struct refdyn_statistics *s = &integrator->statistics;
+    const struct refdyn_workspace *work = integrator->work;
+    if (integrator->options.stabilise != REFDYN_PROJECT &&
+        work->partition.rank < refdyn_programme_rows(work->model) && s->phi_row >= 0 && s->phi_max > 0)
+        fprintf(out,
+                "refdyn: the rows have drifted off the programme (%s: phi up to %.3g), where redundant rows "
+                "contradict each other; use --stabilise project, or give the rows gains (alpha, beta)\n",
+                work->model->rows[s->phi_row].name, s->phi_max);
+}
+
 /* ---- All advice ---- */
 
 void record_print_advice(const struct record_motion *motion, int status, const char *unfit, FILE *out) {
@@ -135,6 +147,8 @@ void record_print_advice(const struct record_motion *motion, int status, const c
         print_jumps(integrator, status, out);
     if (status == REFDYN_STEP_TOO_SMALL && integrator->work->m > 0)
         print_slopes(motion, out);
+    if (!unfit)
+        print_drift(integrator, out);
     if (status == REFDYN_EVENTS_ACCUMULATE)
         fputs("refdyn: impacts of rd.event never come to rest; use rd.contact\n", out);
     if (status > REFDYN_OK && !unfit)

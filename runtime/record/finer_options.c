@@ -12,14 +12,13 @@ static const double least = 1e-14;
 const double record_finer_most = 0.1;
 /* Tolerance of rates in the finer motion, unless the motion has a smaller one itself, and its least value. */
 static const double rates = 1e-7, rates_least = 1e-9;
-/* Times as many places at which events are looked for. */
-enum { LOOKS = 8 };
+const int record_finer_looks = 8;
 
 /* The largest step shrinks as well, since something else may limit the steps. If iterations use another
  * tolerance, the factor applies to that one. */
 struct refdyn_options record_finer_options(const struct refdyn_integrator *integrator, double *share) {
     struct refdyn_options options = integrator->options;
-    options.event_looks = LOOKS;
+    options.event_looks = record_finer_looks;
     const int order = refdyn_method_order(integrator->method);
     if (options.tol > 0) {
         const long *steps_by = integrator->statistics.steps_by;

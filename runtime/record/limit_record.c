@@ -24,7 +24,6 @@ static const double slack = 1e-9;
  * the state there has the values that follow the event. States at other jumps have those before it, and the
  * state at the beginning of a step has those after it. */
 static const double inside = 1e-11;
-static const char force_lead[] = "force_";
 
 struct point {
     double t, value;
@@ -295,7 +294,7 @@ void record_limits_print(const struct record_limits *limits, FILE *out) {
         const struct record_limit *limit = &limits->list[i];
         const struct record_bound *bound = &limit->bound;
         const bool is_above = limit->largest - bound->to > bound->from - limit->smallest;
-        const bool is_force = strncmp(bound->column, force_lead, sizeof force_lead - 1) == 0;
+        const bool is_force = strncmp(bound->column, record_force_lead, strlen(record_force_lead)) == 0;
         if (!isnan(limit->t_open))
             fprintf(out,
                     "refdyn: warning: %s: redundant rows share %s in any proportion from t = %s s on, so "

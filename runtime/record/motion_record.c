@@ -1,11 +1,14 @@
 /* One motion from its start to its end, output by output, with samples of inputs, conditions and events. */
 #include "runtime/record/record.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 /* A multiple of the time between outputs that is this near to the end is the end, as a part of that time. */
 static const double end_slack = 1e-9;
+/* Rounding of the times of outputs and events, relative to them. */
+static const double rounding = 64 * DBL_EPSILON;
 
 enum {
     DEFAULT_OUTPUTS = 200,
@@ -47,6 +50,15 @@ void record_restore(const struct record_motion *motion) {
     memcpy(work->x, motion->values + parameters, (count - parameters) * sizeof *work->x);
 }
 
+void record_print_between(const struct record_motion *motion, FILE *out) {
+    if (!isnan(motion->t_between))
+        fprintf(
+            out,
+            "inputs       change between rows, first at t = %.9g s; to repeat the motion by --inputs, choose "
+            "an --every with rows at these times\n",
+            motion->t_between);
+}
+
 /* Sets the inputs of the sample at t. */
 static void set_sample(struct record_motion *motion, double t) {
     motion->next_sample =
@@ -58,6 +70,7 @@ int record_start(struct record_motion *motion, struct record_memory memory) {
     const double span = motion->until - motion->from;
     motion->every = record_distance(span, motion->every);
     motion->outputs = isfinite(span) ? record_count_outputs(span, motion->every) : 0;
+    motion->t_between = NAN;
     record_events_start(&motion->events, memory, motion->work->model);
     set_sample(motion, motion->from);
     keep_values(motion, memory);
@@ -84,6 +97,29 @@ static int take_sample(struct record_motion *motion) {
     return status;
 }
 
+/* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
+static double output_time(const struct record_motion *motion, long i) {
+    return i >= motion->outputs - 1 ? motion->until : motion->from + (double)i * motion->every;
+}
+
+static bool sets_input(const struct refdyn_model *model, const struct refdyn_event *event) {
+    bool sets = false;
+    for (int k = event->first_change; k < event->first_change + event->change_count; k++)
+        sets |= model->changes[k].what == REFDYN_CHANGED_INPUT;
+    return sets;
+}
+
+static void note_inputs(struct record_motion *motion) {
+    const struct refdyn_integrator *integrator = motion->integrator;
+    const struct refdyn_model *model = motion->work->model;
+    const double t = integrator->t, row = output_time(motion, lround((t - motion->from) / motion->every));
+    if (!isnan(motion->t_between) || fabs(t - row) <= rounding * (fabs(t) + motion->every))
+        return;
+    for (int k = 0; k < integrator->event_count; k++)
+        if (sets_input(model, &model->events[integrator->event[k]]))
+            motion->t_between = t;
+}
+
 /* After steps from `before`: looks for a condition that was reached on the way, and otherwise records the
  * events at which they have stopped. */
 static int look_back(struct record_motion *motion, double before, int status) {
@@ -99,9 +135,11 @@ static int look_back(struct record_motion *motion, double before, int status) {
     if (motion->integral && has_ended_step && stopped == REFDYN_OK &&
         (status == REFDYN_OK || status == REFDYN_EVENT_ENDS))
         stopped = record_integral_pass(motion->integral);
-    return stopped != REFDYN_OK || integrator->t < t
-               ? stopped
-               : record_events_take(&motion->events, integrator, status);
+    if (stopped != REFDYN_OK || integrator->t < t)
+        return stopped;
+    if (motion->outputs > 0)
+        note_inputs(motion);
+    return record_events_take(&motion->events, integrator, status);
 }
 
 /* Takes some steps towards `goal`; with conditions or limits, only to the end of the next step. */
@@ -119,11 +157,6 @@ static int go_on(struct record_motion *motion, double goal) {
     if (status == REFDYN_OK && integrator->t == sample && !record_is_stopped(motion))
         status = take_sample(motion);
     return status;
-}
-
-/* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
-static double output_time(const struct record_motion *motion, long i) {
-    return i >= motion->outputs - 1 ? motion->until : motion->from + (double)i * motion->every;
 }
 
 int record_advance(struct record_motion *motion, double goal, const struct record_watch *watch) {

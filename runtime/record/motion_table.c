@@ -15,7 +15,8 @@ static const char *const point_units[] = {"m", "m/s", "m/s^2"};
 
 const char record_acceleration_lead[] = "acceleration_", record_acceleration_ending[] = "_dd";
 const char record_input_lead[] = "input_";
-static const char multiplier_lead[] = "lambda_", force_lead[] = "force_";
+const char record_force_lead[] = "force_";
+static const char multiplier_lead[] = "lambda_";
 
 /* A growing list of columns; a unit is NULL where the model has none. */
 struct columns {
@@ -173,9 +174,9 @@ static void name_forces(const struct refdyn_model *model, struct columns *column
     const int first = columns->count;
     begin_part(columns, "/force", "/coordinate", columns->names + 1);
     for (int i = 0; i < refdyn_joint_count(model); i++)
-        add_name(columns, format_name(columns, "%s%s", force_lead, model->coordinates[i].name),
+        add_name(columns, format_name(columns, "%s%s", record_force_lead, model->coordinates[i].name),
                  is_slide(&model->coordinates[i]) ? "N" : "N m");
-    settle(columns, first, force_lead);
+    settle(columns, first, record_force_lead);
 }
 
 static void name_states(const struct refdyn_model *model, struct columns *columns) {
@@ -534,7 +535,7 @@ const char *record_table_not_finite(const struct record_table *table) {
 
 bool record_may_be_open(const char *name) {
     return strncmp(name, multiplier_lead, sizeof multiplier_lead - 1) == 0 ||
-           strncmp(name, force_lead, sizeof force_lead - 1) == 0;
+           strncmp(name, record_force_lead, sizeof record_force_lead - 1) == 0;
 }
 
 int record_table_find(const struct record_table *table, const char *name, size_t length) {

@@ -94,6 +94,8 @@ struct record_table {
 
 /* Prefix of accelerations if one of their names is already used, and their suffix. */
 extern const char record_acceleration_lead[], record_acceleration_ending[];
+/* Prefix of forces: `force_NAME` of coordinate NAME. */
+extern const char record_force_lead[];
 /* Precedes the name of an input's column if that name is taken. */
 extern const char record_input_lead[];
 
@@ -305,8 +307,9 @@ struct record_motion {
     double next_sample; /* time of the next sample, INFINITY if there is none [s] */
     struct refdyn_energy energy;
     struct record_events events;
-    double *values; /* p, then x at the start, if events change them; else NULL */
-    long outputs;   /* their number; the first output is the start */
+    double t_between; /* the first time between two outputs at which an event has set an input; NAN: none [s] */
+    double *values;   /* p, then x at the start, if events change them; else NULL */
+    long outputs;     /* their number; the first output is the start */
 };
 
 /* Asked after every few steps: a status other than 0 ends the motion. */
@@ -327,6 +330,8 @@ int record_advance(struct record_motion *motion, double goal, const struct recor
 /* The same to output i, which it adds to the energy balance. */
 int record_to(struct record_motion *motion, long i, const struct record_watch *watch);
 bool record_is_stopped(const struct record_motion *motion);
+/* Prints that inputs have changed between two outputs, so that the rows do not show when; nothing otherwise. */
+void record_print_between(const struct record_motion *motion, FILE *out);
 /* Restores the parameters and inputs of the workspace to their values at the start, which events may have
  * changed. */
 void record_restore(const struct record_motion *motion);
@@ -338,6 +343,8 @@ void record_restore(const struct record_motion *motion);
 struct refdyn_options record_finer_options(const struct refdyn_integrator *integrator, double *share);
 /* The largest factor of the tolerance. */
 extern const double record_finer_most;
+/* Times as many places at which a finer motion looks for events. */
+extern const int record_finer_looks;
 /* The tolerance of rates in a finer motion that shows the errors of rates, accelerations and forces as well;
  * 0 with fixed steps. */
 double record_finer_rates(const struct refdyn_options *options);
@@ -522,6 +529,12 @@ struct record_spectrum {
     int redundant_count;
 };
 
+/* A kink or jump of forces or rows at a state (kinked_state.c). */
+struct record_kink {
+    int coordinate; /* place in q, or n + place in qd, that moves the state off it; -1: there is none */
+    double part;    /* by which forces, stiffness or damping differ on both sides */
+};
+
 /* Small motions about q at t, with qd = 0. */
 struct record_small_motions {
     struct refdyn_workspace *work;
@@ -533,6 +546,7 @@ struct record_small_motions {
     const double *given;  /* used as linear.given without change; NULL: found as above */
     struct record_linear linear;
     struct record_spectrum spectrum;
+    struct record_kink kink;
     double phi; /* largest |phi| */
     double *C;  /* (points x 3 x n) */
 };
@@ -545,6 +559,11 @@ int record_find_spectrum(struct record_spectrum *spectrum, const struct record_l
 int record_find_unbalanced(const struct record_linear *linear, const double *force);
 /* Finds `linear` from the first fields of `motions`. Returns a status of the runtime. */
 int record_linearise(struct record_small_motions *motions, const struct record_algebra *algebra);
+/* The kink at the state of `motions` after record_linearise. Evaluates the equations at other states. */
+struct record_kink record_find_kink(const struct record_small_motions *motions,
+                                    const struct record_algebra *algebra);
+/* Warns of it, if there is one. */
+void record_print_kink(const struct record_kink *kink, const struct refdyn_model *model, FILE *out);
 /* The same, and then the spectrum and all other fields. */
 int record_find_small_motions(struct record_small_motions *motions, const struct record_algebra *algebra);
 /* Damping ratio; -1 for growth without oscillation, 0 for an eigenvalue 0. */

@@ -223,6 +223,7 @@ int record_find_small_motions(struct record_small_motions *motions, const struct
     if (status != REFDYN_OK)
         return status;
     motions->phi = refdyn_residuals(work).phi;
+    motions->kink = record_find_kink(motions, algebra);
     if (model->point_count)
         call(motions, model->C, motions->qd, motions->C);
     return REFDYN_OK;
@@ -241,6 +242,7 @@ void record_print_small_motions(const struct record_small_motions *motions, FILE
     if (off >= 0)
         fprintf(out, "refdyn: warning: this state is not an equilibrium: %s is out of balance by %.4g\n",
                 model->coordinates[linear->place[off]].name, fabs(linear->force[off]));
+    record_print_kink(&motions->kink, model, out);
     if (motions->phi > programme_tol)
         fprintf(out, "refdyn: warning: the state is off the programme: largest |phi| %.4g\n", motions->phi);
 }

@@ -47,13 +47,14 @@ bool record_stops_hold(struct record_stops *stops) {
     return false;
 }
 
-/* Bisects down to neighbouring times, also across a jump, where the later side counts. */
+/* Bisects down to rounding of the time or of the step, also across a jump, where the later side counts. */
 int record_stops_meet(struct record_stops *stops, double t_before) {
     struct refdyn_integrator *integrator = stops->table.integrator;
     double before = t_before, after = integrator->t;
+    const double span = after - before;
     if (!record_stops_hold(stops))
         return REFDYN_OK;
-    while (after - before > DBL_EPSILON * fmax(fabs(before), fabs(after))) {
+    while (after - before > DBL_EPSILON * fmax(span, fmax(fabs(before), fabs(after)))) {
         const double middle = before + (after - before) / 2;
         if (!(middle > before && middle < after))
             break;

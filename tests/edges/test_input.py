@@ -253,3 +253,55 @@ return rd.model { name = "plane", gravity = { 0, 0, -9.81 }, links = { { "rod", 
 @pytest.mark.parametrize("path", all_models() + models_of_tests(), ids=lambda path: path.stem)
 def test_good_models_are_taken(path):
     refdyn("check", path)
+
+
+# ---- Texts of users in messages ----
+
+ESCAPE = "\x1b[31m\a"
+WITH_ESCAPES = [["check", f"x{ESCAPE}.lua"], [f"comm{ESCAPE}"], ["check", "MODEL", f"{ESCAPE}"], ["check", "MODEL", f"--opt{ESCAPE}"],
+                ["check", "MODEL", "--set", f"m{ESCAPE}=1"], ["check", "MODEL", "--set", f"m=1{ESCAPE}"], ["sim", "MODEL", "--until", f"1{ESCAPE}"],
+                ["sim", "MODEL", "--until", "1", "--method", f"rk4{ESCAPE}"], ["sim", "MODEL", "--until", "1", "--stop", f"a{ESCAPE}<1"],
+                ["sim", "MODEL", "--until", "1", "--inputs", f"a{ESCAPE}.csv"], ["sim", "MODEL", "--until", "1", "--derivatives", f"a{ESCAPE}"],
+                ["sim", "MODEL", "--until", "1", "-o", f"none{ESCAPE}/a.csv"], ["fit", "MODEL", "d.csv", "--vary", f"m{ESCAPE}", "--noise", "arm_z=1", "-o", "f.json"],
+                ["fit", "MODEL", "d.csv", "--vary", "m", "--noise", f"arm{ESCAPE}=1", "-o", "f.json"], ["statics", "MODEL", "--hold", f"a{ESCAPE}"],
+                ["gen", "MODEL", "--emit", f"M{ESCAPE}", "-o", "out"], ["report", "MODEL", "--until", "1", "--methods", f"rk{ESCAPE}", "-o", "out"]]
+
+
+@pytest.mark.parametrize("arguments", WITH_ESCAPES, ids=repr)
+def test_messages_have_no_control_characters(arguments, model, tmp_path):
+    (tmp_path / "d.csv").write_text("t,arm_z\n0,0\n0.1,0.1\n")
+    done = refdyn(*(str(model) if word == "MODEL" else word for word in arguments), status=None, cwd=tmp_path)
+    assert done.returncode in (1, 2) and not re.search(r"[\x00-\x09\x0b-\x1f]", done.stderr), done.stderr
+    assert r"\x1b[31m\x07" in done.stderr.lower()
+
+
+MANY = {
+    "vary": "local v = {{}} for i = 1, {count} do v['no_' .. i] = {{ 1 }} end return rd.sweep {{ vary = v, t_end = 0.1 }}",
+    "derive": "return rd.sweep {{ vary = {{ m = {{ 1 }} }}, t_end = 0.1, derive = function(c) local v = {{}} for i = 1, {count} do v['no_' .. i] = 1 end return v end }}",
+    "table": "return rd.sweep {{ table = 'table.csv', t_end = 0.1 }}",
+    "plan": "local v = {{}} for i = 1, {count} do v['no_' .. i] = rd.within(1, 2) end return rd.plan {{ vary = v, t_end = 1, minimise = 'm' }}",
+}
+
+
+@pytest.mark.parametrize("count", [1000, 30000])
+@pytest.mark.parametrize("kind", MANY)
+def test_many_unknown_names(kind, count, model, tmp_path):
+    """Some of them and their number; a table in Lua has at most 10,000 entries for a plan."""
+    (tmp_path / "many.lua").write_text("local rd = require 'refdyn'\n" + MANY[kind].format(count=count))
+    (tmp_path / "table.csv").write_text(",".join(f"no_{i}" for i in range(count)) + "\n" + ",".join(["1"] * count) + "\n")
+    command = ["plan", model, "many.lua", "-o", "out.json"] if kind == "plan" else ["batch", model, "many.lua", "-o", "out.csv"]
+    said = refdyn(*command, status=1, cwd=tmp_path, timeout=20).stderr
+    if kind == "plan" and count > 10000:
+        assert said == "many.lua:2: more than 10000 entries in a table\n"
+        return
+    lines = said.splitlines()
+    file = "table.csv:1" if kind == "table" else "many.lua:2"
+    assert len(lines) <= 12 and "no_1" in said and all(line.startswith(file) or line.startswith("many.lua") for line in lines), said
+    assert re.fullmatch(rf"{file}: {count - 10} more names are unknown", lines[-1]), said
+
+
+def test_many_unused_columns_of_data(model, tmp_path):
+    columns = ",".join(f"no_{i}" for i in range(1000))
+    (tmp_path / "d.csv").write_text(f"t,arm_z,{columns}\n" + "".join(f"{0.1 * i},{0.01 * i * i}" + ",0" * 1000 + "\n" for i in range(9)))
+    said = refdyn("fit", model, "d.csv", "--vary", "m", "--noise", "arm_z=1", "-o", "f.json", cwd=tmp_path, status=None).stderr
+    assert "d.csv:1: warning: data: 1000 columns are no columns of the motion and are not used" in said and said.count("no_") == 5

@@ -174,7 +174,7 @@ static struct fmu_variable find(unsigned reference) {
     return fmu_find_variable(refdyn_fmu.model, refdyn_fmu.spatial, reference);
 }
 
-enum fmu_status fmu_get(struct fmu_instance *instance, unsigned reference, double *value) {
+static enum fmu_status get(struct fmu_instance *instance, unsigned reference, double *value) {
     const struct fmu_variable variable = find(reference);
     if (variable.kind == FMU_KIND_COUNT)
         return fmu_tell(instance, FMU_ERROR, "value reference %u: unknown", reference);
@@ -190,6 +190,21 @@ enum fmu_status fmu_get(struct fmu_instance *instance, unsigned reference, doubl
             variable.kind == FMU_PARAMETER ? instance->work.p[variable.index] : value_of(instance, variable);
     }
     return FMU_OK;
+}
+
+/* At a communication point of Co-Simulation, values are those from there on, where an event that is due sets
+ * only inputs and parameters. */
+enum fmu_status fmu_get(struct fmu_instance *instance, unsigned reference, double *value) {
+    if (instance->is_exchange || instance->mode != FMU_STEP_MODE)
+        return get(instance, reference, value);
+    enum fmu_status status = fmu_evaluate(instance);
+    if (status != FMU_OK)
+        return status;
+    const int is_after = refdyn_integrator_see_after(&instance->integrator);
+    status = get(instance, reference, value);
+    if (is_after)
+        refdyn_integrator_see_before(&instance->integrator);
+    return status;
 }
 
 /* ---- Setting values ---- */

@@ -216,10 +216,17 @@ static int advance(struct refdyn_gsl *gsl, double t_out) {
 
 /* ---- Motions ---- */
 
+/* Returns whether refdyn_gsl_init has succeeded. */
+static int has_driver(const struct refdyn_gsl *gsl) {
+    return gsl && gsl->seal == REFDYN_SEAL && gsl->driver;
+}
+
 int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_integrator *integrator,
                     enum refdyn_gsl_method method) {
-    *gsl = (struct refdyn_gsl){.integrator = integrator, .method = method};
-    if (!integrator->motion)
+    if (!gsl)
+        return REFDYN_BAD_MEMORY;
+    *gsl = (struct refdyn_gsl){.seal = REFDYN_SEAL, .integrator = integrator, .method = method};
+    if (!refdyn_integrator_is_laid_out(integrator))
         return REFDYN_NOT_STARTED;
     const struct refdyn_options *options = &integrator->options;
     struct refdyn_step *step = &integrator->motion->step;
@@ -241,8 +248,10 @@ int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_integrator *integrator
 }
 
 int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
+    if (!has_driver(gsl))
+        return REFDYN_NOT_STARTED;
     struct refdyn_integrator *integrator = gsl->integrator;
-    int status = gsl->driver ? refdyn_integrator_status(integrator) : REFDYN_NOT_STARTED;
+    int status = refdyn_integrator_status(integrator);
     if (status)
         return status;
     struct refdyn_motion *motion = integrator->motion;
@@ -265,7 +274,8 @@ int refdyn_gsl_to(struct refdyn_gsl *gsl, double t_out) {
 }
 
 void refdyn_gsl_release(struct refdyn_gsl *gsl) {
-    if (gsl->driver)
-        gsl_odeiv2_driver_free(gsl->driver);
+    if (!has_driver(gsl))
+        return;
+    gsl_odeiv2_driver_free(gsl->driver);
     gsl->driver = NULL;
 }

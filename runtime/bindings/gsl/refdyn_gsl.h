@@ -35,6 +35,7 @@ int refdyn_gsl_method_find(const char *name);
 
 /** A motion by GSL. It must not move between init and release, because GSL points into it. */
 struct refdyn_gsl {
+    unsigned long long seal;              /**< private: says whether refdyn_gsl_init has seen this struct */
     struct refdyn_integrator *integrator; /**< the motion; its state is the result */
     enum refdyn_gsl_method method;        /**< the method */
     gsl_odeiv2_system system;             /**< the first-order system that GSL integrates */

@@ -48,7 +48,7 @@ static int allocate_block(struct motion *motion) {
     motion->start_at = motion->integrator_at + rounded(refdyn_integrator_size(model, &motion->options));
     motion->before_at = motion->start_at + 2 * (size_t)model->n * sizeof(double);
     motion->size = motion->before_at +
-                   (size_t)(model->parameter_count + model->input_count + 2 * model->n) * sizeof(double);
+                   2 * (size_t)(model->parameter_count + model->input_count + 2 * model->n) * sizeof(double);
     motion->block = calloc(1, motion->size);
     motion->given = calloc((size_t)model->anchored_count + 1, sizeof *motion->given);
     if (!motion->block || !motion->given) {
@@ -263,7 +263,8 @@ PyObject *refdyn_library_motion(PyObject *self, PyObject *arguments) {
 
 /* ---- Its state ---- */
 
-/* Writes (q, qd), accelerations or forces into `out`. */
+/* Writes a part of the present values into `out`. As in rows, inputs, parameters, accelerations and forces
+ * are those from the present time on, where an event that is due sets only inputs and parameters. */
 static PyObject *fill(PyObject *self, PyObject *out, int count, void (*write)(struct motion *, double *)) {
     struct motion *motion = (struct motion *)self;
     Py_buffer view;
@@ -271,7 +272,10 @@ static PyObject *fill(PyObject *self, PyObject *out, int count, void (*write)(st
         return NULL;
     if (!refdyn_need_doubles(out, "out", count, 1, PyBUF_WRITABLE, &view))
         return refdyn_motion_leave(motion, NULL);
+    const int is_after = refdyn_integrator_see_after(&motion->block->integrator);
     write(motion, view.buf);
+    if (is_after)
+        refdyn_integrator_see_before(&motion->block->integrator);
     PyBuffer_Release(&view);
     return refdyn_motion_leave(motion, Py_NewRef(Py_None));
 }

@@ -76,16 +76,19 @@ enum { SET_P, SET_X, SET_STATE, SETS };
 
 struct settable {
     double *values[SETS], *before[SETS]; /* in the motion, and where it keeps the values before a change */
+    double *seen[SETS];                  /* those that the caller has seen before it */
     size_t counts[SETS];
 };
 
 static struct settable settable_of(struct motion *motion) {
     const struct refdyn_model *model = motion->library->model;
     const size_t p = (size_t)model->parameter_count, x = (size_t)model->input_count;
-    double *before = refdyn_motion_at(motion, motion->before_at);
+    double *before = refdyn_motion_at(motion, motion->before_at),
+           *seen = before + p + x + 2 * (size_t)model->n;
     return (struct settable){
         {motion->block->work.p, motion->block->work.x, motion->block->integrator.q},
         {before, before + p, before + p + x},
+        {seen, seen + p, seen + p + x},
         {p, x, 2 * (size_t)model->n},
     };
 }
@@ -95,9 +98,28 @@ static void copy_values(const struct settable *settable, double *const *from, do
         memcpy(to[i], from[i], settable->counts[i] * sizeof(double));
 }
 
+/* Keeps the present values before a change, and those that the caller sees where an event is due. */
+static void keep_values(struct motion *motion, const struct settable *settable) {
+    struct refdyn_integrator *integrator = &motion->block->integrator;
+    copy_values(settable, settable->values, settable->before);
+    const int is_after = refdyn_integrator_see_after(integrator);
+    copy_values(settable, settable->values, settable->seen);
+    if (is_after)
+        refdyn_integrator_see_before(integrator);
+}
+
+/* A value that is set to what the caller has seen does not change: the event that is due will set it. */
+static void leave_seen_values(const struct settable *settable) {
+    for (int i = 0; i < SETS; i++)
+        for (size_t k = 0; k < settable->counts[i]; k++)
+            if (settable->values[i][k] == settable->seen[i][k])
+                settable->values[i][k] = settable->before[i][k];
+}
+
 /* Continues with the values that were set. Returns None, or the message of a failure; then the motion is as
  * before. */
 static PyObject *take_set(struct motion *motion, const struct settable *settable, int has_state) {
+    leave_seen_values(settable);
     motion->status = continue_from_here(motion, has_state, 1);
     if (motion->status == REFDYN_OK)
         return Py_NewRef(Py_None);
@@ -117,7 +139,7 @@ PyObject *refdyn_motion_refresh(PyObject *self, PyObject *arguments) {
         !refdyn_motion_enter(motion))
         return NULL;
     const struct settable settable = settable_of(motion);
-    copy_values(&settable, settable.values, settable.before);
+    keep_values(motion, &settable);
     for (int i = 0; i < SETS; i++) {
         Py_buffer view;
         if (given[i] == Py_None)
@@ -142,7 +164,7 @@ PyObject *refdyn_motion_set(PyObject *self, PyObject *const *given, Py_ssize_t c
     if (!refdyn_motion_enter(motion))
         return NULL;
     const struct settable settable = settable_of(motion);
-    copy_values(&settable, settable.values, settable.before);
+    keep_values(motion, &settable);
     if (refdyn_read_by_name(&library->inputs, given[0], settable.values[SET_X]) &&
         refdyn_read_by_name(&library->parameters, given[1], settable.values[SET_P]))
         return refdyn_motion_leave(motion, take_set(motion, &settable, 0));

@@ -59,6 +59,21 @@ static inline int refdyn_model_is_readable(const struct refdyn_model *model) {
  * when the arrays have not been laid out. */
 int refdyn_model_status(const struct refdyn_model *model);
 int refdyn_workspace_status(const struct refdyn_workspace *work);
+
+/* The value of `seal` in a struct that its initialisation has seen; other memory has it by chance only. */
+#define REFDYN_SEAL 0x52454644594e2e31ULL
+
+/* Returns whether refdyn_workspace_init has succeeded. Unlike refdyn_workspace_status it reads no table, so
+ * that functions of the inner loop can afford it. */
+static inline int refdyn_is_laid_out(const struct refdyn_workspace *work) {
+    return work && work->seal == REFDYN_SEAL && work->equations;
+}
+
+/* The status of a call whose workspace is not laid out, or that lacks an array. */
+static inline int refdyn_missing_status(const struct refdyn_workspace *work) {
+    const int status = refdyn_workspace_status(work);
+    return status ? status : REFDYN_BAD_MEMORY;
+}
 /* Whether two tables are compilations of one model: the same name, hash, sizes and functions. */
 int refdyn_models_agree(const struct refdyn_model *model, const struct refdyn_model *other);
 /* Number of doubles in the result of `required`. */

@@ -138,13 +138,15 @@ int refdyn_models_agree(const struct refdyn_model *a, const struct refdyn_model 
 }
 
 int refdyn_joint_count(const struct refdyn_model *model) {
-    int count = model->n;
+    int count = refdyn_model_is_readable(model) ? model->n : 0;
     while (count > 0 && refdyn_is_state(model, count - 1))
         count--;
     return count;
 }
 
 int refdyn_programme_rows(const struct refdyn_model *model) {
+    if (!refdyn_model_is_readable(model))
+        return 0;
     int count = model->m;
     for (int i = 0; i < model->event_count; i++)
         count -= model->events[i].contact > 0;

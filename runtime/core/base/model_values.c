@@ -8,7 +8,7 @@
 #include <string.h>
 
 int refdyn_find_name(const struct refdyn_name *names, int count, const char *name) {
-    for (int i = 0; name && i < count; i++)
+    for (int i = 0; names && name && i < count; i++)
         if (strcmp(names[i].name, name) == 0)
             return i;
     return -1;
@@ -62,7 +62,9 @@ int refdyn_set_input(struct refdyn_workspace *work, const char *name, double val
 
 int refdyn_set_coordinate(const struct refdyn_model *model, double *q, const char *name, double value) {
     const int status = refdyn_model_status(model);
-    return status ? status : set(model->coordinates, model->n, name, value, q);
+    if (status || !q)
+        return status ? status : REFDYN_BAD_MEMORY;
+    return set(model->coordinates, model->n, name, value, q);
 }
 
 /* ---- Values of parameters that the model refuses ---- */
@@ -73,11 +75,11 @@ int refdyn_set_coordinate(const struct refdyn_model *model, double *q, const cha
  */
 
 int refdyn_check_parameters(struct refdyn_workspace *work) {
-    const struct refdyn_model *model = work->model;
-    const double *required = work->required;
     const int status = refdyn_workspace_status(work);
     if (status)
         return status;
+    const struct refdyn_model *model = work->model;
+    const double *required = work->required;
     work->refused = -1;
     if (model->requirement_count == 0)
         return REFDYN_OK;
@@ -91,11 +93,13 @@ int refdyn_check_parameters(struct refdyn_workspace *work) {
 }
 
 void refdyn_refused_numbers(const struct refdyn_workspace *work, double numbers[REFDYN_REQUIREMENT_NUMBERS]) {
+    if (!numbers)
+        return;
+    memset(numbers, 0, REFDYN_REQUIREMENT_NUMBERS * sizeof *numbers);
+    if (!refdyn_is_laid_out(work) || work->refused < 0)
+        return;
     const struct refdyn_requirement *requirements = work->model->requirements;
     const double *required = work->required + 1;
-    memset(numbers, 0, REFDYN_REQUIREMENT_NUMBERS * sizeof *numbers);
-    if (work->refused < 0)
-        return;
     for (int i = 0; i < work->refused; i++)
         required += 1 + requirements[i].count;
     memcpy(numbers, required, (size_t)requirements[work->refused].count * sizeof *numbers);

@@ -65,6 +65,8 @@ size_t refdyn_workspace_size(const struct refdyn_model *model) {
 }
 
 void refdyn_partition_reset(struct refdyn_workspace *work) {
+    if (!refdyn_is_laid_out(work))
+        return;
     struct refdyn_partition *partition = &work->partition;
     partition->rank = -1;
     partition->rank_most = work->m;
@@ -82,7 +84,9 @@ static int has_equations(const struct refdyn_model *model) {
 
 int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
                           size_t size) {
-    *work = (struct refdyn_workspace){.model = model};
+    if (!work)
+        return REFDYN_BAD_MEMORY;
+    *work = (struct refdyn_workspace){.seal = REFDYN_SEAL, .model = model};
     int status = refdyn_model_status(model);
     if (status)
         return status;
@@ -113,6 +117,8 @@ int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_mod
 }
 
 int refdyn_workspace_status(const struct refdyn_workspace *work) {
+    if (!work || work->seal != REFDYN_SEAL)
+        return REFDYN_BAD_MEMORY;
     const int status = refdyn_model_status(work->model);
     return !status && !work->equations ? REFDYN_BAD_MEMORY : status;
 }
@@ -133,10 +139,10 @@ void refdyn_prepare(struct refdyn_workspace *work) {
 }
 
 void refdyn_initial_state(const struct refdyn_workspace *work, double *q, double *qd) {
+    if (refdyn_workspace_status(work) || !q || !qd)
+        return;
     const struct refdyn_model *model = work->model;
     const int n = work->n;
-    if (refdyn_workspace_status(work))
-        return;
     for (int j = 0; j < n; j++) {
         q[j] = model->coordinates[j].value;
         qd[j] = 0;
@@ -151,9 +157,9 @@ void refdyn_initial_state(const struct refdyn_workspace *work, double *q, double
 
 void refdyn_anchor(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                    const int *given) {
-    const struct refdyn_model *model = work->model;
-    if (refdyn_workspace_status(work) || !model->anchor)
+    if (refdyn_workspace_status(work) || !work->model->anchor || !q || !qd)
         return;
+    const struct refdyn_model *model = work->model;
     model->anchor(work->p, work->x, t, q, qd, work->anchored);
     for (int i = 0; i < model->anchored_count; i++)
         if (!given || !given[i])

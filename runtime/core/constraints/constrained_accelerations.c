@@ -87,6 +87,8 @@ static int explain(struct refdyn_workspace *work, int status, struct refdyn_faul
 }
 
 int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise, double *qdd) {
+    if (!refdyn_is_laid_out(work) || !qdd)
+        return refdyn_missing_status(work);
     const int baumgarte = stabilise == REFDYN_BAUMGARTE;
     const int status = refdyn_partition_update(work, baumgarte ? work->k : work->v, baumgarte ? 1 : -1);
     if (status)
@@ -141,6 +143,8 @@ static int has_inverse(struct refdyn_workspace *work) {
 
 int refdyn_refine(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                   enum refdyn_stabilise stabilise, double *qdd) {
+    if (!refdyn_is_laid_out(work) || !q || !qd || !qdd)
+        return 0;
     const struct refdyn_model *model = work->model;
     const int baumgarte = stabilise == REFDYN_BAUMGARTE;
     refdyn_function *emitted = work->m == 0 ? model->qdd_free : model->constrained;
@@ -164,6 +168,8 @@ int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, 
 
 /* K_d^T lambda = (M qdd - f)_d */
 void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double *lambda) {
+    if (!refdyn_is_laid_out(work) || !qdd || (!lambda && work->m > 0))
+        return;
     const int n = work->n, rank = work->partition.rank;
     const int *column = work->partition.column;
     for (int k = 0; k < rank; k++)
@@ -176,6 +182,8 @@ void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double
 }
 
 void refdyn_programme_force(const struct refdyn_workspace *work, const double *lambda, double *force) {
+    if (!refdyn_is_laid_out(work) || (!lambda && work->m > 0) || !force)
+        return;
     for (int j = 0; j < work->n; j++)
         force[j] = 0;
     for (int a = 0; a < work->m; a++)

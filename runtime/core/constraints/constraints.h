@@ -32,6 +32,10 @@ int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double
 /* Factors K_d, writes [K_d^-1 K_i, K_d^-1 sign right] into work->rows and P into work->P; right (m). Chooses
  * another partition where necessary. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign);
+/* work->rows := P K^T = L U with full pivoting, where the columns of K^T are the rows divided by their sizes
+ * at the last call of refdyn_row_sizes, in the order work->mark. Returns the number of pivots that are not 0.
+ */
+int refdyn_eliminate_rows(struct refdyn_workspace *work);
 /* Returns the rank of the rows in the workspace. With is_off, a row counts as dependent if its independent
  * part is no larger than phi explains. Keeps the partition; overwrites work->rows. */
 int refdyn_rank_of_rows(struct refdyn_workspace *work, int is_off);
@@ -55,7 +59,7 @@ struct refdyn_dependence {
 void refdyn_dependence_find(struct refdyn_dependence *dependence, struct refdyn_workspace *work,
                             const double *force);
 /* Returns the multiplier of a row, and the force on a coordinate of the rows that drive it; NAN where they
- * are not unique. The multiplier of a free contact is 0. */
+ * are not unique. The multiplier of a row that its author has switched off, or of a free contact, is 0. */
 double refdyn_dependence_multiplier(const struct refdyn_dependence *dependence, int row);
 double refdyn_dependence_drive(const struct refdyn_dependence *dependence, int coordinate);
 

@@ -6,7 +6,7 @@
  * if and only if g . v = 0 for each v.
  *
  * Elimination with full pivoting, P K^T = L U with U = [U_1 U_2], where the columns of K^T are the rows
- * divided by their largest entries. With y = U_1^-T g_1 the sum is y . (L^-1 P r). Each row o beyond the rank
+ * divided by their sizes. With y = U_1^-T g_1 the sum is y . (L^-1 P r). Each row o beyond the rank
  * has the null vector e_o - U_1^-1 U_2o, which changes the sum by g_o - y . U_2o.
  */
 #include "runtime/core/constraints/constraints.h"
@@ -19,22 +19,8 @@
 /* A sum counts as unique up to this part of its largest coefficient plus this multiple of the residual of the
  * rows, because off the programme dependent rows are only nearly dependent. */
 static const double blur = 1e-7, misses = 100;
-
-/* work->rows := K^T. Coordinates have the weights of the last call of refdyn_row_sizes. */
-static void gather(struct refdyn_workspace *work) {
-    const int n = work->n;
-    for (int a = 0; a < work->m; a++) {
-        double *row = work->rows + a * n;
-        for (int j = 0; j < n; j++)
-            row[j] = work->u[a * n + j] * work->weight[j];
-        const double size = work->row_size[a] = refdyn_largest(row, n, NULL);
-        for (int j = 0; j < n && size > 0; j++)
-            row[j] /= size;
-        work->mark[a] = a;
-    }
-    for (int j = 0; j < n; j++)
-        work->scale[j] = 1;
-}
+/* Coordinates and rates are moved by this part of the larger of 1 and their value. */
+static const double nearby = 1e-6;
 
 /* work->side := L^-1 P r */
 static void reduce(struct refdyn_workspace *work, const double *force, int rank) {
@@ -53,9 +39,7 @@ static void reduce(struct refdyn_workspace *work, const double *force, int rank)
 
 void refdyn_dependence_find(struct refdyn_dependence *dependence, struct refdyn_workspace *work,
                             const double *force) {
-    const int n = work->n;
-    gather(work);
-    const int most = refdyn_eliminate(work->rows, n, work->m, work->exchange, work->mark, work->scale);
+    const int most = refdyn_eliminate_rows(work);
     const int rank = work->partition.rank < most ? work->partition.rank : most;
     *dependence = (struct refdyn_dependence){
         .work = work, .rank = rank, .blur = blur + misses * refdyn_distance(work, work->phi)};
@@ -78,15 +62,31 @@ static double sum_of(const struct refdyn_dependence *dependence) {
     return dense_dot(y, work->side, rank);
 }
 
-/* The coefficient of a scaled row in a sum. A row whose gradient is 0 adds nothing. */
+/* The coefficient of a scaled row in a sum. A row of size 0 adds nothing. */
 static double coefficient(const struct refdyn_workspace *work, int row, double of_row) {
     return work->row_size[row] > 0 ? of_row / work->row_size[row] : 0;
+}
+
+/* Is the row, whose size is 0, switched off by a factor that is 0? Other rows of size 0 have a slope next to
+ * the state, as a square of rates has one away from rest, and their multiplier may be infinite. */
+static int is_switched_off(struct refdyn_workspace *work, int row) {
+    const int n = work->n;
+    double *state = work->row_state, *sizes = work->basis, largest = 0;
+    memset(sizes, 0, (size_t)(work->m * n) * sizeof *sizes);
+    for (int i = 1; i <= 2 * n && largest == 0 && work->model->row_sizes; i++) {
+        const double kept = state[i];
+        state[i] += nearby * fmax(1, fabs(kept));
+        work->model->row_sizes(work->p, work->x, state[0], state + 1, state + 1 + n, sizes);
+        state[i] = kept;
+        largest = refdyn_largest(sizes + row * n, n, NULL);
+    }
+    return work->model->row_sizes && largest == 0;
 }
 
 double refdyn_dependence_multiplier(const struct refdyn_dependence *dependence, int row) {
     struct refdyn_workspace *work = dependence->work;
     if (work->row_size[row] == 0)
-        return row < refdyn_programme_rows(work->model) ? NAN : 0;
+        return row >= refdyn_programme_rows(work->model) || is_switched_off(work, row) ? 0 : NAN;
     for (int k = 0; k < work->m; k++)
         work->lambda[k] = work->mark[k] == row ? coefficient(work, row, 1) : 0;
     return sum_of(dependence);

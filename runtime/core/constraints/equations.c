@@ -84,6 +84,8 @@ int refdyn_fault_not_finite(struct refdyn_workspace *work) {
 }
 
 int refdyn_equations(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+    if (!refdyn_is_laid_out(work) || !q || !qd)
+        return refdyn_missing_status(work);
     work->evaluations++;
     if (work->model->equations) {
         note_state(work, t, q, qd);
@@ -102,6 +104,8 @@ static double weight_of(const struct refdyn_workspace *work, int j, double large
 }
 
 void refdyn_row_sizes(struct refdyn_workspace *work) {
+    if (!refdyn_is_laid_out(work))
+        return;
     const struct refdyn_model *model = work->model;
     const int n = work->n, m = work->m;
     const double *state = work->row_state;

@@ -71,14 +71,17 @@ static int pivot_fully(struct refdyn_workspace *work, const int *declared) {
     return rank;
 }
 
-int refdyn_rank_of_rows(struct refdyn_workspace *work, int is_off) {
-    const int n = work->n;
+int refdyn_eliminate_rows(struct refdyn_workspace *work) {
     scale_rows(work);
-    for (int j = 0; j < n; j++)
+    for (int j = 0; j < work->n; j++)
         work->scale[j] = 1;
     for (int a = 0; a < work->m; a++)
         work->mark[a] = a;
-    const int most = refdyn_eliminate(work->rows, n, work->m, work->exchange, work->mark, work->scale);
+    return refdyn_eliminate(work->rows, work->n, work->m, work->exchange, work->mark, work->scale);
+}
+
+int refdyn_rank_of_rows(struct refdyn_workspace *work, int is_off) {
+    const int n = work->n, most = refdyn_eliminate_rows(work);
     const double least = is_off ? regained(work) : work->rank_tol;
     int rank = 0;
     while (rank < most && 1 > least * fabs(work->rows[rank * n + rank]))
@@ -213,13 +216,18 @@ static int rank_has_grown(const struct refdyn_workspace *work) {
 }
 
 /* Returns the allowed remaining right side of a redundant row: a fraction of its largest term, plus the
- * product of coefficients that were taken for 0 with the accelerations of the forces alone. */
+ * product of coefficients that were taken for 0 with the accelerations of the forces alone, or with those
+ * that the kept rows prescribe. */
 static double allowed_miss(const struct refdyn_workspace *work, int a, double right) {
     const int n = work->n, rank = work->partition.rank;
     const double *row = work->u + work->partition.row[a] * n;
     double term = fabs(right), acceleration = 0; /* scaled: sqrt(M_jj) qdd_j */
-    for (int k = 0; k < rank; k++)
-        term = fmax(term, fabs(row[work->partition.column[k]] * row_of_P(work, k)[n - rank]));
+    for (int k = 0; k < rank; k++) {
+        const int j = work->partition.column[k];
+        const double prescribed = fabs(row_of_P(work, k)[n - rank]);
+        term = fmax(term, fabs(row[j]) * prescribed);
+        acceleration = fmax(acceleration, prescribed / work->weight[j]);
+    }
     for (int j = 0; j < n; j++)
         acceleration = fmax(acceleration, fabs(work->f[j]) * work->weight[j]);
     return work->consistency_tol * term +

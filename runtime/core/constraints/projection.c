@@ -49,7 +49,9 @@ static int largest_residual(const struct refdyn_workspace *work, struct level le
 }
 
 struct refdyn_residual refdyn_residuals(const struct refdyn_workspace *work) {
-    struct refdyn_residual largest = {0};
+    struct refdyn_residual largest = {.phi_row = -1, .psi_row = -1};
+    if (!refdyn_is_laid_out(work))
+        return largest;
     largest.phi_row = largest_residual(work, of_positions(work), &largest.phi);
     largest.psi_row = largest_residual(work, of_velocities(work), &largest.psi);
     return largest;
@@ -67,6 +69,8 @@ static int rows_hold(const struct refdyn_workspace *work, struct level level, do
 }
 
 int refdyn_is_consistent(struct refdyn_workspace *work, double tol, const double *q, const double *qd) {
+    if (!refdyn_is_laid_out(work) || !q || !qd)
+        return 0;
     refdyn_row_sizes(work);
     return rows_hold(work, of_positions(work), tol, 1, q) && rows_hold(work, of_velocities(work), tol, 1, qd);
 }

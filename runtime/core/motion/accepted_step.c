@@ -236,6 +236,7 @@ static int attempt_plan(struct refdyn_motion *motion, struct refdyn_attempt *att
 /* The step is over already where events are due at its beginning, and after fixed and special steps. */
 static int attempt_begin(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt) {
     *attempt = (struct refdyn_attempt){.is_over = 0};
+    refdyn_kinks_guard(motion, 0);
     int status = refdyn_repetition_begin_step(motion);
     if (!status)
         status = begin(motion, t_out);

@@ -96,6 +96,10 @@ static int find_accelerations(struct refdyn_integrator *integrator) {
     return status;
 }
 
+void refdyn_after_clear(struct refdyn_after *after) {
+    after->is_seen = 0;
+}
+
 int refdyn_integrator_see_after(struct refdyn_integrator *integrator) {
     if (refdyn_integrator_status(integrator) || !are_quiet(integrator))
         return 0;
@@ -108,6 +112,7 @@ int refdyn_integrator_see_after(struct refdyn_integrator *integrator) {
     memcpy(after->x, work->x, (size_t)model->input_count * sizeof *after->x);
     memcpy(after->qdd, integrator->qdd, (size_t)model->n * sizeof *after->qdd);
     memcpy(after->lambda, integrator->lambda, (size_t)model->m * sizeof *after->lambda);
+    after->is_seen = 1;
     int is_good = 1;
     for (int k = 0; k < events->due_named && is_good; k++)
         is_good = set(integrator, &model->events[events->due[k]]);
@@ -119,10 +124,13 @@ int refdyn_integrator_see_after(struct refdyn_integrator *integrator) {
 }
 
 void refdyn_integrator_see_before(struct refdyn_integrator *integrator) {
+    if (refdyn_integrator_status(integrator) || !integrator->motion->after.is_seen)
+        return;
     struct refdyn_motion *motion = integrator->motion;
     struct refdyn_workspace *work = integrator->work;
     const struct refdyn_model *model = work->model;
-    const struct refdyn_after *after = &motion->after;
+    struct refdyn_after *after = &motion->after;
+    after->is_seen = 0;
     memcpy(work->p, after->p, count_values(model) * sizeof *after->p);
     memcpy(work->x, after->x, (size_t)model->input_count * sizeof *after->x);
     memcpy(integrator->qdd, after->qdd, (size_t)model->n * sizeof *after->qdd);

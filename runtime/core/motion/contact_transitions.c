@@ -484,11 +484,20 @@ static int find_inside(struct refdyn_motion *motion) {
     return REFDYN_OK;
 }
 
+/* The rate that contact k may have by errors alone: if it rests, the residual of its row before the events. A
+ * resting contact that seems to open would take no part in the impact of another one. */
+static double rate_error(const struct refdyn_motion *motion, int k) {
+    const struct refdyn_contacts *contacts = &motion->state_events.contacts;
+    const double residual = fabs(motion->before.psi[contacts->first_row + k]);
+    const double least = DBL_MIN; /* below it, products lose their digits */
+    return contacts->mode[k] == REFDYN_CONTACT_RESTING ? fmax(least, 2 * residual) : least;
+}
+
 /* The gaps at the beginning of the step. */
 static int begin(struct refdyn_motion *motion) {
     struct refdyn_contacts *contacts = &motion->state_events.contacts;
     for (int k = 0; k < contacts->count; k++)
-        contacts->rate_rounding[k] = DBL_MIN;         /* below it, products lose their digits */
+        contacts->rate_rounding[k] = rate_error(motion, k);
     if (motion->step.t_limit <= motion->step.t_begin) /* the limit of a time event that has passed */
         refdyn_step_limit(&motion->step, INFINITY);
     const int status = look(motion, motion->step.t_begin, motion->step.state);

@@ -23,6 +23,8 @@ static const double rounding = 1e-12;
 
 int refdyn_energies(const struct refdyn_workspace *work, double t, const double *q, const double *qd,
                     double *energy) {
+    if (!refdyn_is_laid_out(work) || !q || !qd || !energy)
+        return refdyn_missing_status(work);
     if (!work->model->energy)
         return REFDYN_FUNCTION_MISSING;
     work->model->energy(work->p, work->x, t, q, qd, energy);
@@ -38,7 +40,12 @@ static int at_state(const struct refdyn_integrator *integrator, double *energy) 
 
 int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
     double now[2] = {0, 0};
+    if (!energy)
+        return REFDYN_BAD_MEMORY;
+    *energy = (struct refdyn_energy){0};
     const int status = at_state(integrator, now);
+    if (status == REFDYN_NOT_STARTED)
+        return status;
     *energy = (struct refdyn_energy){
         .t_start = integrator->t,
         .kinetic = now[0],
@@ -73,7 +80,7 @@ static void add_changes(struct refdyn_energy *energy, const double *shown, doubl
 
 int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
     double shown[2], last[2];
-    int status = at_state(integrator, shown);
+    int status = energy ? at_state(integrator, shown) : REFDYN_BAD_MEMORY;
     if (status)
         return status;
     const struct refdyn_motion *motion = integrator->motion;
@@ -92,6 +99,8 @@ int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrat
 }
 
 int refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
+    if (!energy)
+        return REFDYN_BAD_MEMORY;
     int status = refdyn_integrator_status(integrator);
     energy->unit = 0;
     if (status)
@@ -109,11 +118,11 @@ int refdyn_energy_scale(struct refdyn_energy *energy, const struct refdyn_integr
 }
 
 double refdyn_energy_error(const struct refdyn_energy *energy) {
-    return energy->largest_change > 0 ? energy->largest_error / energy->largest_change : 0;
+    return energy && energy->largest_change > 0 ? energy->largest_error / energy->largest_change : 0;
 }
 
 int refdyn_energy_changes(const struct refdyn_energy *energy) {
-    return energy->largest_change > rounding * (energy->largest + energy->unit);
+    return energy && energy->largest_change > rounding * (energy->largest + energy->unit);
 }
 
 /* ---- Energy by which a state jumps ---- */
@@ -193,10 +202,11 @@ int refdyn_find_work_done(struct refdyn_step *step, double theta, double *work_d
 /* Up to this error, in tolerances, the state of a step is exact: its error does not bound the step. */
 static const double exact = 1e-3;
 /* Energy and work of a step differ if they do so by more than this part of the larger of its kinetic energy
- * and its work. */
+ * and its work, and by more than rounding. */
 static const double differing = 1e-4;
-/* The quadrature has settled when the work changes by at most this part of the integral of |power|. */
-static const double settled = 1e-8;
+/* The quadrature has settled when the work changes by at most this part of the integral of |power|. Its error
+ * is then 1/64 of this, and near a kink of the power still far below `differing`. */
+static const double settled = 1e-6;
 
 enum {
     PARTS_MOST = 64 /* of a step in the refined quadrature */
@@ -239,7 +249,8 @@ void refdyn_resolve_work(struct refdyn_motion *motion, double error) {
         return;
     const double change = last[0] - first[0] + (last[1] - first[1]), done = end[2 * n] - begin[2 * n];
     const double scale = fmax(fmax(first[0], last[0]), fabs(done));
-    if (fabs(change - done) > differing * scale && refine_work(motion, &found, &size) &&
+    const double least = differing * scale + rounding * (fabs(first[1]) + fabs(last[1]));
+    if (fabs(change - done) > least && refine_work(motion, &found, &size) &&
         fabs(change - found) <= differing * fmax(scale, size))
         step->state_new[2 * n] = begin[2 * n] + found;
 }

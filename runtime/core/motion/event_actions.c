@@ -219,15 +219,13 @@ static int pass_kinks(struct refdyn_motion *motion) {
     struct refdyn_step *step = &motion->step;
     int have_jumped;
     refdyn_step_break_off(step, 1);
-    const int has_moved = refdyn_kinks_leave(&motion->state_events, step, 1, step->state);
+    refdyn_kinks_leave(&motion->state_events, step, 1, step->state);
     int status = refdyn_rows_have_jumped(motion, &have_jumped);
     if (!status && have_jumped) {
         status = go_on(motion);
         return !status && refdyn_kinks_lead_back(&motion->state_events, step) ? REFDYN_SLIDES : status;
     }
-    return status || !(has_moved || refdyn_repeats(motion))
-               ? status
-               : refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
+    return status ? status : refdyn_rates(&step->evaluation, step->t_begin, step->state, step->rates);
 }
 
 /* The actions of all that is due, and the state from which the motion continues. */

@@ -39,6 +39,9 @@ static const double rounding_part = 1e-6;
 static const double far_short = 0.1;
 /* A zero in the last hundredth of a refused step does not explain why it was too long. */
 static const double near_end = 0.99;
+/* A step that ends before a kink may have stages beyond it, if the value of the kink falls below this part of
+ * its range in the step. */
+static const double stages_reach = 0.25;
 /* A zero before the first sample is within this part of the time to it. */
 static const double early = 0.9;
 /* Largest advance of a phase between two samples [rad], and the largest one that a change of the frequency
@@ -417,22 +420,30 @@ static void stay_on_zero(struct refdyn_state_events *events, struct refdyn_step 
     *t_event = step->t_begin;
 }
 
-/* Is a value zero at the end of the step except for rounding, and do its last two samples show that it is
- * about to cross zero? Kinks count where the step was cut to end on one, or where loads of contacts may jump.
- */
+/* Is the value of an event zero at the end of the step except for rounding, and do its last two samples show
+ * that it is about to cross zero? */
 static int ends_before_zero(const struct refdyn_state_events *events, const struct refdyn_step *step) {
     const int last = events->last;
     const double time = (events->thetas[last] - events->thetas[last - 1]) * (step->t_end - step->t_begin);
     const double near = refdyn_state_events_blur(step->t_end) / time;
-    const int count = events->contacts.count > 0 || events->early_tries > 0 ? events->count : events->named;
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < events->named; i++) {
         const double end = sample(events, last, i), change = end - sample(events, last - 1, i);
-        const int may_jump = events->contacts.count > 0 && refdyn_state_events_is_kink(events, i);
-        const double width = may_jump ? refdyn_kinks_width(events, i) : 0;
-        if (events->side_end[i] * change < 0 && fabs(end) <= fmax(2 * near * fabs(change), width))
+        if (events->side_end[i] * change < 0 && fabs(end) <= 2 * near * fabs(change))
             return 1;
     }
     return 0;
+}
+
+/* Returns a kink that counts as zero at the end of the step, to which its value has come in the step; -1:
+ * there is none. */
+static int find_kink_at_end(const struct refdyn_state_events *events) {
+    for (int i = events->named; i < events->count; i++) {
+        const double end = sample(events, events->last, i),
+                     change = end - sample(events, events->last - 1, i);
+        if (fabs(end) <= refdyn_kinks_width(events, i) && events->side_end[i] * change < 0)
+            return i;
+    }
+    return -1;
 }
 
 static void keep_sides(struct refdyn_state_events *events) {
@@ -448,24 +459,47 @@ static int side_after(const struct refdyn_step *step, int i, int side, int now) 
     return now != 0 && !refdyn_state_events_watches(step, i, now) ? now : side;
 }
 
-/* The side of value i at theta of the last step, where it is `value`. */
-static int side_until(const struct refdyn_state_events *events, const struct refdyn_step *step, int i,
-                      double theta, double value) {
-    int side = events->side_begin[i];
-    for (int k = 1; k < theta * SAMPLES; k++)
-        side = side_after(step, i, side, side_at(events, k, i));
-    return side_after(step, i, side, refdyn_sign_of(value));
+/* Adds event i to the ascending list of what is due, at most once. */
+static void insert_due(struct refdyn_state_events *events, int i) {
+    for (int k = 0; k < events->due_count; k++)
+        if (events->due[k] == i)
+            return;
+    refdyn_state_events_add_due(events, i);
+    for (int k = events->due_count - 1; k > 0 && events->due[k - 1] > i; k--) {
+        events->due[k] = events->due[k - 1];
+        events->due[k - 1] = i;
+    }
 }
 
+/* What is due at the end of the step stays due if t is there, within rounding; contacts are found again. */
+static void keep_due_at_end(struct refdyn_state_events *events, int is_at_end) {
+    const int due_count = is_at_end ? events->due_count : 0;
+    refdyn_state_events_clear_due(events);
+    for (int k = 0; k < due_count; k++)
+        if (refdyn_contact_of(&events->contacts, events->due[k]) < 0)
+            refdyn_state_events_add_due(events, events->due[k]);
+}
+
+/* A value that is beyond zero at t has been carried there by rounding: its zero lies at t. */
 void refdyn_state_events_stop(struct refdyn_state_events *events, const struct refdyn_step *step, double t,
                               const double *state) {
-    const double theta = refdyn_step_theta(step, t);
     refdyn_state_events_look_again(events, step, refdyn_step_inside(step, t), state);
-    if (!refdyn_step_is_inside(step, t))
+    if (!refdyn_step_is_inside(step, t) ||
+        refdyn_state_events_values(events, step, refdyn_step_inside(step, t), state, events->values))
         return;
-    refdyn_state_events_clear_due(events);
-    for (int i = 0; i < events->count; i++)
-        events->side[i] = side_until(events, step, i, theta, events->samples[i] - events->zeros[i]);
+    keep_due_at_end(events, step->t_end - t <= refdyn_state_events_blur(t));
+    const int stays = events->due_count > 0;
+    for (int i = 0; i < events->count; i++) {
+        const int now = refdyn_sign_of(events->values[i] - events->offsets[i]);
+        const int is_contact = refdyn_contact_of(&events->contacts, i) >= 0;
+        if (!stays || is_contact)
+            events->side[i] = side_after(step, i, events->side_begin[i], now);
+        if (i >= events->named || is_contact || !(events->side[i] * now < 0) ||
+            !refdyn_state_events_watches(step, i, now))
+            continue;
+        events->towards[i] = now;
+        insert_due(events, i);
+    }
 }
 
 /* Is the end as near to the zero as it can be? */
@@ -476,33 +510,11 @@ static int is_met(const struct refdyn_state_events *events, const struct refdyn_
     return distance <= same_time(step) || no_longer_falls || events->tries >= TRIES_MOST;
 }
 
-/* Loads of contacts may jump at kinks. A step to a kink at t ends before it by this time, so that no stage
- * sees the load after it. The time exceeds rounding and the error of a zero on the interpolant. Short steps
- * end on the kink. */
-static double before_kink(const struct refdyn_state_events *events, const struct refdyn_step *step,
-                          double t) {
-    const double back = 4 * fmax(same_time(step), zero_width * (step->t_end - step->t_begin));
-    const int is_long = t - step->t_begin > 1000 * back;
-    return refdyn_state_events_is_kink(events, events->target) && events->contacts.count > 0 && is_long ? back
-                                                                                                        : 0;
-}
-
 /* The step is taken again, to t. */
 static void try_again(struct refdyn_state_events *events, double distance, double t, double *t_event) {
     events->missed = distance;
     events->tries++;
     *t_event = t;
-}
-
-/* The step ends on the zero of its target. At a kink it is taken once more and ends just before it. */
-static void end_on_target(struct refdyn_state_events *events, struct refdyn_step *step, double *t_event) {
-    const double back = before_kink(events, step, step->t_end);
-    if (back == 0 || events->tries >= TRIES_MOST) {
-        end_on_zero(events, step);
-        return;
-    }
-    events->tries = TRIES_MOST;
-    try_again(events, 0, step->t_end - back, t_event);
 }
 
 /* The value of the target has crossed zero at t. */
@@ -512,7 +524,7 @@ static void step_back(struct refdyn_state_events *events, struct refdyn_step *st
     if (t - step->t_begin < least)
         stay_on_zero(events, step, t_event);
     else if (is_met(events, step, distance, 1))
-        end_on_target(events, step, t_event);
+        end_on_zero(events, step);
     else {
         events->t_high = step->t_end;
         try_again(events, distance, t, t_event);
@@ -546,7 +558,7 @@ static void step_ahead(struct refdyn_state_events *events, struct refdyn_step *s
     if (distance > far_short * (step->t_end - step->t_begin) && events->tries < TRIES_MOST)
         keep_sides(events);
     else if (is_met(events, step, fabs(distance), is_newton))
-        end_on_target(events, step, t_event);
+        end_on_zero(events, step);
     else
         try_again(events, fabs(distance), step->t_end + distance, t_event);
 }
@@ -594,6 +606,24 @@ static int find_first_of_all(struct refdyn_state_events *events, struct refdyn_s
     }
 }
 
+/* Has the value of a kink come so near to zero in the step that inexact stages may lie beyond? The step
+ * begins clear of the kink, and does not hold its stages. */
+static int may_have_seen_beyond(const struct refdyn_state_events *events, const struct refdyn_step *step) {
+    if (step->guard && !step->guard->only_watches)
+        return 0;
+    for (int i = events->named; i < events->count; i++) {
+        const double begin = fabs(events->begin[i]);
+        double near = begin, far = begin;
+        for (int k = events->first; k <= events->last; k++) {
+            near = fmin(near, fabs(sample(events, k, i)));
+            far = fmax(far, fabs(sample(events, k, i)));
+        }
+        if (begin > refdyn_kinks_width(events, i) && near < begin && near < stages_reach * (far - near))
+            return 1;
+    }
+    return 0;
+}
+
 /* The step is good: where should a shorter one end? */
 static int look(struct refdyn_state_events *events, struct refdyn_step *step, double least, double *t_event) {
     const int target = events->target;
@@ -607,12 +637,20 @@ static int look(struct refdyn_state_events *events, struct refdyn_step *step, do
         step_back(events, step, step->t_begin + first * h, least, t_event);
     else if (reached < 1 && reached * h > least)
         *t_event = step->t_begin + reached * h;
-    else if (events->held >= 0) {
+    else if (may_have_seen_beyond(events, step)) {
+        events->target = target;
+        *t_event = step->t_end;
+    } else if (events->held >= 0) {
         events->target = events->held;
         events->towards[events->held] = -events->side[events->held];
         end_on_zero(events, step);
     } else if (events->tries > 0) {
         events->target = target;
+        step_ahead(events, step, t_event);
+    } else if (find_kink_at_end(events) >= 0) {
+        events->target = find_kink_at_end(events);
+        events->towards[events->target] = -events->side_end[events->target];
+        events->t_high = INFINITY;
         step_ahead(events, step, t_event);
     } else if (ends_before_zero(events, step)) {
         events->target = -1;
@@ -630,16 +668,25 @@ static double look_early(struct refdyn_state_events *events, struct refdyn_step 
     if (events->early_tries++ >= TRIES_FREE || find_first_of_all(events, step, least, &first, &reached))
         return INFINITY;
     const double t = step->t_begin + first * h;
-    return first * h >= least && first < near_end ? t - before_kink(events, step, t) : INFINITY;
+    return first * h >= least && first < near_end ? t : INFINITY;
 }
 
 /* ---- Their entry in the list of obstacles ---- */
+
+/* The step is taken again to t, where a kink or another event may be. Its stages see the formulas before
+ * kinks, although inexact ones may lie beyond. */
+static void guard_kinks(struct refdyn_motion *motion, double t) {
+    const struct refdyn_state_events *events = &motion->state_events;
+    if (isfinite(t) && events->count > events->named)
+        refdyn_kinks_guard(motion, 1);
+}
 
 int refdyn_state_events_seen(struct refdyn_motion *motion, const struct refdyn_ahead *ahead, double *t) {
     *t = INFINITY;
     if (motion->state_events.count == 0)
         return REFDYN_OK;
     const int status = look(&motion->state_events, &motion->step, ahead->least, t);
+    guard_kinks(motion, *t);
     if (status)
         refdyn_motion_failed(motion, status, motion->step.t_end);
     return status;
@@ -659,5 +706,7 @@ double refdyn_state_events_cause(struct refdyn_motion *motion, const struct refd
     if (!step->has_rates_new && refdyn_rates(&step->evaluation, refdyn_step_inside(step, step->t_end),
                                              step->state_new, step->rates_new))
         return INFINITY;
-    return look_early(&motion->state_events, step, ahead->least);
+    const double t = look_early(&motion->state_events, step, ahead->least);
+    guard_kinks(motion, t);
+    return t;
 }

@@ -76,6 +76,7 @@ static size_t lay_out(struct refdyn_integrator *integrator, const struct refdyn_
     refdyn_rows_lay_out(&motion->before, model, &layout);
     refdyn_time_events_lay_out(&motion->time_events, model, &layout);
     refdyn_state_events_lay_out(&motion->state_events, model, &layout);
+    refdyn_kinks_lay_out(&motion->kink_guard, model, &layout);
     refdyn_after_lay_out(&motion->after, model, &layout);
     refdyn_repetition_lay_out(&motion->repetition, model, &layout);
     refdyn_linear_lay_out(&motion->linear, model, has_tangent, has_tangent ? needs.complexes : 0, &layout);
@@ -111,12 +112,15 @@ static void connect(struct refdyn_integrator *integrator) {
 
 int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_workspace *work,
                            const struct refdyn_options *options, void *memory, size_t size) {
-    *integrator = (struct refdyn_integrator){.work = work, .options = *options};
+    if (!integrator)
+        return REFDYN_BAD_MEMORY;
+    *integrator = (struct refdyn_integrator){.seal = REFDYN_SEAL, .work = work};
     int status = refdyn_workspace_status(work);
+    if (!status)
+        status = refdyn_options_validate(options, NULL);
     if (status)
         return status;
-    if (refdyn_options_validate(options, NULL))
-        return REFDYN_BAD_OPTION;
+    integrator->options = *options;
     if (!refdyn_can_run(work->model, options->method))
         return REFDYN_FUNCTION_MISSING;
     const size_t needed = refdyn_integrator_size(work->model, options);
@@ -253,6 +257,8 @@ static void clear(struct refdyn_motion *motion, const struct refdyn_options *opt
     motion->options = *options;
     const enum refdyn_method method = motion->options.method;
     refdyn_repetition_clear(motion);
+    refdyn_kinks_clear(motion);
+    refdyn_after_clear(&motion->after);
     motion->step.settled = refdyn_settled_tolerance(motion->options.tol);
     motion->state_events.looks = motion->options.event_looks > 0 ? motion->options.event_looks : 1;
     motion->t_most = motion->t_final = INFINITY;
@@ -331,9 +337,11 @@ static int start(struct refdyn_integrator *integrator) {
 
 int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
                             const double *qd) {
-    if (!integrator->motion)
+    if (!refdyn_integrator_is_laid_out(integrator))
         return REFDYN_NOT_STARTED;
     integrator->motion->is_started = 0;
+    if (!q || !qd)
+        return REFDYN_BAD_MEMORY;
     if (!isfinite(t))
         return REFDYN_BAD_TIME;
     const size_t bytes = (size_t)integrator->work->n * sizeof *q;
@@ -439,8 +447,9 @@ int refdyn_integrator_notice(struct refdyn_integrator *integrator) {
 }
 
 int refdyn_integrator_exchange_model(struct refdyn_integrator *integrator, const struct refdyn_model *model) {
-    const int status =
-        integrator->motion ? refdyn_exchange_model(integrator->work, model) : REFDYN_NOT_STARTED;
+    const int status = refdyn_integrator_is_laid_out(integrator)
+                           ? refdyn_exchange_model(integrator->work, model)
+                           : REFDYN_NOT_STARTED;
     if (!status)
         integrator->motion->linear.chain.model = model;
     return status;
@@ -714,10 +723,10 @@ int refdyn_integrator_show(struct refdyn_integrator *integrator, double t) {
 /* Looks at t by one of the functions above. */
 static int look(struct refdyn_integrator *integrator, double t,
                 int (*shows)(struct refdyn_integrator *integrator, double t)) {
-    const struct refdyn_motion *motion = integrator->motion;
     const int status = refdyn_integrator_status(integrator);
     if (status)
         return status;
+    const struct refdyn_motion *motion = integrator->motion;
     if (!(t >= motion->step.t_from && (t <= integrator->t || ends_at(motion, t))))
         return REFDYN_BAD_TIME;
     enter(integrator);

@@ -106,17 +106,27 @@ static int is_beyond(const struct refdyn_state_events *events, int i) {
            events->side[i] * events->values[i] <= width_now;
 }
 
-int refdyn_kinks_see_beyond(struct refdyn_motion *motion, double t, const double *state) {
-    struct refdyn_state_events *events = &motion->state_events;
+/* ---- Stages ---- */
+
+static int is_one_beyond(const struct refdyn_motion *motion, double t, const double *state) {
+    const struct refdyn_state_events *events = &motion->state_events;
     const struct refdyn_workspace *work = motion->work;
-    int sees = 0;
+    int is_one = 0;
     work->model->event(work->p, work->x, t, state, state + work->n, events->values);
     for (int i = events->named; i < events->count; i++)
-        sees |= is_beyond(events, i);
-    return sees;
+        is_one |= is_beyond(events, i);
+    return is_one;
 }
 
-int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state) {
+static int see(void *context, double t, double *state) {
+    struct refdyn_motion *motion = context;
+    motion->kink_guard.sees_beyond |= is_one_beyond(motion, t, state);
+    return 0;
+}
+
+/* Moves a state that is beyond kinks back to the side where the step began. */
+static int hold(void *context, double t, double *state) {
+    struct refdyn_motion *motion = context;
     struct refdyn_state_events *events = &motion->state_events;
     const struct refdyn_workspace *work = motion->work;
     const struct refdyn_step *step = &motion->step;
@@ -134,8 +144,43 @@ int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state) {
                      (refdyn_kinks_move_along(by_qd, n, change, state + n) ||
                       refdyn_kinks_move_along(by_qd - events->count * n, n, change, state));
     }
+    motion->kink_guard.sees_beyond |= has_moved;
     return has_moved;
 }
+
+void refdyn_kinks_lay_out(struct refdyn_kink_guard *guard, const struct refdyn_model *model,
+                          struct layout *layout) {
+    guard->side.state = layout_doubles(layout, 2 * model->n + 1);
+    guard->side.inner = layout_doubles(layout, 2 * model->n + 1);
+    guard->side.rates = layout_doubles(layout, refdyn_rates_size(model));
+}
+
+void refdyn_kinks_clear(struct refdyn_motion *motion) {
+    motion->kink_guard.is_watched = motion->kink_guard.sees_beyond = 0;
+    refdyn_kinks_guard(motion, 0);
+}
+
+void refdyn_kinks_guard(struct refdyn_motion *motion, int are_held) {
+    struct refdyn_side_guard *side = &motion->kink_guard.side;
+    side->hold = are_held ? hold : see;
+    side->context = motion;
+    side->only_watches = !are_held;
+    motion->step.guard = are_held || motion->kink_guard.is_watched ? side : NULL;
+}
+
+void refdyn_kinks_watch(struct refdyn_motion *motion) {
+    motion->kink_guard.is_watched = motion->state_events.count > motion->state_events.named;
+    motion->kink_guard.sees_beyond = 0;
+    refdyn_kinks_guard(motion, 0);
+}
+
+int refdyn_kinks_saw_beyond(struct refdyn_motion *motion) {
+    const int saw = motion->kink_guard.sees_beyond;
+    motion->kink_guard.sees_beyond = 0;
+    return saw;
+}
+
+/* ---- Ends of steps ---- */
 
 void refdyn_kinks_end_before(struct refdyn_state_events *events, struct refdyn_step *step) {
     events->held = move_before_kinks(events, step, refdyn_step_inside(step, step->t_end), step->state_new, 0);

@@ -637,10 +637,13 @@ void refdyn_motion_break_off(struct refdyn_motion *motion, int is_new);
 struct refdyn_after {
     double *p, *x, *qdd, *lambda; /* as in the workspace and the integrator; empty without changes */
     double *terms;                /* of events */
+    int is_seen;                  /* the caller sees the values after the events */
 };
 
 void refdyn_after_lay_out(struct refdyn_after *after, const struct refdyn_model *model,
                           struct layout *layout);
+/* A motion begins: the caller sees no values after events. */
+void refdyn_after_clear(struct refdyn_after *after);
 
 /* ---- Kinks (kinks.c) ---- */
 
@@ -653,10 +656,22 @@ int refdyn_kinks_move_along(const double *by, int n, double change, double *posi
  * state. */
 int refdyn_kinks_may_turn_rows(const struct refdyn_state_events *events, const struct refdyn_step *step,
                                int i);
-/* Is a state in the step beyond a kink, or at it? The second function moves it back to the side where the
- * step began, and returns whether it has moved. */
-int refdyn_kinks_see_beyond(struct refdyn_motion *motion, double t, const double *state);
-int refdyn_kinks_hold(struct refdyn_motion *motion, double t, double *state);
+/* `struct refdyn_kink_guard` is written only by kinks.c. */
+struct refdyn_kink_guard {
+    struct refdyn_side_guard side; /* of steps near kinks */
+    int is_watched;                /* the motion is recorded */
+    int sees_beyond;               /* its stages were beyond kinks */
+};
+
+void refdyn_kinks_lay_out(struct refdyn_kink_guard *guard, const struct refdyn_model *model,
+                          struct layout *layout);
+void refdyn_kinks_clear(struct refdyn_motion *motion);
+/* The stages of the next attempts are held before kinks, or not. */
+void refdyn_kinks_guard(struct refdyn_motion *motion, int are_held);
+/* The recorded motion, from its start on: watches whether stages are beyond kinks. The second function
+ * returns whether they were since the last call. */
+void refdyn_kinks_watch(struct refdyn_motion *motion);
+int refdyn_kinks_saw_beyond(struct refdyn_motion *motion);
 /* After a step that passes kinks of positions by rounding alone: moves its end back before them, so that rows
  * that turn there are still as at its beginning. The second function moves a state at t in the step; with
  * all_kinks also back before kinks at which rows do not turn. */
@@ -752,8 +767,6 @@ struct refdyn_repetition {
     double t_start, stretch;              /* start; length of the copy relative to the recorded motion */
     int is_additional;                    /* the next step is not in the pattern */
     double *breaks;                       /* (break_count) scratch: own times of known time events [s] */
-    struct refdyn_side_guard guard;       /* of steps near kinks */
-    int sees_beyond;                      /* the recorded motion: stages were beyond kinks */
 };
 
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,
@@ -771,10 +784,6 @@ void refdyn_repetition_end_step(struct refdyn_motion *motion);
 int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct refdyn_attempt *attempt);
 /* Call it if the copy could not take a step; status: why. */
 void refdyn_repetition_fail(struct refdyn_motion *motion, int status);
-/* The recorded motion, from its start on: watches whether stages are beyond kinks. The second function
- * returns whether they were since the last call. */
-void refdyn_repetition_watch(struct refdyn_motion *motion);
-int refdyn_repetition_saw_beyond(struct refdyn_motion *motion);
 /* The known time events at t: writes their indices into `places` (break_count) and returns their number.
  * times (break_count): scratch. */
 int refdyn_pattern_breaks(const struct refdyn_motion *motion, double t, double *times, int *places);
@@ -796,6 +805,7 @@ struct refdyn_motion {
     struct refdyn_step_control control;
     struct refdyn_time_events time_events;
     struct refdyn_state_events state_events;
+    struct refdyn_kink_guard kink_guard;
     struct refdyn_after after;
     struct refdyn_idle idle;
     struct refdyn_programme programme;
@@ -833,9 +843,15 @@ static inline int refdyn_rate_errors_may_count(const struct refdyn_motion *motio
     return motion->options.tol_rates > 0 || motion->options.method == REFDYN_AUTO;
 }
 
+/* Returns whether refdyn_integrator_init has succeeded. */
+static inline int refdyn_integrator_is_laid_out(const struct refdyn_integrator *integrator) {
+    return integrator && integrator->seal == REFDYN_SEAL && integrator->motion;
+}
+
 /* Returns OK, or NOT_STARTED before a successful start. */
 static inline int refdyn_integrator_status(const struct refdyn_integrator *integrator) {
-    return integrator->motion && integrator->motion->is_started ? REFDYN_OK : REFDYN_NOT_STARTED;
+    return refdyn_integrator_is_laid_out(integrator) && integrator->motion->is_started ? REFDYN_OK
+                                                                                       : REFDYN_NOT_STARTED;
 }
 
 /* Like refdyn_integrator_look, at any time in the last step, also after the shown state. */

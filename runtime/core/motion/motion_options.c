@@ -33,6 +33,8 @@ static int is_not_negative(double x) {
 }
 
 static const char *wrong_option(const struct refdyn_options *options) {
+    if (!options)
+        return "options must not be NULL";
     if ((unsigned)options->method >= REFDYN_METHOD_COUNT)
         return "method is unknown";
     const int is_fixed = options->tol == 0;

@@ -35,16 +35,12 @@ static const double settled = 1e-11;
 void refdyn_repetition_lay_out(struct refdyn_repetition *repetition, const struct refdyn_model *model,
                                struct layout *layout) {
     repetition->breaks = layout_doubles(layout, model->break_count);
-    repetition->guard.state = layout_doubles(layout, 2 * model->n + 1);
-    repetition->guard.inner = layout_doubles(layout, 2 * model->n + 1);
-    repetition->guard.rates = layout_doubles(layout, refdyn_rates_size(model));
 }
 
 void refdyn_repetition_clear(struct refdyn_motion *motion) {
     motion->repetition.pattern = NULL;
     motion->repetition.status = REFDYN_OK;
     motion->step.iterations = 0;
-    motion->step.guard = NULL;
     refdyn_programme_hold(&motion->programme, 0);
 }
 
@@ -67,32 +63,6 @@ void refdyn_repetition_start(struct refdyn_motion *motion, const struct refdyn_p
 }
 
 /* ---- The recorded motion ---- */
-
-static int see(void *context, double t, double *state) {
-    struct refdyn_motion *motion = context;
-    motion->repetition.sees_beyond |= refdyn_kinks_see_beyond(motion, t, state);
-    return 0;
-}
-
-static void guard(struct refdyn_motion *motion, int (*hold)(void *context, double t, double *state)) {
-    struct refdyn_side_guard *guard = &motion->repetition.guard;
-    guard->hold = hold;
-    guard->context = motion;
-    guard->only_watches = hold == see;
-    motion->step.guard = guard;
-}
-
-void refdyn_repetition_watch(struct refdyn_motion *motion) {
-    motion->repetition.sees_beyond = 0;
-    if (motion->state_events.count > motion->state_events.named)
-        guard(motion, see);
-}
-
-int refdyn_repetition_saw_beyond(struct refdyn_motion *motion) {
-    const int saw = motion->repetition.sees_beyond;
-    motion->repetition.sees_beyond = 0;
-    return saw;
-}
 
 int refdyn_pattern_breaks(const struct refdyn_motion *motion, double t, double *times, int *places) {
     const struct refdyn_workspace *work = motion->work;
@@ -276,10 +246,6 @@ static void use_method(struct refdyn_motion *motion, enum refdyn_method method) 
         refdyn_automatic_change(motion, method);
 }
 
-static int hold(void *context, double t, double *state) {
-    return refdyn_kinks_hold(context, t, state);
-}
-
 /* The step to attempt. No step may lead away from an event that is due now, as an attempt shows. */
 static const struct refdyn_repeated_step *find_attempt(const struct refdyn_repetition *repetition) {
     const struct refdyn_pattern *pattern = repetition->pattern;
@@ -301,7 +267,6 @@ int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct re
     const double t_begin = motion->step.t_begin;
     const double additional = find_additional(motion, refdyn_control_least(t_begin, t_out));
     motion->step.iterations = 0;
-    motion->step.guard = NULL;
     if (isfinite(additional)) {
         repetition->is_additional = 1;
         repetition->t_from = additional;
@@ -321,7 +286,7 @@ int refdyn_repetition_plan(struct refdyn_motion *motion, double t_out, struct re
     motion->step.keeps = next->keeps;
     const int leads_to_kink = next->waypoint >= 0 && waypoint_at(repetition, next->waypoint)->has_kinks;
     if ((leads_to_kink || next->sees_beyond) && !next->is_special)
-        guard(motion, hold);
+        refdyn_kinks_guard(motion, 1);
     if (next->aligns)
         refdyn_programme_forget(&motion->programme);
     find_ahead(motion, t_out, (1 + beyond) * (t - t_begin), ahead);

@@ -90,6 +90,8 @@ static void find_or_continue(struct refdyn_integrator *integrator, find_function
 int refdyn_integrator_multipliers(struct refdyn_integrator *integrator, double *lambda) {
     if (refdyn_integrator_status(integrator))
         return REFDYN_NOT_STARTED;
+    if (!lambda && integrator->work->m > 0)
+        return REFDYN_BAD_MEMORY;
     const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_row *rows = work->model->rows;
     find_or_continue(integrator, find_multipliers, work->m, lambda);
@@ -102,6 +104,8 @@ int refdyn_integrator_multipliers(struct refdyn_integrator *integrator, double *
 int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force) {
     if (refdyn_integrator_status(integrator))
         return REFDYN_NOT_STARTED;
+    if (!force)
+        return REFDYN_BAD_MEMORY;
     const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_row *rows = work->model->rows;
     const int n = work->n;
@@ -122,6 +126,8 @@ int refdyn_integrator_force(struct refdyn_integrator *integrator, double *force)
 int refdyn_integrator_contact_forces(struct refdyn_integrator *integrator, double *forces) {
     if (refdyn_integrator_status(integrator))
         return REFDYN_NOT_STARTED;
+    if (!forces && integrator->contact_count > 0)
+        return REFDYN_BAD_MEMORY;
     const struct refdyn_workspace *work = integrator->work;
     struct refdyn_state_events *events = &integrator->motion->state_events;
     struct refdyn_contacts *contacts = &events->contacts;

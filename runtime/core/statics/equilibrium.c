@@ -55,6 +55,8 @@ struct refdyn_statics_options refdyn_statics_default(void) {
 }
 
 static const char *wrong_option(const struct refdyn_statics_options *options) {
+    if (!options)
+        return "options must not be NULL";
     if (!(isfinite(options->tol) && options->tol > 0))
         return "tol must be positive";
     if (!(isfinite(options->length) && options->length >= 0))
@@ -85,6 +87,8 @@ int refdyn_statics_validate(const struct refdyn_statics_options *options, const 
 
 /* Returns whether each of these is a coordinate. */
 static int are_coordinates(const int *held, int held_count, int n) {
+    if (held_count < 0 || (held_count > 0 && !held))
+        return 0;
     for (int i = 0; i < held_count; i++)
         if (held[i] < 0 || held[i] >= n)
             return 0;
@@ -250,11 +254,15 @@ static int solve_on_contacts(struct statics *statics, double *q, double *hold_fo
 }
 
 void refdyn_enter_statics(const struct refdyn_model *model, double *q, const double *qd) {
+    if (!refdyn_model_is_readable(model) || !q || !qd)
+        return;
     for (int j = refdyn_joint_count(model); j < model->n; j++)
         q[j] = qd[j];
 }
 
 void refdyn_leave_statics(const struct refdyn_model *model, double *q, double *qd) {
+    if (!refdyn_model_is_readable(model) || !q || !qd)
+        return;
     memset(qd, 0, (size_t)model->n * sizeof *qd);
     for (int j = refdyn_joint_count(model); j < model->n; j++) {
         qd[j] = q[j];
@@ -270,6 +278,8 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
                    const int *held, int held_count, double *q, double *hold_force,
                    struct refdyn_statics_result *result, void *memory, size_t size) {
     struct statics statics = {.options = options, .result = result};
+    if (!result || !q)
+        return refdyn_missing_status(work);
     *result = (struct refdyn_statics_result){.is_followed = 1, .unstable_coordinate = -1};
     int status = refdyn_workspace_status(work);
     if (status)

@@ -27,7 +27,7 @@ static void print_messages(struct scene *scene) {
 enum status scene_outcome(struct scene *scene, const struct options *options, enum gen_status status) {
     print_messages(scene);
     if (status == GEN_NO_MEMORY)
-        fprintf(stderr, "refdyn: %s: out of memory\n", *options->operands);
+        format_complain("refdyn: %s: out of memory\n", *options->operands);
     return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
 }
 
@@ -338,7 +338,7 @@ static void warn_of_unread(const struct scene *scene, const struct options *opti
     for (int i = 0; i < options->setting_count && !is_expected; i++) {
         const char *name = options->settings[i].name;
         if (is_given(values, name) && refdyn_find_name(model->parameters, model->parameter_count, name) < 0)
-            fprintf(stderr, "refdyn: warning: --set %s: nothing that this command computes reads it\n", name);
+            format_complain("refdyn: warning: --set %s: nothing that this command computes reads it\n", name);
     }
 }
 

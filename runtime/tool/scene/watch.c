@@ -190,7 +190,7 @@ static int wait_for_end(struct watch *watch) {
 }
 
 static void print_watched(const struct watch *watch) {
-    fprintf(stderr, "refdyn: watching %s", watch->files[0].path);
+    format_complain("refdyn: watching %s", watch->files[0].path);
     if (watch->count > 1)
         fprintf(stderr, " and %d more file%s", watch->count - 1, watch->count > 2 ? "s" : "");
     fputs("; Ctrl-C ends\n", stderr);

@@ -452,7 +452,7 @@ class Model(Fixed):
         held_out   further data, which only judge the result
         check      True asks before data exist how well these columns, every `every` [s] until `until`, would determine the values
         inputs, parameters, from_   the motion from which the search begins
-        options    further options of `refdyn fit`: step, step_max, stabilise, singular, start, hold, release, way, lanes
+        options    further options of `refdyn fit`: tol_rates, step, step_max, stabilise, singular, start, hold, release, way, lanes
         """
         check = flag("check", check)
         if data is None and not check:
@@ -487,7 +487,7 @@ class Model(Fixed):
         for_all     lists of values by name: the limits must hold for each combination
         search      "slsqp" (default), or "cobyla", which needs no derivatives but more motions
         starts, seed   number of motions in the scan, and where its sequence begins
-        options     further options of `refdyn plan`: step, step_max, stabilise, singular, start, hold, release, way, lanes
+        options     further options of `refdyn plan`: tol_rates, step, step_max, stabilise, singular, start, hold, release, way, lanes
 
         If the limits contradict each other, the result is the least violation, with a warning.
         """
@@ -525,20 +525,20 @@ class Model(Fixed):
             return inline.Page(pathlib.Path(page).read_text(encoding="utf-8"), height) if file is None else None
 
     def live(self, file: str | os.PathLike[str] | None = None, *, t_end: float | None = None, step: float | None = None, tol: float | None = None,
-             pull: bool = False, height: int = 600, **values: Any) -> inline.Page | None:
+             tol_rates: float | None = None, pull: bool = False, height: int = 600, **values: Any) -> inline.Page | None:
         """Shows this model as a page that computes its motions itself: in a notebook by `arm.live(m_E=(1, 5))`, or as a file, `arm.live("arm.html")`.
 
         values   by name: a pair is the range of the slider of a parameter, an input or a start value (`NAME` or `NAME_d` of a
                  coordinate); a single value replaces that of a parameter, an input or an option; a list has the values of an option, among
                  which the page chooses
 
-        `t_end` and `step` or `tol` are those of the first motion; with `pull` the pointer pulls the points of interest. Needs clang and the C library for WebAssembly.
+        `t_end` and `step` or `tol` and `tol_rates` are those of the first motion; with `pull` the pointer pulls the points of interest. Needs clang and the C library for WebAssembly.
         """
         inline.check_height(height)
         ranges, settings = inline.ranges_and_settings(values, self._kinds)
         with program.private_folder() as folder:
             page = os.path.join(folder, "page.html") if file is None else inline.page_file(file)
-            self._run("view", {"live": True, "pull": pull, "until": t_end, "step": step, "tol": tol, "output": page}, settings, *ranges)
+            self._run("view", {"live": True, "pull": pull, "until": t_end, "step": step, "tol": tol, "tol_rates": tol_rates, "output": page}, settings, *ranges)
             return inline.Page(pathlib.Path(page).read_text(encoding="utf-8"), height) if file is None else None
 
     def casadi(self, quantities: str | Sequence[str] | None = None, *, fold: bool = False) -> casadi_functions.CasadiFunctions:

@@ -71,10 +71,10 @@ OWN_OPTIONS = ("until", "from", "output", "summary", "inputs", "stop", "table", 
 NAMES = ("at", "from", "hold", "method", "release", "section", "singular", "stabilise", "start", "way")
 
 # Further options of commands, which calls pass on.
-OF_MOTIONS = ("step_max", "stabilise", "singular", "start", "hold", "release", "way")
+OF_MOTIONS = ("tol_rates", "step_max", "stabilise", "singular", "start", "hold", "release", "way")
 OF_REALISE = ("realise", "before", "after", "mesh")
-OF_SIM = (*OF_MOTIONS, "tol_rates", "accuracy", "verify", "fold", *OF_REALISE)
-OF_BATCH, OF_FIT = (*OF_MOTIONS, "tol_rates", "step", "every", *OF_REALISE), (*OF_MOTIONS, "step", "lanes")
+OF_SIM = (*OF_MOTIONS, "accuracy", "verify", "fold", *OF_REALISE)
+OF_BATCH, OF_FIT = (*OF_MOTIONS, "step", "every", *OF_REALISE), (*OF_MOTIONS, "step", "lanes")
 
 
 def further(options: Mapping[str, Any], call: Callable[..., Any], known: Collection[str]) -> Mapping[str, Any]:

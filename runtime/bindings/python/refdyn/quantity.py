@@ -132,7 +132,24 @@ def states_of(name: str, value: States, model: Model, size: int | None = None) -
     return array
 
 
-class Quantity(Fixed):
+class Bound:
+    """What calls functions of a compiled model. `_bind` takes them from the library."""
+
+    _compiled: Compiled
+    _library: Library
+
+    def _bind(self) -> None:
+        raise NotImplementedError
+
+    def _keep_up(self) -> None:
+        """Uses the optimised library as soon as it is there."""
+        if self._compiled.optimised is not None:
+            self._compiled.change_over()
+        if self._library is not self._compiled.library:
+            self._bind()
+
+
+class Quantity(Fixed, Bound):
     """An emitted function of a model: `arm.qdd(q, qd)`.
 
     q       coordinates (..., n) in the order of `arm.coordinates`
@@ -194,13 +211,6 @@ class Quantity(Fixed):
 
     def _function(self, compiled: Compiled) -> Function:
         return compiled.library.function(self.__name__, self._rates, self._size)
-
-    def _keep_up(self) -> None:
-        """Uses the optimised library as soon as it is there."""
-        if self._compiled.optimised is not None:
-            self._compiled.change_over()
-        if self._library is not self._compiled.library:
-            self._bind()
 
     def _of_accelerations(self, q: States, qd: States, qdd: States, t: npt.ArrayLike, inputs: Given, parameters: Given) -> np.ndarray | None:
         """Evaluates a quantity of q, qd and qdd at one state, given as rows of doubles; None for arguments of another form."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from . import motion, program
 from .names import common_lead, finite, one_real, reals
 from .passing import States
-from .quantity import index_of, spread, states_of
+from .quantity import Bound, index_of, spread, states_of
 
 if TYPE_CHECKING:
     from .core import Report
@@ -26,7 +26,7 @@ def are(count: int) -> str:
     return "is" if count == 1 else "are"
 
 
-class Stepper:
+class Stepper(Bound):
     """The steps of one method and one way to keep the rows.
 
     Explicit methods with the gains of the rows step by the emitted accelerations alone, many states in lanes. All others, and
@@ -41,14 +41,16 @@ class Stepper:
         motion.choose("method", method, words)
         name = motion.method_of(method, True)
         self._model, self._method, self._stabilise = model, name, stabilise
-        self._local = threading.local()
         compiled = model._libraries[None, False]
         self._n = len(model.coordinates)
         self._is_direct = name in EXPLICIT and compiled.library.event_count == 0 and (stabilise in (None, "baumgarte") or not model.rows)
         self._compiled = compiled if self._is_direct else model._purpose("motion")
-        self._library = compiled.library
-        self._one = self._direct(compiled) if self._is_direct else None
+        self._bind()
         self._many: Any = None
+
+    def _bind(self) -> None:
+        self._library, self._local = self._compiled.library, threading.local()
+        self._one = self._direct(self._compiled) if self._is_direct else None
 
     def _direct(self, compiled: Compiled) -> Any:
         return compiled.library.stepper(self._method, compiled.p, compiled.x)
@@ -60,15 +62,6 @@ class Stepper:
             if self._one.one(q, qd, t, h, steps, inputs, parameters, new_q, new_qd):
                 return new_q, new_qd
         return self._general(q, qd, t, h, inputs, parameters, steps)
-
-    def _keep_up(self) -> None:
-        """Uses the optimised library as soon as it is there."""
-        compiled = self._compiled
-        if compiled.optimised is not None:
-            compiled.change_over()
-        if compiled.library is not self._library:
-            self._library, self._local = compiled.library, threading.local()
-            self._one = self._direct(compiled) if self._is_direct else None
 
     def _general(self, q: States, qd: States, t: npt.ArrayLike, h: float, inputs: Any, parameters: Any, steps: int) -> tuple[np.ndarray, np.ndarray]:
         """Steps from arguments of any type, for one state or a batch."""

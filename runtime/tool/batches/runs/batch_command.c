@@ -353,8 +353,8 @@ static enum status finish(struct results *results, const struct batch_setup *set
     const bool is_written =
         results->is_csv ? write_csv(results, setup, count) : write_hdf5(results, setup, count);
     if (!is_written || !system_target_finish(results->runs)) {
-        fprintf(stderr, "refdyn: the cases are in %s; --resume writes the file from it\n",
-                results->journal.path);
+        format_complain("refdyn: the cases are in %s; --resume writes the file from it\n",
+                        results->journal.path);
         return STATUS_FAULT;
     }
     runs_journal_remove(&results->journal);
@@ -393,8 +393,8 @@ static enum status compute_missing(struct results *results, struct batch_setup *
         return STATUS_FAULT;
     }
     if (present == PRESENT_COMPLETE) {
-        fprintf(stderr, "refdyn: %s already has all %ld cases\n", options_text(&setup->options, "output"),
-                setup->end - setup->first);
+        format_complain("refdyn: %s already has all %ld cases\n", options_text(&setup->options, "output"),
+                        setup->end - setup->first);
         return STATUS_DONE;
     }
     const enum status status = open_results(results, setup);

@@ -256,7 +256,7 @@ enum runs_present_result runs_present_result(const struct batch_setup *setup, co
     const bool is_complete = !other && has_cases(reader, first, end);
     hdf5_runs_close(reader);
     if (other)
-        fprintf(stderr, "refdyn: %s: belongs to another batch: the %s differ\n", path, other);
+        format_complain("refdyn: %s: belongs to another batch: the %s differ\n", path, other);
     return other ? PRESENT_OTHER : is_complete ? PRESENT_COMPLETE : PRESENT_NONE;
 }
 

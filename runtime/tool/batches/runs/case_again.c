@@ -31,7 +31,7 @@ struct again {
 };
 
 static enum status complain(const char *path, const char *fact) {
-    fprintf(stderr, "refdyn: %s: %s\n", path, fact);
+    format_complain("refdyn: %s: %s\n", path, fact);
     return STATUS_FAULT;
 }
 
@@ -149,7 +149,7 @@ static const char *refuse_file(const char *path, const char *const *places, int 
         fprintf(stderr, "refdyn: %s: has changed since the batch was computed; restore it\n", changed);
         return NULL;
     }
-    fprintf(stderr, "refdyn: %s: the case reads this file, which does not exist", path);
+    format_complain("refdyn: %s: the case reads this file, which does not exist", path);
     for (int i = 1; i < count; i++)
         fprintf(stderr, "%s %s", i == 1 ? ", nor does" : " or", places[i]);
     fputs(count > 1 ? "; put it in one of these places\n" : "; put it there\n", stderr);

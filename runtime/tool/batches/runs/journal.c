@@ -54,7 +54,7 @@ static uint64_t checksum(uint64_t hash, const void *data, size_t length) {
 static const uint64_t checksum_start = 0xcbf29ce484222325;
 
 static bool complain(const struct journal *journal, const char *fact) {
-    fprintf(stderr, "refdyn: %s: %s\n", journal->path, fact);
+    format_complain("refdyn: %s: %s\n", journal->path, fact);
     return false;
 }
 

@@ -245,8 +245,8 @@ static bool check_fit(const struct name_list *list, const char *group, const str
     for (int i = 0; i < list->count; i++) {
         const char *why = find_unfit(group, list->names[i], layout);
         if (why) {
-            fprintf(stderr, "%s: keep.%s: '%s': %s; leave it out, or rename the column\n", list->places[i],
-                    group, list->names[i], why);
+            format_complain("%s: keep.%s: '%s': %s; leave it out, or rename the column\n", list->places[i],
+                            group, list->names[i], why);
             return false;
         }
     }

@@ -42,7 +42,7 @@ char *slurm_folder_name(const struct slurm_folder *folder, const char *format, .
 }
 
 static bool complain(const struct slurm_folder *folder, const char *fact) {
-    fprintf(stderr, "refdyn: %s: %s\n", folder->path, fact);
+    format_complain("refdyn: %s: %s\n", folder->path, fact);
     return false;
 }
 

@@ -184,7 +184,7 @@ static bool write_script(struct script *script, const char *name, void put(struc
         is_written = fclose(script->out) == 0 && is_written;
     }
     if (!is_written)
-        fprintf(stderr, "refdyn: %s: %s\n", path, strerror(errno));
+        format_complain("refdyn: %s: %s\n", path, strerror(errno));
     return is_written;
 }
 

@@ -42,7 +42,7 @@ static bool run_into(const char *const *argv, const char *output, const char *er
     struct process process;
     const int error = system_process_start(&process, NULL, argv, NULL, output, errors);
     if (error) {
-        fprintf(stderr, "refdyn: %s cannot be started: %s\n", argv[0], strerror(error));
+        format_complain("refdyn: %s cannot be started: %s\n", argv[0], strerror(error));
         return false;
     }
     if (system_process_wait(&process, 1, NULL) == 0 && process.result == 0)
@@ -157,7 +157,7 @@ static enum status check_options(const struct options *options) {
 /* ---- What is there ---- */
 
 static bool complain(const struct submission *submission, const char *fact) {
-    fprintf(stderr, "refdyn: %s: %s\n", submission->folder.path, fact);
+    format_complain("refdyn: %s: %s\n", submission->folder.path, fact);
     return false;
 }
 
@@ -190,8 +190,8 @@ static bool check_queue(const struct submission *submission) {
                         "the queue does not say whether its jobs still run; nothing was submitted");
     if (!is_running)
         return true;
-    fprintf(stderr, "refdyn: %s: its jobs are already in the queue: squeue -j %ld,%ld\n", folder->path,
-            folder->array ? folder->array : folder->merge, folder->merge);
+    format_complain("refdyn: %s: its jobs are already in the queue: squeue -j %ld,%ld\n", folder->path,
+                    folder->array ? folder->array : folder->merge, folder->merge);
     return false;
 }
 
@@ -331,8 +331,8 @@ static void print_submitted(const struct submission *submission) {
         fprintf(stderr, "jobs         %ld (chunks), then %ld (merge)\n", folder->array, folder->merge);
     else
         fprintf(stderr, "jobs         %ld (merge)\n", folder->merge);
-    fprintf(stderr, "folder       %s.slurm: scripts, and messages of the jobs\n",
-            options_text(submission->options, "output"));
+    format_complain("folder       %s.slurm: scripts, and messages of the jobs\n",
+                    options_text(submission->options, "output"));
     if (folder->array)
         fprintf(stderr, "watch        squeue -j %ld,%ld\n", folder->array, folder->merge);
     else

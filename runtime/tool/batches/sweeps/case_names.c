@@ -153,6 +153,8 @@ static const char **known_names(const struct case_names *names, int *count) {
 static void refuse_unknown(const struct case_names *names, const char *path, struct place place,
                            const char *name) {
     int count;
+    if (!message_shows_unknown(names->messages))
+        return;
     const char **known = known_names(names, &count);
     const char *nearest = message_nearest_name(name, known, count);
     if (nearest)

@@ -359,7 +359,7 @@ enum status sweeps_read(struct sweep *sweep, struct memory *memory, const char *
     format_complain_messages(&reading.file.plain.messages, 0);
     format_complain_messages(&reading.messages, 0);
     if (!is_read && !sweep->table && reading.file.plain.messages.errors + reading.messages.errors == 0)
-        fprintf(stderr, "refdyn: %s: out of memory\n", path);
+        format_complain("refdyn: %s: out of memory\n", path);
     sweeps_file_release(&reading.file);
     return is_read ? STATUS_DONE : STATUS_FAULT;
 }

@@ -23,7 +23,7 @@ bool export_archive_is_there(void) {
 }
 
 static bool complain(const char *path) {
-    fprintf(stderr, "refdyn: %s: cannot be put into the archive: minizip reports an error\n", path);
+    format_complain("refdyn: %s: cannot be put into the archive: minizip reports an error\n", path);
     return false;
 }
 

@@ -32,7 +32,7 @@ static const struct role roles[FMU_KIND_COUNT] = {
     [FMU_PHI] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "row_", "residual of a row's position"},
     [FMU_PSI] = {AS_LOCAL, IS_CONTINUOUS, INITIAL_CALCULATED, "row_", "residual of a row's velocity"},
     [FMU_ENERGY] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "total_", "energy"},
-    [FMU_FORCE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "force_",
+    [FMU_FORCE] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, record_force_lead,
                    "force of the drive of a coordinate, or of all rows if it has no drive"},
     [FMU_MULTIPLIER] = {AS_OUTPUT, IS_CONTINUOUS, INITIAL_CALCULATED, "multiplier_", "multiplier of row "},
     [FMU_INPUT] = {AS_INPUT, IS_CONTINUOUS, INITIAL_EXACT, "input_", "input"},

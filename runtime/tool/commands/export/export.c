@@ -214,8 +214,8 @@ const struct command export_command = {
     .name = "export",
     .run = run_export,
     .operands = "MODEL.lua",
-    .options = "output! until method step tol step-max from stabilise singular hold release way fmu! "
-               "platform set fold",
+    .options = "output! until method step tol tol-rates step-max from stabilise singular hold release "
+               "way fmu! platform set fold",
     .tables = {export_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "FILE.fmu",
     .purpose = "a model as an FMU, for other simulators",

@@ -53,6 +53,7 @@ static void put_options(FILE *out, const struct refdyn_options *options) {
             (int)options->method, refdyn_method_name((int)options->method), (int)options->stabilise,
             (int)options->singular);
     put_option(out, "tol", options->tol);
+    put_option(out, "tol_rates", options->tol_rates);
     put_option(out, "step", options->step);
     put_option(out, "step_max", options->step_max);
     put_option(out, "length", options->length);

@@ -49,11 +49,6 @@ static double timed(const struct subject *subject, long times) {
     return system_cpu_seconds() - start;
 }
 
-static int by_size(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Nanoseconds per call of each batch, sorted. */
 static void measure(const struct subject *subject, double ns[static BATCHES]) {
     long times = 1;
@@ -61,7 +56,7 @@ static void measure(const struct subject *subject, double ns[static BATCHES]) {
         times *= 2;
     for (int i = 0; i < BATCHES; i++)
         ns[i] = 1e9 * timed(subject, times) / (double)times;
-    qsort(ns, BATCHES, sizeof *ns, by_size);
+    qsort(ns, BATCHES, sizeof *ns, format_ascending);
 }
 
 /* Rounds to a tenth of a nanosecond; more digits are noise. */

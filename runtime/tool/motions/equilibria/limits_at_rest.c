@@ -10,8 +10,6 @@
 #include "runtime/tool/motions/equilibria/equilibria.h"
 #include "runtime/tool/support/format/format.h"
 
-static const char force_lead[] = "force_";
-
 static bool begins_with(const char *text, const char *lead) {
     return strncmp(text, lead, strlen(lead)) == 0;
 }
@@ -20,8 +18,8 @@ static bool begins_with(const char *text, const char *lead) {
 static int find_held(const struct scene *scene, const struct equilibrium *equilibrium, const char *column) {
     const struct model *model = &scene->generation.model;
     int coordinate =
-        begins_with(column, force_lead)
-            ? refdyn_find_name(scene->model->coordinates, scene->model->n, column + strlen(force_lead))
+        begins_with(column, record_force_lead)
+            ? refdyn_find_name(scene->model->coordinates, scene->model->n, column + strlen(record_force_lead))
             : -1;
     for (int i = 0; i < model->drive_count; i++)
         if (strcmp(model->inputs[model->drives[i].input].name, column) == 0)
@@ -37,7 +35,8 @@ static double row_force(const struct scene *scene, const struct equilibrium *equ
     for (int i = 0; i < options->row_count; i++) {
         const int driven = scene->model->rows[options->rows[i]].driven - 1;
         if (driven >= 0 &&
-            strcmp(format_text("%s%s", force_lead, scene->model->coordinates[driven].name), column) == 0)
+            strcmp(format_text("%s%s", record_force_lead, scene->model->coordinates[driven].name), column) ==
+                0)
             force += equilibrium->result.lambda[i];
     }
     return force;
@@ -81,7 +80,7 @@ static double value_at_rest(const struct scene *scene, const struct equilibrium 
     if (input >= 0)
         return scene->work.x[input];
     find_position(scene, column, &value);
-    return begins_with(column, force_lead) ? row_force(scene, equilibrium, column) : value;
+    return begins_with(column, record_force_lead) ? row_force(scene, equilibrium, column) : value;
 }
 
 static void put_bound(struct document *document, const char *key, double bound) {

@@ -65,6 +65,8 @@ static enum status find_and_print(struct scene *scene, const struct options *opt
     if (linear.moved_row >= 0)
         return refuse_moved_row(scene, &linear);
     warn_of_idle_inputs(&linear, scene->model);
+    const struct record_kink kink = record_find_kink(&linear.motions, &equilibria_algebra);
+    record_print_kink(&kink, scene->model, stderr);
     return print_model(scene, &linear, at, held);
 }
 

@@ -241,7 +241,7 @@ static void warn_of_rates(const struct scene *scene, const char *path) {
     for (int i = 0; scene->state.qd && i < refdyn_joint_count(scene->model); i++) {
         if (scene->state.qd[i] == 0)
             continue;
-        fprintf(stderr, "%s: warning: qd: statics sets all rates to 0\n", path);
+        format_complain("%s: warning: qd: statics sets all rates to 0\n", path);
         return;
     }
 }

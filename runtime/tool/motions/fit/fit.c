@@ -60,11 +60,11 @@ static enum status refuse_dependent(struct fit *fit, const struct fit_solution *
     for (int i = 0; i < certainty->group_count; i++) {
         const char *names = fit_group_text(certainty->groups[i]);
         const bool is_alone = !certainty->groups[i][1];
-        fprintf(stderr, "refdyn: %s: %s: %s: %s\n", fit->scene->model->name, fit_option_text(fit, "vary"),
-                names,
-                is_alone ? "the measured columns do not depend on it; omit it or measure another column"
-                         : "act only together on the measured columns; fix one of them or measure another "
-                           "column");
+        format_complain(
+            "refdyn: %s: %s: %s: %s\n", fit->scene->model->name, fit_option_text(fit, "vary"), names,
+            is_alone ? "the measured columns do not depend on it; omit it or measure another column"
+                     : "act only together on the measured columns; fix one of them or measure another "
+                       "column");
     }
     fit_report_write(fit, solution, certainty);
     return STATUS_FAULT;
@@ -240,8 +240,8 @@ const struct command fit_command = {
     .name = "fit",
     .run = run_fit,
     .operands = "MODEL.lua FIT.lua|DATA.csv...",
-    .options = "output! vary noise held-out check until every method step tol step-max from stabilise "
-               "singular start hold release way lanes parameters set",
+    .options = "output! vary noise held-out check until every method step tol tol-rates step-max from "
+               "stabilise singular start hold release way lanes parameters set",
     .tables = {fit_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "FIT.json",
     .purpose = "values of a model from measured data",

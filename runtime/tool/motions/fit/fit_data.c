@@ -42,7 +42,7 @@ static void warn_of_columns(const struct reading *reading) {
     const struct record_table *table = &reading->fit->table;
     const struct csv *csv = &reading->csv;
     struct text unused = {.memory = &format_memory};
-    int count = 0;
+    int count = 0, unknown = 0;
     for (int i = 0; i < csv->count; i++) {
         const char *name = csv->names[i];
         if (reading->role[i] != COLUMN_OTHER)
@@ -52,12 +52,18 @@ static void warn_of_columns(const struct reading *reading) {
                 text_add(&unused, "%s%s", count > 1 ? ", " : "", name);
             continue;
         }
+        if (unknown++ >= SHOWN_MOST)
+            continue;
         const char *near = message_nearest_name(name, table->names, table->count);
         format_complain_line(csv->path, csv->line,
                              format_text("warning: data: column %s is no column of the motion and is not "
                                          "used%s%s",
                                          name, near ? "; the nearest is " : "", near ? near : ""));
     }
+    if (unknown > SHOWN_MOST)
+        format_complain_line(
+            csv->path, csv->line,
+            format_text("warning: data: %d columns are no columns of the motion and are not used", unknown));
     if (count > 0)
         format_complain_line(
             csv->path, csv->line,
@@ -191,11 +197,6 @@ static bool refuse_clock(const struct fit *fit, const struct fit_data *data) {
     return false;
 }
 
-static int ascending(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Returns the usual time between rows, which is the median. *last: the row after the longest time. */
 static double usual_spacing(const struct fit_data *data, int *last) {
     const int count = data->rows - 1;
@@ -205,7 +206,7 @@ static double usual_spacing(const struct fit_data *data, int *last) {
         gaps[i] = data->t[i + 1] - data->t[i];
         *last = gaps[i] > gaps[*last - 1] ? i + 1 : *last;
     }
-    qsort(gaps, (size_t)count, sizeof *gaps, ascending);
+    qsort(gaps, (size_t)count, sizeof *gaps, format_ascending);
     const double median = gaps[count / 2];
     free(gaps);
     return median;

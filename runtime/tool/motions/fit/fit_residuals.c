@@ -78,11 +78,6 @@ static int add_shift(struct outputs *outputs, double shift) {
     return i;
 }
 
-static int compare_times(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* All rows at all shifts: sorted, each time once. */
 static void merge_times(const struct fit_data *data, double same, struct outputs *outputs) {
     int count = 0, kept = 0;
@@ -91,7 +86,7 @@ static void merge_times(const struct fit_data *data, double same, struct outputs
             if (data->t[i] - outputs->shifts[s] > outputs->begin + same)
                 outputs->times[count++] = data->t[i] - outputs->shifts[s];
     if (outputs->shift_count > 1)
-        qsort(outputs->times, (size_t)count, sizeof *outputs->times, compare_times);
+        qsort(outputs->times, (size_t)count, sizeof *outputs->times, format_ascending);
     for (int i = 0; i < count; i++)
         if (kept == 0 || outputs->times[i] - outputs->times[kept - 1] > same)
             outputs->times[kept++] = outputs->times[i];

@@ -218,6 +218,7 @@ static const struct plain_field plan_fields[] = {
     {"hold", plain_read_joined, AT(hold)},
     {"method", plain_read_text, AT(method)},
     {"tol", plain_read_positive, AT(tol)},
+    {"tol_rates", plain_read_positive, AT(tol_rates)},
     {"minimise", read_objective, 0},
     {"within", read_limits, 0},
     {"for_all", read_for_all, 0},

@@ -128,16 +128,11 @@ static void add_time(struct outputs *outputs, double t) {
     outputs->t[outputs->count++] = t;
 }
 
-static int compare_times(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Makes the times ascending and distinct; the last one is the end. */
 static void arrange(const struct plan *plan, double end, struct outputs *outputs) {
     const double start = plan->batch.t, same = plan_same_part * (end - start);
     int kept = 0;
-    qsort(outputs->t, (size_t)outputs->count, sizeof *outputs->t, compare_times);
+    qsort(outputs->t, (size_t)outputs->count, sizeof *outputs->t, format_ascending);
     for (int i = 0; i < outputs->count; i++)
         if (outputs->t[i] > (kept ? outputs->t[kept - 1] : start) + same && outputs->t[i] < end - same)
             outputs->t[kept++] = outputs->t[i];

@@ -96,7 +96,8 @@ enum status plan_reference_open(struct plan *plan) {
 
 /* The time, coordinates, rates, accelerations, and programme forces. */
 static void list_reference(const struct plan *plan, struct rows *rows) {
-    static const char *const leads[] = {"", "", "", "force_"}, *const endings[] = {"", "_d", "_dd", ""};
+    static const char *const leads[] = {"", "", "", record_force_lead}, *const endings[] = {"", "_d", "_dd",
+                                                                                            ""};
     const struct refdyn_model *model = plan->scene->model;
     rows_start(plan, rows);
     add_column(plan, rows, "t");
@@ -153,7 +154,7 @@ enum status plan_resume(struct plan *plan) {
     const char *path = options_text(plan->options, "output");
     struct state found = {.found_count = 0};
     if (access(path, F_OK) != 0) {
-        fprintf(stderr, "resume       no %s yet\n", path);
+        format_complain("resume       no %s yet\n", path);
         return STATUS_DONE;
     }
     if (!scene_found_read(&found, path, &plan->scene->generation))

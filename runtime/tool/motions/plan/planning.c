@@ -35,6 +35,8 @@ static void refuse_name(struct plan *plan, struct place place, const char *what,
             message_error(messages, place, "%s%s: nothing in this model reads it; remove it", what, name);
             return;
         }
+    if (!message_shows_unknown(messages))
+        return;
     const struct refdyn_model *model = plan->scene->model;
     const char **known = format_allocate((size_t)model->parameter_count + 1, sizeof *known);
     for (int i = 0; i < model->parameter_count; i++)
@@ -146,6 +148,8 @@ static void find_end(struct plan *plan) {
 static int find_signal(struct plan *plan, struct place place, const char *what, const char *column) {
     const struct record_table *table = &plan->table;
     const int found = record_table_find(table, column, strlen(column));
+    if (found < 0 && !message_shows_unknown(&plan->file->plain.messages))
+        return -1;
     if (found < 0) {
         const char *near = message_nearest_name(column, table->names, table->count);
         message_error(&plan->file->plain.messages, place, "%s: %s is no column of the motion%s%s%s", what,
@@ -362,6 +366,8 @@ static void take_options(struct options *options, const struct plan_file *file) 
     const bool has_steps = options_has(options, "tol") || options_has(options, "step");
     if (!has_steps)
         options_set_number(options, "tol", file->tol > 0 ? file->tol : tol_default);
+    if (file->tol_rates > 0 && !options_has(options, "tol-rates") && !options_has(options, "step"))
+        options_set_number(options, "tol-rates", file->tol_rates);
 }
 
 static enum status run_plan(const struct options *given) {
@@ -397,8 +403,8 @@ const struct command plan_command = {
     .name = "plan",
     .run = run_plan,
     .operands = "MODEL.lua PLAN.lua",
-    .options = "output! reference every resume method step tol step-max from inputs stabilise singular start "
-               "hold release way lanes parameters set",
+    .options = "output! reference every resume method step tol tol-rates step-max from inputs stabilise "
+               "singular start hold release way lanes parameters set",
     .tables = {plan_rules, simulate_rules, equilibria_rules, scene_rules},
     .output = "PLAN.json",
     .purpose = "the best parameters of a motion within limits",

@@ -70,7 +70,7 @@ struct plan_file {
     int limit_count;
     struct plan_varied *varied;
     int varied_count;
-    double starts, seed, tol;
+    double starts, seed, tol, tol_rates;
     bool is_by_cobyla; /* local searches need no derivatives */
     const char *from, *method, *hold;
 };

@@ -150,7 +150,7 @@ static enum status write_start(struct realise_work *work, struct target *target)
     format_put_close(&document, '}');
     if (!format_document_close(&document, target->file) || !system_target_finish(target))
         return STATUS_FAULT;
-    fprintf(stderr, "start        %s\n", target->name);
+    format_complain("start        %s\n", target->name);
     return STATUS_DONE;
 }
 

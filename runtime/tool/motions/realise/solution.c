@@ -36,11 +36,6 @@ static void add_span(struct places *places, double to, double mesh) {
         places->t[places->count++] = i == steps ? to : from + (to - from) * i / steps;
 }
 
-static int ascending(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Kinks of formulas of time are nodes. */
 void realise_mesh(struct realise_motion *motion, struct realise_problem *problem, double before, double until,
                   double after, double mesh) {
@@ -53,7 +48,7 @@ void realise_mesh(struct realise_motion *motion, struct realise_problem *problem
         model->breaks(scene->work.p, scene->work.x, 0, scene->q, scene->qd, breaks);
     breaks[count++] = start;
     breaks[count++] = until;
-    qsort(breaks, (size_t)count, sizeof *breaks, ascending);
+    qsort(breaks, (size_t)count, sizeof *breaks, format_ascending);
     const size_t room = (size_t)((before + until - start + after) / mesh) + 2 * (size_t)count + 4;
     struct places places = {.t = format_allocate(room, sizeof *places.t), .count = 1};
     places.t[0] = start - before;

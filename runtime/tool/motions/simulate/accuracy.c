@@ -4,7 +4,8 @@
  *
  * Each run is compared with the one before it. Errors fall with the tolerance, so two runs predict the
  * tolerance of the next one. Each run costs about half as much again as the one before, so that all runs
- * together cost at most about three times the chosen one.
+ * together cost at most about three times the one that suffices. If that one is far more accurate than
+ * requested, runs at looser tolerances follow, which are compared with the finest run.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -280,6 +281,7 @@ void simulate_trial_run(struct trial *trial, const struct task *task,
     if (rows)
         start_limits(trial, task->scene);
     simulate_track_start(&trial->track, task->scene->model, motion->record.outputs);
+    trial->track.tol = integration->tol;
     if (task->has_estimate)
         simulate_track_keep(&trial->track, &trial->table, motion->record.outputs);
     go(trial, rows);
@@ -296,6 +298,7 @@ void simulate_trial_release(struct trial *trial) {
 static const double first_tol =
     10; /* first tolerance over the requested error, of which a motion's error is often a part; */
 static const double first_most = 1e-4;   /* its upper bound, so that the motion is resolved */
+static const double tol_most = 1e-2;     /* upper bound of tolerances that are compared with a finer run */
 static const double tol_least = 1e-14;   /* below it rounding is larger */
 static const double fall_least = 0.1;    /* largest factor of the tolerance from run to run */
 static const double fall_most = 1e-4;    /* smallest factor, since an extrapolation may be wrong */
@@ -308,11 +311,18 @@ static const double allowed_part = 0.8;
 /* Part of it at which the next run aims, so that it suffices. */
 static const double aimed_part = 0.2;
 
+/* A run with less than this part of the requested error is far more accurate than requested. */
+static const double exact_part = 0.2;
+/* Part of the requested error at which a looser run aims; bounds of the factor of its tolerance. */
+static const double looser_part = 0.4, rise_least = 1.5, rise_most = 1e4;
+/* A looser run is written only if it takes at most this part of the steps. */
+static const double looser_steps = 0.95;
+
 /* Bounds of the exponent by which errors fall with the tolerance; about 1 by construction. */
 static const double exponent_most = 0.75, exponent_least = 0.2;
-static const double worth = 2.7; /* largest ratio of the steps of all runs to those of the chosen run */
+static const double exponent_likely = 1.5;
 
-enum { FAILURES_MOST = 3 };
+enum { FAILURES_MOST = 3, LOOSER_MOST = 3 };
 
 static void release(struct candidate *candidate) {
     simulate_trial_release(&candidate->trial);
@@ -325,6 +335,8 @@ static void release(struct candidate *candidate) {
 static void estimate(struct candidate *judged, const struct candidate *other, double share) {
     simulate_estimate_release(&judged->estimate);
     simulate_estimate_make(&judged->estimate, &judged->trial.track, &other->trial.track, share);
+    simulate_estimate_events(&judged->estimate, &judged->trial.track, &judged->trial.motion,
+                             &other->trial.motion);
     judged->has_estimate = true;
 }
 
@@ -365,8 +377,8 @@ static double find_exponent(const struct search *search, double difference) {
     return fmax(exponent_least, fmin(seen, exponent_most));
 }
 
-/* Compares the last two runs. Chooses the coarser one if it is accurate enough and the total cost is
- * acceptable for it, otherwise the finer one. Returns whether one of them is accurate enough. */
+/* Compares the last two runs. Chooses the coarser one if it is accurate enough, otherwise the finer one.
+ * Returns whether the chosen one is accurate enough. */
 static bool judge(struct search *search, struct candidate *before, struct candidate *now, double accuracy) {
     const double fall = tolerance_of(now) / tolerance_of(before);
     estimate(before, now, pow(fall, exponent_most));
@@ -377,10 +389,8 @@ static bool judge(struct search *search, struct candidate *before, struct candid
     search->is_exhausted = search->difference_before > 0 && difference > search->difference_before;
     search->difference_before = difference;
     search->fall_before = fall;
-    const bool is_before_good = is_good(before, allowed_part * accuracy);
-    search->taken =
-        is_before_good && (double)search->tries <= worth * (double)tries_of(before) ? before : now;
-    search->is_reached = is_before_good || is_good(now, allowed_part * accuracy);
+    search->taken = is_good(before, allowed_part * accuracy) ? before : now;
+    search->is_reached = is_good(search->taken, allowed_part * accuracy);
     return search->is_reached;
 }
 
@@ -394,7 +404,12 @@ static void run(struct search *search, struct candidate *candidate, const struct
         simulate_trial_run(&candidate->trial, task, integration, &rows);
     }
     search->cpu_total_s += candidate->trial.motion.cpu_s;
-    search->tries += tries_of(candidate);
+}
+
+/* The largest step of a run at tolerance `tol`, if it follows from that of another run. */
+static double step_at(const struct candidate *candidate, double tol, int order) {
+    return candidate->trial.motion.integrator.statistics.step_largest *
+           pow(tol / tolerance_of(candidate), 1.0 / order);
 }
 
 /* Sets the next run: `fall` times the tolerance, and a bound on the step that shrinks with it, in case
@@ -404,9 +419,78 @@ static bool tighten(struct refdyn_options *integration, const struct candidate *
     if (!(tol < integration->tol * fall_least * 2))
         return false;
     if (now->trial.result == REFDYN_OK)
-        integration->step_max =
-            now->trial.motion.integrator.statistics.step_largest * pow(tol / integration->tol, 1.0 / order);
+        integration->step_max = step_at(now, tol, order);
     integration->tol = tol;
+    integration->event_looks = record_finer_looks;
+    return true;
+}
+
+/* The error of the chosen run. Compared with a coarser run, its estimate is an upper bound: it is not known
+ * yet how fast errors fall. */
+static double likely_error(const struct search *search, const struct candidate *finest) {
+    return search->taken == finest
+               ? fmin(error_of(finest), search->difference_before * pow(search->fall_before, exponent_likely))
+               : error_of(search->taken);
+}
+
+/* The tolerance of the next looser run, below `most`, at which runs were too inaccurate; 0: the error of the
+ * chosen run is nearly the requested one. */
+static double looser_tolerance(const struct search *search, const struct candidate *finest, double accuracy,
+                               double most) {
+    const double tol = tolerance_of(search->taken), error = likely_error(search, finest);
+    if (error >= exact_part * accuracy)
+        return 0;
+    const double wanted = tol * (error > 0 ? fmin(looser_part * accuracy / error, rise_most) : rise_most);
+    const double next = fmin(wanted, isfinite(most) ? sqrt(tol * most) : tol_most);
+    return next > rise_least * tol ? next : 0;
+}
+
+/* Is this run accurate enough, compared with the finest one? Its error is at most their difference and the
+ * error of the finest one, also where both have nearly the same. */
+static bool suffices(struct candidate *looser, const struct candidate *finest, double accuracy) {
+    if (looser->trial.result != REFDYN_OK)
+        return false;
+    estimate(looser, finest, 0);
+    const double difference = looser->estimate.difference, error = error_of(finest);
+    if (difference > 0)
+        estimate(looser, finest, error / (error + difference));
+    return is_good(looser, allowed_part * accuracy);
+}
+
+/* The run that suffices may be more accurate than requested: looser runs replace it while they suffice, too.
+ * Returns false if the user has interrupted one of them. */
+static bool loosen(struct search *search, const struct task *task, const struct refdyn_options *integration,
+                   const struct candidate *finest, double accuracy) {
+    struct refdyn_options options = *integration;
+    const int order = refdyn_method_order(options.method);
+    double most = INFINITY;
+    if (search->taken == finest) /* the run before it was too inaccurate */
+        most = tolerance_of(finest) / search->fall_before;
+    for (int tries = 0; tries < LOOSER_MOST; tries++) {
+        struct candidate *looser = search->candidates;
+        options.tol = looser_tolerance(search, finest, accuracy, most);
+        if (options.tol == 0)
+            return true;
+        options.step_max = step_at(search->taken, options.tol, order);
+        if (integration->step_max > 0)
+            options.step_max = fmin(options.step_max, integration->step_max);
+        options.step_limit = (long)(looser_steps * (double)tries_of(search->taken));
+        while (looser == finest || looser == search->taken)
+            looser++;
+        release(looser);
+        run(search, looser, task, &options);
+        if (looser->trial.result == RECORD_INTERRUPTED) {
+            search->taken = NULL;
+            search->last = looser;
+            return false;
+        }
+        if (!looser->rows || looser->trial.result == REFDYN_TOO_MANY_STEPS)
+            return true;
+        if (suffices(looser, finest, accuracy))
+            search->taken = looser;
+        else
+            most = options.tol;
+    }
     return true;
 }
 
@@ -418,8 +502,7 @@ enum status simulate_search_run(struct search *search, const struct task *task,
     const int order = refdyn_method_order(options.method);
     int failures = 0, place = 0;
     *search = (struct search){.taken = NULL};
-    const double smallest_unit = fmin(
-        1, task->scene->model->length); /* the tolerance applies to 1 rad and to the model's length [m] */
+    const double smallest_unit = simulate_smallest_unit(task->scene->model);
     options.tol = fmax(fmin(first_tol * accuracy / smallest_unit, first_most), tol_least / fall_least);
     for (struct candidate *before = NULL;;) {
         struct candidate *now = &search->candidates[place];
@@ -434,7 +517,7 @@ enum status simulate_search_run(struct search *search, const struct task *task,
             return STATUS_NUMBERS;
         }
         if (is_run && before && judge(search, before, now, accuracy))
-            return STATUS_DONE;
+            return loosen(search, &each, integration, now, accuracy) ? STATUS_DONE : STATUS_NUMBERS;
         if (search->is_exhausted || !tighten(&options, now, find_fall(now, accuracy, order), order))
             return STATUS_NUMBERS;
         before = is_run ? now : NULL;
@@ -445,7 +528,7 @@ enum status simulate_search_run(struct search *search, const struct task *task,
 }
 
 void simulate_search_release(struct search *search) {
-    release(&search->candidates[0]);
-    release(&search->candidates[1]);
+    for (int i = 0; i < SEARCH_CANDIDATES; i++)
+        release(&search->candidates[i]);
     search->taken = NULL;
 }

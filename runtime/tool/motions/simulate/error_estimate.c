@@ -15,6 +15,9 @@
 /* Part of the way of the motion. Runs that differ by more are not near the solution: their errors do not
  * follow the orders, or grow as in a chaotic motion. */
 static const double near_part = 0.05;
+/* A way shorter than this, or than so many tolerances, counts as this long: a body at rest moves by rounding,
+ * and by the errors of steps [model's length, at most 1 m, and rad]. */
+static const double least_way = 1e-6, least_tolerances = 2;
 /* Times of events are compared to the square root of this part of the motion, or of its tolerance. */
 static const double time_part = 1e-12;
 
@@ -57,6 +60,10 @@ void simulate_track_release(struct track *track) {
 }
 
 /* ---- Positions ---- */
+
+double simulate_smallest_unit(const struct refdyn_model *model) {
+    return model->length > 0 ? fmin(1, model->length) : 1;
+}
 
 static long count_common(const struct track *a, const struct track *b) {
     const long most = a->count < b->count ? a->count : b->count;
@@ -210,7 +217,9 @@ void simulate_estimate_make(struct estimate *estimate, const struct track *judge
     if (judged->table && other->table)
         compare_columns(estimate, judged, other, factor);
     estimate->difference = estimate->largest.error / factor;
-    estimate->is_trusted = estimate->difference <= near_part * simulate_track_way(judged, count);
+    const double least = fmax(least_way, least_tolerances * judged->tol) * simulate_smallest_unit(model);
+    const double way = fmax(simulate_track_way(judged, count), least);
+    estimate->is_trusted = estimate->difference <= near_part * way;
 }
 
 /* Where a value barely reaches zero, errors of times are as square roots of those of positions. */

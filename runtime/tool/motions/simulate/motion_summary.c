@@ -110,6 +110,7 @@ void simulate_summary_print(const struct summary *summary) {
     }
     print_passages(s);
     record_events_print(&motion->record.events, motion->scene->model, stderr);
+    record_print_between(&motion->record, stderr);
     print_energy(motion, summary->trial->result != REFDYN_OK);
     fprintf(stderr, "time         %.3g s CPU for the integration, %.3g s wall\n", motion->cpu_s,
             motion->wall_s);

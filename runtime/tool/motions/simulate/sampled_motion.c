@@ -143,10 +143,20 @@ static enum status choose_gsl(const struct options *options, struct refdyn_optio
     return STATUS_DONE;
 }
 
+enum status simulate_check_tol_rates(const struct options *options, bool is_fixed) {
+    const double tol_rates = options_number(options, "tol-rates");
+    if (tol_rates > 0 && is_fixed)
+        return options_error(options, "tol-rates",
+                             ": fixed steps have no tolerance; omit --step, or name a "
+                             "method with adaptive steps");
+    if (tol_rates >= 1)
+        return options_error(options, "tol-rates", ": must be below 1, because it is relative");
+    return STATUS_DONE;
+}
+
 static enum status choose_method(const struct options *options, struct refdyn_options *integration) {
     const double step = options_number(options, "step"), tol = options_number(options, "tol"),
-                 step_max = options_number(options, "step-max"),
-                 tol_rates = options_number(options, "tol-rates");
+                 step_max = options_number(options, "step-max");
     const char *name = options_text(options, "method");
     int method = step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
     if (simulate_gsl_has(name))
@@ -168,21 +178,15 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     if ((tol > 0 || step_max > 0) && integration->tol == 0)
         return options_error(options, tol > 0 ? "tol" : "step-max", ": %s has fixed steps; use --step",
                              refdyn_method_name(method));
-    if (tol_rates > 0 && (step > 0 || integration->tol == 0))
-        return options_error(options, "tol-rates",
-                             ": fixed steps have no tolerance; omit --step, or name a "
-                             "method with adaptive steps");
-    if (tol_rates >= 1)
-        return options_error(options, "tol-rates", ": must be below 1, because it is relative");
     integration->step_max = step_max;
-    integration->tol_rates = tol_rates;
+    integration->tol_rates = options_number(options, "tol-rates");
     if (step > 0) {
         integration->step = step;
         integration->tol = 0;
     }
     if (tol > 0)
         integration->tol = tol;
-    return STATUS_DONE;
+    return simulate_check_tol_rates(options, integration->tol == 0);
 }
 
 /* baumgarte-auto is baumgarte with gains computed from the step. */

@@ -28,8 +28,8 @@ static bool keep_part(struct target *target, bool has_rows, bool has_last) {
     if (!system_target_close_part(target))
         return false;
     if (target->part)
-        fprintf(stderr, "refdyn: what was computed until then is in %s%s\n", target->part,
-                has_last ? "; its last row is the complete last state" : "");
+        format_complain("refdyn: what was computed until then is in %s%s\n", target->part,
+                        has_last ? "; its last row is the complete last state" : "");
     return true;
 }
 

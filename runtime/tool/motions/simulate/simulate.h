@@ -20,6 +20,7 @@
 /* Positions at the outputs of one run, and all columns if their errors are estimated. */
 struct track {
     const struct refdyn_model *model;
+    double tol; /* tolerance of the run; 0 with fixed steps */
     long count;
     double *t;                        /* (count) [s] */
     double *q;                        /* (count x n) */
@@ -39,6 +40,8 @@ double simulate_track_distance(const struct track *a, long i, const struct track
 /* The largest distance from the start in the first `count` outputs. */
 double simulate_track_way(const struct track *track, long count);
 void simulate_track_release(struct track *track);
+/* The tolerance applies to 1 rad and to the model's length: the smaller one [rad, m]. */
+double simulate_smallest_unit(const struct refdyn_model *model);
 
 struct motion;
 
@@ -127,6 +130,8 @@ struct motion {
 /* Runtime options from --method --step --tol --step-max --stabilise --singular --start; reports combinations
  * that exclude each other. */
 enum status simulate_options(const struct options *options, struct refdyn_options *integration);
+/* Reports a --tol-rates that fixed steps cannot keep, or that is not below 1. */
+enum status simulate_check_tol_rates(const struct options *options, bool is_fixed);
 /* Reports a --lanes that is no lane width. */
 enum status simulate_check_lanes(const struct options *options);
 /* A command that searches among motions of a scene, which it computes in lanes: checks the options, opens the
@@ -235,16 +240,17 @@ struct candidate {
     bool has_estimate;
 };
 
+enum { SEARCH_CANDIDATES = 3 };
+
 struct search {
     struct candidate *taken; /* the chosen run; NULL if no run reached its end */
     bool is_reached;
     bool is_exhausted;      /* rounding: runs no longer approach each other as the tolerance falls */
     struct candidate *last; /* the last run, which failed or was interrupted if `taken` is NULL */
     double cpu_total_s;
-    long tries; /* steps of all runs */
     double difference_before,
         fall_before; /* of the two runs before, and of their tolerances; 0 if there were none */
-    struct candidate candidates[2]; /* the last two runs */
+    struct candidate candidates[SEARCH_CANDIDATES]; /* the last two runs, the chosen one and a looser one */
 };
 
 /* Call simulate_search_release in any case. */

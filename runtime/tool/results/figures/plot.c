@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "runtime/record/record.h"
 #include "runtime/tool/results/figures/figures.h"
 #include "runtime/tool/support/options/options.h"
 #include "runtime/tool/support/format/format.h"
@@ -126,7 +127,7 @@ static bool shows_residual(const struct view *view, const struct run *run, int c
 
 /* Finds the key of a column: named after the point or the force, empty for a single column. */
 static int find_key(struct chart *chart, const struct view *view, const char *column) {
-    const size_t prefix = view->shows == shows_force ? strlen("force_") : 0;
+    const size_t prefix = view->shows == shows_force ? strlen(record_force_lead) : 0;
     size_t length = strlen(column) - prefix;
     if (view->shows == shows_energy || view->shows == shows_name)
         length = 0;

@@ -68,7 +68,8 @@ static void find_columns(struct run *run) {
     run->energy = text_index("energy", (const char *const *)run->columns, run->column_count);
     run->forces = run->energy < 0 ? run->column_count : run->energy + 1;
     while (run->forces + run->force_count < run->column_count &&
-           strncmp(run->columns[run->forces + run->force_count], "force_", 6) == 0)
+           strncmp(run->columns[run->forces + run->force_count], record_force_lead,
+                   strlen(record_force_lead)) == 0)
         run->force_count++;
     run->inputs = run->forces + run->force_count;
     run->input_count = count_inputs(run);

@@ -49,11 +49,6 @@ enum {
 static const double parts[PERCENTILES] = {0.05, 0.25, 0.5, 0.75, 0.95};
 static const char *const names[BANDS] = {"5 to 95 %", "25 to 75 %"};
 
-static int compare(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* Interpolates between neighbours, like numpy's default; NaN without values. */
 static double percentile(const double *sorted, long count, double part) {
     const double at = part * (double)(count - 1);
@@ -72,7 +67,7 @@ static void find_percentiles(const double *values, long cases, int stride, int k
     for (long row = 0; row < cases; row++)
         if (figures_can_draw(values[row * stride + k]))
             sorted[count++] = values[row * stride + k];
-    qsort(sorted, (size_t)count, sizeof *sorted, compare);
+    qsort(sorted, (size_t)count, sizeof *sorted, format_ascending);
     for (int i = 0; i < PERCENTILES; i++)
         found[i] = percentile(sorted, count, parts[i]);
 }

@@ -27,11 +27,6 @@ struct sweep {
     bool is_grid; /* each step has a field */
 };
 
-static int compare(const void *a, const void *b) {
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
 /* ---- What varied ---- */
 
 /* The label of a varied quantity. Texts that are not numbers are drawn at their indices, which the label
@@ -69,7 +64,7 @@ static void find_steps(struct runs_charts *figure, struct sweep *sweep, long cas
     for (long row = 0; row < cases; row++)
         if (figures_can_draw(sweep->values[row]))
             sweep->steps[count++] = sweep->values[row];
-    qsort(sweep->steps, (size_t)count, sizeof *sweep->steps, compare);
+    qsort(sweep->steps, (size_t)count, sizeof *sweep->steps, format_ascending);
     for (long i = 0; i < count; i++)
         if (i == 0 || sweep->steps[i] != sweep->steps[sweep->step_count - 1])
             sweep->steps[sweep->step_count++] = sweep->steps[i];

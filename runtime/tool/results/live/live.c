@@ -350,7 +350,9 @@ static enum status run_live(const struct options *options) {
     if (options->operand_count > 1)
         return options_usage_error(options->command, "--live shows one model; omit '%s'",
                                    options->operands[1]);
-    const enum status status = refuse(options, of_runs, "is for runs; with --live the operand is the model");
+    enum status status = refuse(options, of_runs, "is for runs; with --live the operand is the model");
+    if (status == STATUS_DONE)
+        status = simulate_check_tol_rates(options, options_number(options, "step") > 0);
     if (status != STATUS_DONE)
         return status;
     return options_has(options, "watch")
@@ -359,7 +361,8 @@ static enum status run_live(const struct options *options) {
 }
 
 static enum status run_any(const struct options *options) {
-    static const char *const of_models[] = {"range", "options", "pull", "until", "step", "tol", NULL};
+    static const char *const of_models[] = {"range", "options", "pull",      "until",
+                                            "step",  "tol",     "tol-rates", NULL};
     if (options_has(options, "live"))
         return run_live(options);
     const enum status status = refuse(options, of_models, "needs --live");
@@ -379,7 +382,7 @@ const struct command view_command = {
     .name = "view",
     .run = run_any,
     .operands = "RUN...",
-    .options = "output! model watch set live range options pull until step tol",
+    .options = "output! model watch set live range options pull until step tol tol-rates",
     .tables = {live_rules, view_rules, simulate_rules, scene_rules},
     .output = "PAGE.html",
     .purpose = "motions as one HTML page, to look at from all sides",

@@ -3,7 +3,7 @@
  * a motion, and
  *
  *     "live": {"file": , "settings": [[name, value], ...],
- *              "until": , "step": , "tol": , "shapeNumbers": , "canPull": ,
+ *              "until": , "step": , "tol": , "tolRates": , "shapeNumbers": , "canPull": ,
  *              "parameters": [{"name": , "unit": , "value": , "from": , "to": , "fileValue": ,
  *                              "anchor": , "given": }, ...],
  *              "inputs": [{"name": , "unit": , "value": , "from": , "to": , "fileValue": }, ...],
@@ -188,6 +188,8 @@ static void put_options(FILE *out, const struct options *options) {
     put_number(out, step);
     fputs(",\"tol\":", out);
     put_number(out, tol > 0 ? tol : refdyn_options_default(REFDYN_AUTO).tol);
+    fputs(",\"tolRates\":", out);
+    put_number(out, options_number(options, "tol-rates"));
     fputs(",\n", out);
 }
 

@@ -87,7 +87,7 @@ static bool make_folders(const struct scratch *scratch, const char *path) {
     const char *folder = system_scratch_file(scratch, format_text("%.*s", (int)(slash - path), path));
     if (system_make_folder(folder, 0700, NULL))
         return true;
-    fprintf(stderr, "refdyn: %s: cannot be made\n", folder);
+    format_complain("refdyn: %s: cannot be made\n", folder);
     return false;
 }
 

@@ -123,8 +123,8 @@ static bool claim(struct scratch *claimed, const struct compiled *compiled, cons
 
 static enum build_outcome report_unloadable(const struct compiled *compiled, const char *key) {
     const char *reason = dlerror();
-    fprintf(stderr, "refdyn: %s/%s.so: cannot be loaded: %s\n", compiled->cache.path, key,
-            reason ? reason : "it is not as it was written");
+    format_complain("refdyn: %s/%s.so: cannot be loaded: %s\n", compiled->cache.path, key,
+                    reason ? reason : "it is not as it was written");
     compile_cache_drop(&compiled->cache, key);
     return BUILD_FAILED;
 }
@@ -189,7 +189,7 @@ static bool choose_tier(enum compile_tier *tier) {
         *tier = COMPILE_OPTIMISED;
     if (!text || !*text || strcmp(text, "0") == 0 || strcmp(text, "1") == 0)
         return true;
-    fprintf(stderr, "refdyn: REFDYN_BACKGROUND: '%s': must be 0 or 1\n", text);
+    format_complain("refdyn: REFDYN_BACKGROUND: '%s': must be 0 or 1\n", text);
     return false;
 }
 

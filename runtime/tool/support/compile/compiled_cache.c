@@ -80,8 +80,8 @@ static const char *open_folder(struct cache *cache, const char *path, int flags)
 static bool open_own(struct cache *cache, const char *path) {
     const char *reason = open_folder(cache, path, 0);
     if (reason)
-        fprintf(stderr, "refdyn: %s: cannot be the cache folder: %s; REFDYN_CACHE names another one\n", path,
-                reason);
+        format_complain("refdyn: %s: cannot be the cache folder: %s; REFDYN_CACHE names another one\n", path,
+                        reason);
     return !reason;
 }
 
@@ -96,8 +96,8 @@ static bool open_xdg(struct cache *cache) {
         return false;
     const char *reason = open_folder(cache, path, 0);
     if (reason && access(path, F_OK) == 0)
-        fprintf(stderr, "refdyn: warning: %s cannot be the cache folder: %s; another one is used\n", path,
-                reason);
+        format_complain("refdyn: warning: %s cannot be the cache folder: %s; another one is used\n", path,
+                        reason);
     if (!reason && access(cache->path, W_OK | X_OK) != 0)
         compile_cache_close(cache);
     return cache->folder >= 0;
@@ -108,8 +108,8 @@ static bool open_temporary(struct cache *cache) {
     const char *path = format_text("%s/refdyn-%ld", system_scratch_parent(), (long)geteuid());
     const char *reason = open_folder(cache, path, O_NOFOLLOW);
     if (reason)
-        fprintf(stderr, "refdyn: %s: no folder for compiled models: %s; set REFDYN_CACHE or HOME\n", path,
-                reason);
+        format_complain("refdyn: %s: no folder for compiled models: %s; set REFDYN_CACHE or HOME\n", path,
+                        reason);
     return !reason;
 }
 
@@ -258,7 +258,7 @@ bool compile_cache_add(const struct cache *cache, const char *key, const char *l
     if (!reason && renameat(AT_FDCWD, library, cache->folder, name) != 0)
         reason = strerror(errno);
     if (reason)
-        fprintf(stderr, "refdyn: %s/%s: cannot be made: %s\n", cache->path, name, reason);
+        format_complain("refdyn: %s/%s: cannot be made: %s\n", cache->path, name, reason);
     else
         compile_cache_prune(cache);
     return !reason;

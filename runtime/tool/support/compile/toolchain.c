@@ -78,7 +78,7 @@ bool compile_toolchain_find(struct toolchain *chain) {
     chain->words = words;
     chain->program = system_process_find(chain->words[0]);
     if (!chain->program)
-        fprintf(stderr, "refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
+        format_complain("refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
     return chain->program;
 }
 
@@ -154,7 +154,7 @@ bool compile_job_succeeds(const struct scratch *scratch, const struct job *job, 
 static void show_log(const struct job *job) {
     fputs("refdyn: the compiler failed:", stderr);
     for (int i = 0; i < job->argc; i++)
-        fprintf(stderr, " %s", job->argv[i]);
+        format_complain(" %s", job->argv[i]);
     fputc('\n', stderr);
     system_copy_file(job->log, stderr);
 }
@@ -162,8 +162,8 @@ static void show_log(const struct job *job) {
 static bool start(struct process *process, const struct scratch *scratch, const struct job *job) {
     const int error = system_process_start(process, scratch, job->argv, NULL, job->log, NULL);
     if (error)
-        fprintf(stderr, "refdyn: the compiler '%s' could not be started: %s\n", job->argv[0],
-                strerror(error));
+        format_complain("refdyn: the compiler '%s' could not be started: %s\n", job->argv[0],
+                        strerror(error));
     return error == 0;
 }
 

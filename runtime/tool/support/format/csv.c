@@ -1,5 +1,6 @@
-/* Reads CSV files line by line, and opens text files of users. The reader skips blanks around fields, a byte
- * order mark, CR before LF, and empty lines. Other kinds of files are refused by name. */
+/* Reads CSV files line by line, opens text files of users, and prints messages. The reader skips blanks
+ * around fields, a byte order mark, CR before LF, and empty lines. Other kinds of files are refused by name.
+ */
 #define _GNU_SOURCE
 #include "runtime/tool/support/format/format.h"
 #include "gen/base/base.h"
@@ -32,11 +33,29 @@ void format_complain_line(const char *path, long line, const char *text) {
 }
 
 void format_complain_messages(struct messages *messages, int first) {
+    message_count_unknown(messages);
     if (first == 0)
         message_sort(messages);
     for (int i = first; i < messages->count; i++)
         format_complain_line(messages->list[i].place.file, messages->list[i].place.line,
                              messages->list[i].text);
+}
+
+void format_vcomplain(const char *format, va_list list) {
+    char *text = format_vtext(format, list);
+    const size_t length = strlen(text);
+    const bool has_end = length > 0 && text[length - 1] == '\n';
+    text[length - has_end] = '\0';
+    format_plain_text(stderr, text);
+    if (has_end)
+        fputc('\n', stderr);
+}
+
+void format_complain(const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    format_vcomplain(format, list);
+    va_end(list);
 }
 
 bool format_csv_complain(const struct csv *csv, const char *format, ...) {

@@ -68,6 +68,10 @@ void format_csv_text(FILE *out, const char *text);
 void format_shell_text(FILE *out, const char *text);
 /* A text for a terminal: control characters, which would act there, appear as \xNN. */
 void format_plain_text(FILE *out, const char *text);
+/* Prints a message, or a part of it, on stderr. The same holds for its control characters, except for the
+ * line end after it: texts of users cannot act on the terminal or begin a line. */
+void format_complain(const char *format, ...) __attribute__((format(printf, 1, 2)));
+void format_vcomplain(const char *format, va_list list) __attribute__((format(printf, 1, 0)));
 
 /* Output: numbers that read back exactly, a small JSON writer, texts in memory. */
 
@@ -76,6 +80,9 @@ void format_number(FILE *out, double value);
 /* The number within 1e-15 of the value that has the fewest digits, 15 to 17: "0.94" for 0.9400000000000001.
  */
 const char *format_near_number(double value, char text[static NUMBER_LENGTH]);
+
+/* Compares two numbers for qsort, so that they ascend. */
+int format_ascending(const void *a, const void *b);
 
 /* A JSON document. At the outermost level each entry has its own line; deeper entries stay on that line. The
  * document grows in memory and is written when it is complete. */

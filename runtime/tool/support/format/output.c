@@ -21,6 +21,11 @@ const char *format_near_number(double value, char text[static NUMBER_LENGTH]) {
     return text;
 }
 
+int format_ascending(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
 void format_document_open(struct document *document) {
     *document = (struct document){.one_line = false};
     document->out = format_stream(&document->text, &document->size);

@@ -181,7 +181,7 @@ enum status options_usage_error(const struct command *command, const char *forma
     va_end(list);
     fprintf(stderr, "refdyn %s: ", command->name);
     va_start(list, format);
-    vfprintf(stderr, format, list);
+    format_vcomplain(format, list);
     va_end(list);
     fputc('\n', stderr);
     return end_usage_error(command, lead);
@@ -198,11 +198,11 @@ enum status options_error(const struct options *options, const char *option, con
     const struct option_origin *origin = find_origin(options, option);
     va_list list;
     if (origin)
-        fprintf(stderr, "%s: %s", origin->place, origin->field);
+        format_complain("%s: %s", origin->place, origin->field);
     else
         fprintf(stderr, "refdyn %s: --%s", options->command->name, option);
     va_start(list, format);
-    vfprintf(stderr, format, list);
+    format_vcomplain(format, list);
     va_end(list);
     fputc('\n', stderr);
     return origin ? STATUS_FAULT : end_usage_error(options->command, format_text("--%s:", option));
@@ -221,11 +221,11 @@ static const char *meant_command(const struct command *const *commands, const ch
 /* Reports a name that is no command. */
 static enum status command_error(const struct command *const *commands, const char *name) {
     const char *meant = meant_command(commands, name), *dot = strrchr(name, '.');
-    fprintf(stderr, "refdyn: unknown command '%s'; use one of", name);
+    format_complain("refdyn: unknown command '%s'; use one of", name);
     for (int i = 0; commands[i]; i++)
         fprintf(stderr, "%s %s", i ? "," : "", commands[i]->name);
     if (dot && strcmp(dot, ".lua") == 0)
-        fprintf(stderr, "; a command comes first: refdyn check %s", name);
+        format_complain("; a command comes first: refdyn check %s", name);
     else if (meant)
         fprintf(stderr, "; write refdyn %s", meant);
     fputs("\nusage: refdyn COMMAND ARGUMENTS\n", stderr);

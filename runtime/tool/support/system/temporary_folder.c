@@ -149,7 +149,7 @@ bool system_scratch_open(struct scratch *scratch, const char *parent, const char
     if (is_open)
         system_undo_add(&scratch->undo, undo_scratch, scratch);
     else
-        fprintf(stderr, "refdyn: %s: cannot make a temporary folder: %s\n", parent, strerror(errno));
+        format_complain("refdyn: %s: cannot make a temporary folder: %s\n", parent, strerror(errno));
     system_interrupt_release(&before);
     free(folder);
     return is_open;
@@ -202,7 +202,7 @@ bool system_scratch_write(const struct scratch *scratch, const char *name, const
     bool is_good = file && fwrite(text, 1, length, file) == length;
     is_good = file && fclose(file) == 0 && is_good;
     if (!is_good)
-        fprintf(stderr, "refdyn: %s: cannot be written: %s\n", path, strerror(errno));
+        format_complain("refdyn: %s: cannot be written: %s\n", path, strerror(errno));
     return is_good;
 }
 

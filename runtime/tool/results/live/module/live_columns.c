@@ -32,6 +32,16 @@ static const char *const kinds[RECORD_BLOCKS] = {[RECORD_ENERGY] = "energy",
                                                  [RECORD_INPUTS] = "course",
                                                  [RECORD_COURSES] = "course"};
 
+/* The kind of quantity whose errors are compared, "" for none. */
+static const char *const motion_kinds[RECORD_KINDS] = {[RECORD_OTHER] = "",
+                                                       [RECORD_RATE] = "rates",
+                                                       [RECORD_ACCELERATION] = "accelerations",
+                                                       [RECORD_FORCE] = "forces"};
+
+EXPORT(live_column_motion_kind) const char *live_column_motion_kind(struct live *live, int column) {
+    return motion_kinds[record_table_kind(&live->table, place_in_table(live, column))];
+}
+
 EXPORT(live_column_kind) const char *live_column_kind(struct live *live, int column) {
     const int place = place_in_table(live, column);
     int block = RECORD_STATE;

@@ -158,14 +158,16 @@ static void end_motion(struct live *live) {
     live_release_blocks(live);
 }
 
-/* step > 0: fixed steps, as --step; otherwise the tolerance, as --tol. */
-static struct refdyn_options options_of(double step, double tol) {
+/* step > 0: fixed steps, as --step; otherwise the tolerances, as --tol and --tol-rates. */
+static struct refdyn_options options_of(double step, double tol, double tol_rates) {
     struct refdyn_options options = refdyn_options_default(step > 0 ? REFDYN_RK4 : REFDYN_AUTO);
     if (step > 0) {
         options.step = step;
         options.tol = 0;
-    } else
+    } else {
         options.tol = tol;
+        options.tol_rates = tol_rates;
+    }
     options.balance = 1;
     return options;
 }
@@ -351,15 +353,19 @@ static int begin(struct live *live, const struct refdyn_options *options, double
 /* Begins a motion from t = 0 with the values in the arrays, from the initial state with the given start
  * values or from the equilibrium. Returns LIVE_GOES_ON or LIVE_FAILED. */
 EXPORT(live_begin)
-int live_begin(struct live *live, double until, double every, double step, double tol, int from_statics) {
-    const struct refdyn_options options = options_of(step, tol);
+int live_begin(struct live *live, double until, double every, double step, double tol, double tol_rates,
+               int from_statics) {
+    const struct refdyn_options options = options_of(step, tol, tol_rates);
     return begin(live, &options, until, every, from_statics);
 }
 
-/* Begins to repeat the last motion that was done more accurately, with the same values in the arrays. */
+/* Begins to repeat the last motion that was done more accurately, with the same values in the arrays.
+ * has_kinds: it bounds the errors of rates, accelerations and forces, too. */
 EXPORT(live_begin_finer)
-int live_begin_finer(struct live *live, double until, double every, int from_statics) {
-    const struct refdyn_options options = live->finer;
+int live_begin_finer(struct live *live, double until, double every, int from_statics, int has_kinds) {
+    struct refdyn_options options = live->finer;
+    if (has_kinds)
+        options.tol_rates = record_finer_rates(&options);
     return begin(live, &options, until, every, from_statics);
 }
 

@@ -7,7 +7,7 @@
 const written = JSON.parse(byId("data").textContent), modules = JSON.parse(byId("module").textContent);
 const structure = {choices: written.choices, place: addressedStructure(written)};
 let data = written.structures[structure.place], live = data.live, values = listValues(live);
-const options = {until: live.until, step: live.step, tol: live.tol, from: "initial"};
+const options = {until: live.until, step: live.step, tol: live.tol, tolRates: live.tolRates, from: "initial"};
 const runs = [];
 let page = null, clock = null;
 
@@ -206,11 +206,13 @@ function makeModes() {
 }
 
 /* An error of the whole motion; answers to earlier requests come too late. */
-function showError({id, estimate: {error, at, isTrusted}}) {
+function showError({id, estimate: {error, at, kinds, isTrusted}}) {
     if (id !== state.asked)
         return;
     const unit = data.runs[0].points.length > 0 ? " m" : "";
-    byId("error").textContent = isTrusted ? `Estimated error of the motion: ${error.toExponential(1)}${unit}, largest at t = ${at.toPrecision(4)} s.`
+    const others = kinds.map((kind) => `${kind.name} ${kind.relative.toExponential(1)} (${kind.column})`).join(", ");
+    byId("error").textContent = isTrusted ? `Estimated error of the motion: ${error.toExponential(1)}${unit}, largest at t = ${at.toPrecision(4)} s` +
+                                            (others ? `; relative to the largest of their kind: ${others}.` : "; no estimate of rates, accelerations and forces.")
         : "A finer motion takes another path: the tolerance or step is too large, or the motion chaotic.";
     document.documentElement.dataset.verified = String(id);
 }

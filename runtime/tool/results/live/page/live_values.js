@@ -121,11 +121,13 @@ function listValues(live) {
     };
 }
 
-const OPTIONS = {until: {label: "Duration [s]", from: 0.1, to: 20}, step: {label: "Step [s], 0: adaptive", from: 0, to: 0.01}, tol: {label: "Tolerance", from: 1e-10, to: 1e-3}};
+const OPTIONS = {until: {label: "Duration [s]", from: 0.1, to: 20}, step: {label: "Step [s], 0: adaptive", from: 0, to: 0.01}, tol: {label: "Tolerance", from: 1e-10, to: 1e-3},
+                 tolRates: {label: "Tolerance of rates, 0: none", from: 0, to: 1e-2}};
+const MAY_BE_ZERO = ["step", "tolRates"];
 const OUTPUTS = 400;
 
 function isFitOption(name, value) {
-    return (value > 0 && Number.isFinite(value)) || (value === 0 && name === "step");
+    return (value > 0 && Number.isFinite(value) && !(name === "tolRates" && value >= 1)) || (value === 0 && MAY_BE_ZERO.includes(name));
 }
 
 function optionField(name, options, changed) {
@@ -134,7 +136,7 @@ function optionField(name, options, changed) {
     label.htmlFor = field.id;
     field.addEventListener("change", () => {
         const value = parseFloat(field.value), isFit = isFitOption(name, value);
-        field.setCustomValidity(isFit ? "" : `must be positive${name === "step" ? ", or 0" : ""}`);
+        field.setCustomValidity(isFit ? "" : `must be positive${name === "tolRates" ? " and below 1" : ""}${MAY_BE_ZERO.includes(name) ? ", or 0" : ""}`);
         field.reportValidity();
         if (isFit) {
             options[name] = value;
@@ -222,7 +224,7 @@ function requestOf(values, options, live) {
     return {p: values.p.map((one) => one.value === null ? 0 : one.value), x: values.x.map((one) => one.value), given,
             fromStatics: options.from === "statics",
             starts: values.q.filter((one) => !one.isFree).map((one) => [one.index, one.value]), n: (live.starts.length + live.states.length) / 2,
-            until: options.until, every: options.until / OUTPUTS, step: options.step, tol: options.tol};
+            until: options.until, every: options.until / OUTPUTS, step: options.step, tol: options.tol, tolRates: options.tolRates};
 }
 
 /* Shows values that follow the model as the last motion has had them. */
@@ -340,7 +342,7 @@ function commandLine(values, options, live) {
     else if (values.q.some((one) => !one.isFree))
         words.push("--from", "start.json");
     words.push("--until", String(options.until), "--every", String(options.until / OUTPUTS));
-    words.push(...(options.step > 0 ? ["--step", String(options.step)] : ["--tol", String(options.tol)]));
+    words.push(...(options.step > 0 ? ["--step", String(options.step)] : ["--tol", String(options.tol), ...(options.tolRates > 0 ? ["--tol-rates", String(options.tolRates)] : [])]));
     return [...words, "-o", "run.csv"].map(shellWord).join(" ");
 }
 

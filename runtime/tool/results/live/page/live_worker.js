@@ -1,10 +1,10 @@
 /*
  * Computes motions beside the page, in a module of WebAssembly. Messages to it: first {module: packed bytes}, then
- * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol, fromStatics, pull: null or {point, from, speed, hand}};
+ * requests {id, p, x, starts: [[index, value], ...], given, until, every, step, tol, tolRates, fromStatics, pull: null or {point, from, speed, hand}};
  * while a point is pulled {hand: [x, y, z]}, {isShown: true} after each part of the motion, and {release: id}. It answers each with the
  * motion or with why it has failed. Of several waiting requests only the newest is computed. When no request has come for
  * a while, it also sends the modes {id, modes: [[frequency, damping], ...], message} for the values of the last motion, and an
- * estimate of its error {id, estimate: {error, at, isTrusted}}.
+ * estimate of its error {id, estimate: {error, at, kinds: [{name, relative, column}, ...], isTrusted}}.
  */
 "use strict";
 
@@ -54,7 +54,8 @@ function call(name, ...values) {
 
 function listColumns() {
     return Array.from({length: call("column_count")}, (_, i) => (
-        {name: textAt(call("column_name", i)), unit: textAt(call("column_unit", i)), kind: textAt(call("column_kind", i))}));
+        {name: textAt(call("column_name", i)), unit: textAt(call("column_unit", i)), kind: textAt(call("column_kind", i)),
+        motionKind: textAt(call("column_motion_kind", i))}));
 }
 
 function setValues(asked) {
@@ -156,7 +157,7 @@ async function finish(asked, status, isLate) {
 async function compute(asked) {
     const began = performance.now();
     setValues(asked);
-    let status = call("begin", asked.until, asked.every, asked.step, asked.tol, asked.fromStatics ? 1 : 0);
+    let status = call("begin", asked.until, asked.every, asked.step, asked.tol, asked.tolRates, asked.fromStatics ? 1 : 0);
     asked.used = {p: numbersAt(call("parameters"), asked.p.length).slice(), start: numbersAt(call("used_start"), 2 * asked.n).slice()};
     asked.spent = performance.now() - began;
     if (asked.pull && status === 1)
@@ -178,29 +179,55 @@ function distanceOf(a, i, b, j, {n, points}) {
 }
 
 const NEAR = 0.05; /* part of the way of the motion; motions that differ by more do not estimate an error */
+const LEAST_WAY = 1e-6; /* of a body at rest that moves by rounding [m, rad] */
+
+/* For each kind of column the largest error, relative to the largest value of the same kind and unit. A value that is not unique is
+ * NaN in both motions. */
+function errorsOfKinds(rows, finer, count, factor) {
+    const width = call("column_count"), scales = new Map(), worst = new Map();
+    const list = engine.columns.map(({name, unit, motionKind}, i) => ({name, motionKind, scale: `${motionKind} ${unit}`, i})).filter(({motionKind}) => motionKind);
+    const largestOf = (valueAt) => Array.from({length: count}, (_, k) => valueAt(k * width)).reduce((most, value) => Math.abs(value) > most ? Math.abs(value) : most, 0);
+    for (const {scale, i} of list)
+        scales.set(scale, Math.max(scales.get(scale) || 0, largestOf((at) => rows[at + i])));
+    for (const {name, motionKind, scale, i} of list) {
+        const error = factor * largestOf((at) => rows[at + i] - finer[at + i]), relative = error > 0 ? error / scales.get(scale) : 0;
+        if (!worst.has(motionKind) || relative > worst.get(motionKind).relative)
+            worst.set(motionKind, {name: motionKind, relative, column: name});
+    }
+    return [...worst.values()];
+}
 
 /* The error of a motion from its difference to a finer one, as `sim --verify` estimates it. */
-function errorOf({asked, rows, share}, finer) {
-    const width = call("column_count");
-    let largest = 0, at = 0, way = 0;
-    for (let i = 0; i < Math.min(rows.length, finer.length) / width && rows[i * width] === finer[i * width]; i++) {
+function errorOf({asked, rows, share}, finer, hasKinds) {
+    const width = call("column_count"), factor = 1 / (1 - share);
+    let largest = 0, at = 0, way = 0, i = 0;
+    for (; i < Math.min(rows.length, finer.length) / width && rows[i * width] === finer[i * width]; i++) {
         const distance = distanceOf(rows, i, finer, i, asked);
-        way = Math.max(way, distanceOf(rows, i, rows, 0, asked));
+        way = Math.max(way, LEAST_WAY, distanceOf(rows, i, rows, 0, asked));
         if (distance > largest) {
             largest = distance;
             at = rows[i * width];
         }
     }
-    return {error: largest / (1 - share), at, isTrusted: largest <= NEAR * way};
+    return {error: factor * largest, at, kinds: hasKinds ? errorsOfKinds(rows, finer, i, factor) : [], isTrusted: largest <= NEAR * way};
 }
 
-/* Repeats the last motion more accurately, unless a request comes. */
+/* Repeats the last motion more accurately, unless a request comes. If this motion cannot bound its errors of rates, as near a singular
+ * position, it bounds those of positions alone, which are then the only ones with an estimate. */
 async function verify(judged) {
     const {asked} = judged;
-    setValues(asked);
-    const status = await finish(asked, call("begin_finer", asked.until, asked.every, asked.fromStatics ? 1 : 0), () => engine.waiting);
+    let status = -1, hasKinds = 1;
+    const repeat = async () => {
+        setValues(asked);
+        status = await finish(asked, call("begin_finer", asked.until, asked.every, asked.fromStatics ? 1 : 0, hasKinds), () => engine.waiting);
+    };
+    await repeat();
+    if (status < 0) {
+        hasKinds = 0;
+        await repeat();
+    }
     if (status === 0)
-        postMessage({id: asked.id, estimate: errorOf(judged, numbersAt(call("rows"), call("row_count") * call("column_count")))});
+        postMessage({id: asked.id, estimate: errorOf(judged, numbersAt(call("rows"), call("row_count") * call("column_count")), hasKinds === 1)});
 }
 
 function sendModes(id) {
