@@ -220,6 +220,10 @@ static void put_whole_blocks(struct printer *p, const struct loop_statement *s) 
 static void put_step(const struct printer *p, const struct loop_statement *s) {
     const char *variable = p->form->variables[s->variable];
     const bool is_down = !s->step.count && s->step.constant < 0;
+    if (!s->step.count && abs(s->step.constant) == 1) {
+        text_add(p->text, is_down ? "%s--" : "%s++", variable);
+        return;
+    }
     const struct loop_index step = is_down ? loop_times(s->step, -1) : s->step;
     text_add(p->text, is_down ? "%s -= " : "%s += ", variable);
     put_index(p, &step);
