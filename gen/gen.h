@@ -104,9 +104,4 @@ const char *gen_quantity(int number);
 /* What a scene without quantity `number` does not have; NULL: the scene has the quantity. */
 const char *gen_lack(const struct generation *generation, int number);
 
-/* The interpreter of the plan: the judge of the emitted C. The arguments are those of the emitted function; p
- * begins with the parameters, and the interpreter computes the derived values. 0 if the function exists. */
-int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x,
-                  double t, const double *q, const double *qd, double *out);
-
 #endif

@@ -92,8 +92,8 @@ def test_the_longest_branch_is_last(tmp_path):
     """Then few responses to unit wrenches are carried at once: none to the spine, however many ribs it has."""
     refdyn("gen", TREES, "--set", "kind=comb", "--set", "rfe=21", "--emit", "d_qdd_free", "-o", tmp_path)
     text = "".join(path.read_text() for path in tmp_path.glob("*.c"))
-    starts, levels = (re.search(rf" {name}\[\d+\] = \{{([^}}]*)\}}", text)[1].split(",") for name in ("starts", "levels"))
-    assert len(starts) == 2 * 20 + 1 and set(map(int, levels)) == {0}
+    starts = re.search(r" starts\[\d+\] = \{([^}]*)\}", text)[1].split(",")
+    assert len(starts) == 2 * 20 + 1 and " levels[" not in text  # they are all 0
 
 
 @pytest.mark.parametrize("kind, rfe, form", [("short", 1, "with the matrix"), ("two", 9, "in sweeps")])

@@ -72,22 +72,8 @@ void emit_spline_functions(struct emission *emission, struct text *text);
 void emit_spline_prototypes(struct emission *emission, struct text *text);
 
 /* Loops after the straight-line code. `local` precedes the names of local arrays. */
-/* A table of integers within a loop. */
-void emit_local_table(struct text *text, const char *type, const char *title, const int *values, int count);
-/* emit_sweeps.c */
-void emit_sweeps(struct emission *emission, struct text *text, const struct function *function,
-                 const char *local, const struct sweeps *sweeps);
-/* Returns whether sweeps write all entries of an array but those of joints of one stage, which are within two
- * of the diagonal. */
-bool emit_is_swept(const struct function *function, int array);
 void emit_loops(struct emission *emission, struct text *text, const struct function *function,
                 const char *local);
-/* Returns whether they write all entries of an array, so that it need not be cleared. The next one: all but
- * those within two of the diagonal. */
-bool emit_is_written_by_loops(const struct function *function, int array);
-bool emit_is_written_to_diagonal(const struct function *function, int array);
-/* The number of entries of a local array, rounded up to whole blocks if a loop works in blocks. */
-int emit_length_of_local(const struct emission *x, const struct function *function, int array);
 /* The text of an array in these loops. */
 const char *emit_array_text(struct emission *emission, const struct function *function, int array,
                             const char *local);

@@ -13,82 +13,69 @@
 /* ---- Nonzero entries ---- */
 
 /*
- * Determines which entries of an array may be nonzero: a flag for each entry of an array of a planned
- * function.
- *
- * Straight-line code is examined entry by entry. Loops over pairs of coordinates leave an entry zero if
- * neither coordinate carries the other. All other loops are assumed to fill their array.
+ * Determines which entries of a function's arrays may be nonzero, by place. Straight-line code sets entries
+ * one by one; loops are executed with truths instead of numbers: a product is nonzero if both factors are.
  */
 
-static void mark_entries(bool *is_there, const struct array *array, int entry) {
+static void mark_entry(bool *is_there, const struct array *array, int entry) {
     const int n = array->symmetric;
-    is_there[entry] = true;
+    is_there[array->offset + entry] = true;
     if (n > 0) /* only the lower half is computed */
-        is_there[entry % n * n + entry / n] = true;
+        is_there[array->offset + entry % n * n + entry / n] = true;
 }
 
-static bool leads_to(const struct tree *tree, int i, int j) {
-    while (j > i)
-        j = tree->frames[j].parent;
-    return i == j;
-}
-
-static void mark_pairs(const struct plan *plan, bool *is_there) {
-    const int n = plan->tree->count;
-    for (int i = 0; i < n; i++)
-        for (int j = 0; j < n; j++)
-            is_there[i * n + j] |= leads_to(plan->tree, i, j) || leads_to(plan->tree, j, i);
-}
-
-static bool is_filled(const struct loop *loop, int array) {
-    switch (loop->kind) {
-    case LOOP_PRODUCT:
-        return loop->of.product.target == array;
-    case LOOP_FACTORING:
-        return loop->of.factoring.matrix == array;
-    case LOOP_SOLVING:
-        return loop->of.solving.array == array;
-    case LOOP_SWEEPS:
-        return loop->of.sweeps.columns[0].array == array ||
-               (loop->of.sweeps.column_count > 1 && loop->of.sweeps.columns[1].array == array);
-    default:
-        return false;
-    }
-}
-
-static void mark_loop(const struct plan *plan, const struct loop *loop, int array, bool *is_there,
-                      int count) {
-    for (int i = 0; loop->kind == LOOP_PAIRS && i < loop->of.pairs.product_count; i++)
-        if (loop->of.pairs.products[i].array == array)
-            mark_pairs(plan, is_there);
-    if (is_filled(loop, array))
-        memset(is_there, true, (size_t)count * sizeof *is_there);
-}
-
-static void mark_straight_code(const struct plan *plan, const struct function *function, int number,
-                               bool *is_there) {
-    const struct array *array = &function->arrays[number];
-    for (int i = 0; i < array->single_count; i++)
-        mark_entries(is_there, array, array->singles[i].entry);
+static void mark_straight_code(const struct plan *plan, const struct function *function, bool *is_there) {
+    for (int f = 0; f < plan_count_arrays(function); f++)
+        for (int i = 0; i < function->arrays[f].single_count; i++)
+            mark_entry(is_there, &function->arrays[f], function->arrays[f].singles[i].entry);
     for (int i = 0; i < function->run_result_count; i++) {
         const struct run_result *result = &function->run_results[i];
-        for (int e = 0; result->array == number && e < plan->rolled->runs[result->run].count; e++)
-            mark_entries(is_there, array, result->entry + e * result->stride);
+        for (int e = 0; e < plan->rolled->runs[result->run].count; e++)
+            mark_entry(is_there, &function->arrays[result->array], result->entry + e * result->stride);
     }
 }
 
-static void mark(const struct plan *plan, const struct function *function, int number, bool *is_there) {
-    mark_straight_code(plan, function, number, is_there);
-    for (int i = 0; i < function->part_count; i++)
-        if (function->parts[i].to_array == number)
-            mark(plan, function->parts[i].from, function->parts[i].from_array, is_there);
-    for (int l = 0; l < function->loop_count; l++)
-        mark_loop(plan, &function->loops[l], number, is_there, function->arrays[number].count);
+struct truths {
+    struct loop_walk walk;
+    bool *is_there;
+};
+
+static void mark_assignment(struct loop_walk *walk, const struct loop_statement *s, long times) {
+    bool *is_there = ((struct truths *)walk)->is_there, *target = &is_there[loop_place(walk, &s->target)];
+    bool value = s->effect == LOOP_ADD && *target;
+    (void)times;
+    for (int i = 0; i < s->term_count; i++) {
+        bool term = true;
+        for (int k = 0; k < s->terms[i].operand_count; k++)
+            term = term && is_there[loop_place(walk, &s->terms[i].operands[k])];
+        value = value || term;
+    }
+    *target = s->effect == LOOP_MULTIPLY ? *target && value : value;
 }
 
-static const bool *emit_pattern(const struct plan *plan, const struct function *function, int array) {
-    bool *is_there = memory_get(plan->memory, (size_t)function->arrays[array].count + 1);
-    mark(plan, function, array, is_there);
+static bool *mark_loop(const struct plan *plan, const struct function *function, const struct loop *loop,
+                       const bool *before) {
+    struct truths truths = {.walk.visit = mark_assignment};
+    truths.walk.form = loops_lower(plan->memory, function, loop, false);
+    truths.is_there = memory_get(plan->memory, (size_t)truths.walk.form->value_count + 1);
+    memcpy(truths.is_there, before, (size_t)plan_value_count(function) * sizeof *before);
+    loop_walk(&truths.walk);
+    return truths.is_there;
+}
+
+static bool *mark_nonzeros(const struct plan *plan, const struct function *function) {
+    bool *is_there = memory_get(plan->memory, (size_t)plan_value_count(function) + 1);
+    mark_straight_code(plan, function, is_there);
+    for (int i = 0; i < function->part_count; i++) {
+        const struct composed_array *part = &function->parts[i];
+        const struct array *from = &part->from->arrays[part->from_array];
+        const bool *marked = mark_nonzeros(plan, part->from);
+        for (int e = 0; e < from->count; e++)
+            if (marked[from->offset + e])
+                is_there[function->arrays[part->to_array].offset + e] = true;
+    }
+    for (int l = 0; l < function->loop_count; l++)
+        is_there = mark_loop(plan, function, &function->loops[l], is_there);
     return is_there;
 }
 
@@ -294,21 +281,22 @@ static int work_of(const struct plan *plan, const struct function *function) {
 }
 
 static void list_results(const struct plan *plan, const struct function *function, struct ports *out) {
+    const bool *is_there = mark_nonzeros(plan, function);
     *out = (struct ports){.memory = plan->memory};
     for (int i = 0; i < function->array_count; i++) {
         const struct array *array = &function->arrays[i];
         const int columns = plan_columns_of(array), width = array->columns ? columns : 1;
         struct port *port = add_port(out, array->name, array->count / width, width);
-        set_block(port, array->offset, width, emit_pattern(plan, function, i));
+        set_block(port, array->offset, width, is_there + array->offset);
     }
 }
 
-static void find_block(const struct plan *plan, const struct function *function, const char *name,
+static void find_block(const struct function *function, const bool *is_there, const char *name,
                        struct port *block) {
     for (int i = 0; i < function->array_count; i++) {
         const struct array *array = &function->arrays[i];
         if (!strcmp(array->name, name))
-            set_block(block, array->offset, array->columns, emit_pattern(plan, function, i));
+            set_block(block, array->offset, array->columns, is_there + array->offset);
     }
 }
 
@@ -319,8 +307,9 @@ static void put_jacobian(struct writer *w, const struct function *function, cons
     struct ports all = *in, blocks = {.memory = w->plan->memory};
     if (!derivatives)
         return;
+    const bool *is_there = mark_nonzeros(w->plan, derivatives);
     for (int i = 0; i < in->count; i++)
-        find_block(w->plan, derivatives,
+        find_block(derivatives, is_there,
                    memory_format(w->plan->memory, "%s%s", rule->before, block_of_input(in->list[i].name)),
                    add_block(w, &blocks, &out->list[0], &in->list[i]));
     add_outputs_to_inputs(w, &all, out);

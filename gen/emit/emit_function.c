@@ -277,14 +277,14 @@ static void emit_results(struct writer *w, int place) {
         emit_result(w, &function->writes[w->written]);
 }
 
-/* Clears the entries within two of the diagonal. */
+/* Clears the entries near the diagonal. */
 static void emit_band(struct writer *w, int f) {
     const int n = w->function->arrays[f].columns;
     text_add(w->text,
-             "    for (int i = 0; i < %d; i++)\n        for (int j = i < 2 ? 0 : i - 2; j <= i + 2 && j < "
+             "    for (int i = 0; i < %d; i++)\n        for (int j = i < %d ? 0 : i - %d; j <= i + %d && j < "
              "%d; j++)\n"
              "            ",
-             n, n);
+             n, LOOPS_BAND, LOOPS_BAND, LOOPS_BAND, n);
     emit_array_name(w, f);
     text_add(w->text, "[i * %d + j] = %s;\n", n, emit_zero(w->x));
 }
@@ -294,9 +294,9 @@ static void emit_fills(struct writer *w) {
         const struct array *array = &w->function->arrays[f];
         const bool is_composed = w->function->part_count > 0; /* then no statement writes single zeros */
         if (is_prepare(w) || (is_composed ? is_local(w, f) : !plan_is_cleared(w->x->plan, w->function, f)) ||
-            emit_is_written_by_loops(w->function, f))
+            loops_coverage(w->function, f) == LOOPS_SET_ALL)
             continue;
-        if (emit_is_written_to_diagonal(w->function, f)) {
+        if (loops_coverage(w->function, f) == LOOPS_SET_OTHERS) {
             emit_band(w, f);
             continue;
         }
@@ -391,7 +391,7 @@ static void number_statements(struct writer *w) {
 static void emit_locals(struct writer *w) {
     for (int f = w->function->array_count; f < plan_count_arrays(w->function); f++)
         text_add(w->text, "    %s %s[%d];\n", w->x->number, w->function->arrays[f].name,
-                 emit_length_of_local(w->x, w->function, f));
+                 w->x->is_lanes ? w->function->arrays[f].count : loops_length_of_local(w->function, f));
 }
 
 static void emit_short_function(struct writer *w) {

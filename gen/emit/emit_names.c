@@ -171,10 +171,3 @@ const char *emit_array_text(struct emission *x, const struct function *function,
     const char *before = !is_result ? local : plan_is_struct_result(function) ? "out->" : "";
     return memory_format(x->plan->memory, "%s%s", before, function->arrays[array].name);
 }
-
-void emit_local_table(struct text *text, const char *type, const char *title, const int *values, int count) {
-    text_add(text, "        static const %s %s[%d] = {", type, title, count);
-    for (int i = 0; i < count; i++)
-        text_add(text, "%s%d", !i ? "" : i % 24 ? ", " : ",\n            ", values[i]);
-    text_add(text, "};\n");
-}

@@ -153,7 +153,7 @@ static void count_operations(const struct plan *plan, struct function *function)
             plan_count_node(plan, e, count);
     }
     for (int i = 0; i < function->loop_count; i++)
-        loops_count_operations(function, &function->loops[i], count);
+        loops_count_operations(plan->memory, function, &function->loops[i], count);
     count->bytes = values * (long)sizeof(double);
 }
 
@@ -218,7 +218,7 @@ static void plan_function(struct plan *plan, struct function *function) {
 }
 
 /* A composed function costs as much as the functions that it calls, each counted once. */
-static void add_up_parts(struct function *function) {
+static void add_up_parts(struct memory *memory, struct function *function) {
     struct operation_count *sum = &function->operations;
     if (function->part_count)
         *sum = (struct operation_count){.quantity = function->quantity};
@@ -235,7 +235,7 @@ static void add_up_parts(struct function *function) {
         sum->bytes += part->bytes;
     }
     for (int i = 0; function->part_count && i < function->loop_count; i++)
-        loops_count_operations(function, &function->loops[i], sum);
+        loops_count_operations(memory, function, &function->loops[i], sum);
 }
 
 void plan_count_results(const struct function *function, uint32_t *uses) {
@@ -293,7 +293,7 @@ void plan_functions(struct plan *plan) {
         if (!plan->functions[f].part_count) /* a composed function computes nothing itself */
             plan_function(plan, &plan->functions[f]);
     for (int f = 0; f < plan->function_count; f++)
-        add_up_parts(&plan->functions[f]);
+        add_up_parts(plan->memory, &plan->functions[f]);
     prepare_open(plan);
     plan_function(plan, &plan->prepare);
     list_parameters(plan);

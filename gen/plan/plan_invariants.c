@@ -265,7 +265,7 @@ static void check_pieces(struct walk *w) {
 static void check_counts(struct walk *w) {
     const struct operation_count *count = &w->function->operations;
     for (int i = 0; i < w->function->loop_count; i++)
-        loops_count_operations(w->function, &w->function->loops[i], &w->count);
+        loops_count_operations(w->plan->memory, w->function, &w->function->loops[i], &w->count);
     require_of(w, w->count.adds == count->adds && w->count.muls == count->muls, "count of", 0,
                "additions and multiplications are those of the code");
     require_of(w, w->count.divs == count->divs && w->count.functions == count->functions, "count of", 1,
@@ -282,25 +282,33 @@ static bool has_its_arrays(const struct walk *w, struct loop *loop) {
     return true;
 }
 
-static bool has_its_sizes(const struct walk *w, const struct loop *loop) {
-    const struct array *of = w->function->arrays;
-    const struct product *product = &loop->of.product;
-    const struct solving *solving = &loop->of.solving;
-    switch (loop->kind) {
-    case LOOP_PAIRS:
-        return loop->of.pairs.n == w->plan->tree->count;
-    case LOOP_PRODUCT:
-        return of[product->target].count ==
-               plan_columns_of(&of[product->left]) * plan_columns_of(&of[product->right]);
-    case LOOP_FACTORING:
-        return of[loop->of.factoring.matrix].count ==
-               of[loop->of.factoring.matrix].columns * of[loop->of.factoring.matrix].columns;
-    case LOOP_SOLVING:
-        return of[solving->array].count == of[solving->matrix].columns * plan_columns_of(&of[solving->array]);
-    case LOOP_SWEEPS:
-        return loop->of.sweeps.n == w->plan->tree->count;
-    }
-    return false;
+struct bounds {
+    struct loop_walk walk;
+    bool are_kept;
+};
+
+static bool is_within(const struct loop_walk *walk, const struct loop_entry *entry) {
+    const struct function *function = walk->form->function;
+    const int local = entry->array - plan_count_arrays(function), at = loop_index_value(walk, &entry->at);
+    const int count = local < 0 ? function->arrays[entry->array].count : walk->form->locals[local].count;
+    return at >= 0 && at < (count ? count : 1);
+}
+
+static void check_bounds(struct loop_walk *walk, const struct loop_statement *assignment, long times) {
+    struct bounds *bounds = (struct bounds *)walk;
+    (void)times;
+    bounds->are_kept = bounds->are_kept && is_within(walk, &assignment->target);
+    for (int i = 0; i < assignment->term_count; i++)
+        for (int k = 0; k < assignment->terms[i].operand_count; k++)
+            bounds->are_kept = bounds->are_kept && is_within(walk, &assignment->terms[i].operands[k]);
+}
+
+static bool stays_within(const struct walk *w, const struct loop *loop) {
+    struct bounds bounds = {.are_kept = true};
+    bounds.walk.form = loops_lower(w->plan->memory, w->function, loop, false);
+    bounds.walk.visit = check_bounds;
+    loop_walk(&bounds.walk);
+    return bounds.are_kept;
 }
 
 /* ---- All functions ---- */
@@ -324,8 +332,8 @@ static const char *function_violation(struct plan *plan, const struct function *
     w.has_ended = memory_scratch(plan->memory, ((size_t)plan->g->loop_count + 1) * sizeof *w.has_ended);
     w.is_filled = memory_scratch(plan->memory, entries * sizeof *w.is_filled);
     for (int i = 0; i < function->loop_count; i++)
-        require_of(&w, has_its_arrays(&w, &function->loops[i]) && has_its_sizes(&w, &function->loops[i]),
-                   "loop", i, "loops read arrays of their sizes");
+        require_of(&w, has_its_arrays(&w, &function->loops[i]) && stays_within(&w, &function->loops[i]),
+                   "loop", i, "loops stay within their arrays");
     if (!function->part_count) /* a composed function computes nothing itself */
         check_computed(&w);
     memory_back(plan->memory, mark);

@@ -1,18 +1,6 @@
 /*
- * SWEEPS, the loop that computes derivatives of accelerations column by column (plan.h): the components that
- * it carries, its operations and its arrays. emit_sweeps.c prints it, interpreter.c runs it.
- *
- * The loop visits the stages (joints, or three turns at one point) outward. For each coordinate j nearer to
- * the ground it carries the change of acceleration A that the column of j makes, and the acceleration z that
- * a unit force on j makes. A yields the entries of the stage's rows, z those of its columns, as a product
- * with the wrench that the stage passes on. Then the columns of the stage's own joints begin.
- *
- * If a body carries several branches, the loop keeps all A and z before the first branch and restores them
- * before each other branch. A unit moment or force along each axis acts on the body; the accelerations that
- * these six wrenches make are carried through every branch but the last, like z. They pass joint j of that
- * branch. The acceleration of joint j by each wrench is by reciprocity a component of z of the body for j.
- * The product with the wrench that joint j passes on is a component of A. Later branches begin with both.
- * The six belong to a level: 0, or one more than that of the body whose branch, not its last, they are in.
+ * SWEEPS, the loop that computes derivatives of accelerations column by column (loops.h): the components that
+ * it carries, and its arrays. lower_sweeps.c explains the loop.
  */
 #include "gen/plan/plan.h"
 
@@ -42,7 +30,7 @@ static bool crosses(const struct vector_arrays *b, int axis, int of) {
  * response. */
 static struct sweep_state set_components(const struct sweeps *s, int column) {
     struct sweep_state state = {.angular = {false}};
-    if (column >= 0 && s->branch_count)
+    if (column >= 0 && s->branches.count)
         state = set_components(s, -1);
     for (int a = 0; a < 3; a++) {
         state.spin[a] = column >= 0 && is_there(&s->columns[column].spin, a);
@@ -162,76 +150,6 @@ void sweeps_drop_unread(struct sweeps *s) {
     for (int a = 0; a < 3; a++)
         responds = responds || response.angular[a] || response.linear[a];
     s->levels = responds ? s->levels : 0; /* slides that do not accelerate each other have no spin either */
-}
-
-static int met(const bool state[3], const struct vector_arrays *arrays) {
-    int count = 0;
-    for (int a = 0; a < 3; a++)
-        count += state[a] && is_there(arrays, a);
-    return count;
-}
-
-static int crossed(const bool to[3], const bool state[3], const struct vector_arrays *arrays) {
-    int count = 0;
-    for (int a = 0; a < 3; a++)
-        for (int of = 0; of < 3; of++)
-            count += to[a] && state[of] && crosses(arrays, a, of);
-    return count;
-}
-
-/* Products of one state at the stage of position i; in a sum each product comes with an addition. */
-static int products_of_state(const struct sweeps *s, const struct sweep_state *state, int i) {
-    const int force = met(state->linear, &s->hold_force),
-              changes = met(state->spin, &s->hold_spin) + met(state->turned, &s->hold_turned);
-    const int moved = s->moves_on[i] ? crossed(state->linear, state->angular, &s->shift) +
-                                           crossed(state->linear, state->spin, &s->swing)
-                                     : 0;
-    if (s->kind[i] == STAGE_BALL)
-        return moved + 3 * (force + changes);
-    return moved + force + changes + met(state->angular, &s->hold_moment) +
-           met(s->kind[i] == STAGE_TURN ? state->angular : state->linear, &s->turn);
-}
-
-/* Of a ball joint: x = turn . change of A. */
-static void count_turns(const struct sweeps *s, const struct sweep_state *state, long columns,
-                        struct operation_count *count) {
-    const int products = 3 * met(state->angular, &s->turn);
-    count->adds += columns * (products + 3);
-    count->muls += columns * products;
-}
-
-/* Returns how many responses to unit wrenches pass the stage at position i; `passed` is how many pass the one
- * before it, `branch` the next branch. */
-static int count_unit_responses(const struct sweeps *s, int i, int *branch, int passed) {
-    const struct sweep_branch *next = s->branches + *branch;
-    if (*branch == s->branch_count || next->position > i)
-        return i == s->root[i] ? 0 : passed;
-    ++*branch;
-    return UNIT_WRENCHES * (next->level + !next->is_last);
-}
-
-void sweeps_count_operations(const struct sweeps *s, struct operation_count *count) {
-    const struct sweep_state response = sweeps_state(s, -1);
-    int branch = 0, passed = 0;
-    for (int i = 0; i < s->n; i += sweeps_joints_at(s, i)) {
-        passed = count_unit_responses(s, i, &branch, passed);
-        const long before = i - s->root[i], joints = sweeps_joints_at(s, i), responses = before + passed;
-        long products = responses * products_of_state(s, &response, i);
-        for (int c = 0; c < s->column_count; c++) {
-            const struct sweep_column *column = &s->columns[c];
-            const struct sweep_state state = sweeps_state(s, c);
-            products += before * products_of_state(s, &state, i);
-            products +=
-                responses * joints *
-                (met(response.angular, &column->push_moment) + met(response.linear, &column->push_force));
-            if (s->kind[i] == STAGE_BALL)
-                count_turns(s, &state, before, count);
-        }
-        if (s->kind[i] == STAGE_BALL && s->branch_count)
-            count_turns(s, &response, responses, count);
-        count->adds += products;
-        count->muls += products;
-    }
 }
 
 void sweeps_list_arrays(struct array_list *list, struct sweeps *s) {

@@ -116,26 +116,30 @@ static int parent_of(const struct pair_arrays *arrays, int i) {
 static void find_branches(const struct pair_arrays *arrays, struct sweeps *s) {
     const size_t n = (size_t)s->n + 1;
     const int *end = arrays->end;
-    int *parents = memory_get(arrays->memory, n * sizeof *parents);
     int *level =
         memory_get(arrays->memory, n * sizeof *level); /* by position: of a branch that begins there */
-    struct sweep_branch *branches = memory_get(arrays->memory, n * sizeof *branches);
+    int *starts = memory_get(arrays->memory, n * sizeof *starts);
+    int *opened = memory_get(arrays->memory, n * sizeof *opened);
+    int *levels = memory_get(arrays->memory, n * sizeof *levels);
+    int *units = memory_get(arrays->memory, n * sizeof *units), b = 0;
     int *body = memory_get(arrays->memory, n * sizeof *body);
     for (int i = 0; i < s->n; i++) {
-        const int parent = parents[i] = parent_of(arrays, i);
+        const int parent = parent_of(arrays, i);
         level[i] = parent < 0 ? 0 : level[parent];
         if (parent < 0 || end[parent + 1] == end[parent])
             continue;
         const bool is_last = end[i] == end[parent];
         if (i == parent + 1)
             body[parent] = s->body_count++;
-        branches[s->branch_count++] =
-            (struct sweep_branch){i, parent + 1, body[parent], level[parent], is_last};
+        starts[b] = i;
+        opened[b] = parent + 1;
+        levels[b] = level[parent];
+        units[b++] = is_last ? -1 : UNIT_WRENCHES * body[parent];
         level[i] += !is_last;
         s->levels = level[i] > s->levels ? level[i] : s->levels;
     }
-    s->parent = parents;
-    s->branches = branches;
+    starts[b] = s->n;
+    s->branches = (struct sweep_branches){b, starts, opened, levels, units};
 }
 
 /* The position of the joint with whose body a frame moves. */
@@ -147,12 +151,12 @@ static int position_of(const struct pair_arrays *arrays, const struct frame *fra
     return arrays->position[run->first + run->count * run->period - 1];
 }
 
-/* The number of the body at a position. */
-static int body_at(const struct sweeps *s, int position) {
+/* The place of the unit wrenches on the body at a position. */
+static int units_at(const struct sweeps *s, int position) {
     int b = 0;
-    while (s->branches[b].first != position + 1)
+    while (s->branches.starts[b] != position + 1)
         b++;
-    return s->branches[b].body;
+    return s->branches.units[b];
 }
 
 /* One component of the responses of all bodies with several branches to unit wrenches. */
@@ -166,11 +170,11 @@ static int add_unit_axis(const struct writer *w, const struct sweeps *s, bool is
     for (int i = 0; i < tree->count; i++) {
         if (!acceleration_columns_branch(tree, i))
             continue;
-        const int body = body_at(s, position_of(&b->arrays, &tree->frames[i]));
+        const int units = units_at(s, position_of(&b->arrays, &tree->frames[i]));
         for (int unit = 0; unit < UNIT_WRENCHES; unit++) {
             const struct wrench *response = &w->columns[i].units[unit];
             const expression value = (is_angular ? response->moment : response->force).at[axis];
-            plan_set_entry(b->d->memory, b->f, array, UNIT_WRENCHES * body + unit, value);
+            plan_set_entry(b->d->memory, b->f, array, units + unit, value);
             is_zero = is_zero && !value;
         }
     }

@@ -195,7 +195,7 @@ static void use_cross(const struct pair_move *move, int shift, int force, bool *
         used[move->shift.at[shift]] = used[move->force.at[force]] = true;
 }
 
-static bool has_joint(const struct pairs *pairs, bool is_revolute) {
+static bool has_joint(const struct pairs *pairs, int is_revolute) {
     for (int i = 0; i < pairs->n; i++)
         if (pairs->is_revolute[i] == is_revolute)
             return true;

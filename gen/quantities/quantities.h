@@ -174,8 +174,8 @@ struct pair_arrays {
     struct function *function;
     const struct kinematics *k;
     int *order, *position, *end; /* position: by coordinate */
-    bool *is_revolute, *moves_on;
-    bool is_result; /* the arrays are parts of the result, by coordinate */
+    int *is_revolute, *moves_on; /* by position, 0 or 1 */
+    bool is_result;              /* the arrays are parts of the result, by coordinate */
 };
 
 /* shifts: by frame, from the origin of the previous joint, ground axes; NULL: no moment is moved. */

@@ -198,7 +198,7 @@ enum { LOOP_ADVANTAGE = 2 };
 long operation_cost_with_loops(const struct derivation *d, const struct function *function) {
     struct operation_count count = {.quantity = function->quantity};
     for (int i = 0; i < function->loop_count; i++)
-        loops_count_operations(function, &function->loops[i], &count);
+        loops_count_operations(d->memory, function, &function->loops[i], &count);
     return operation_cost_of_results(d, function) + (count.adds + count.muls) / LOOP_ADVANTAGE;
 }
 

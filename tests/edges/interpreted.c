@@ -9,6 +9,7 @@
  */
 #include "runtime/core/linear/linear.h"
 #include "gen/gen.h"
+#include "tests/judge/judge.h"
 #include "emitted_files.h"
 #include "quantity_lists.h"
 
@@ -91,10 +92,10 @@ static void interpret(const struct generation *generation, const struct refdyn_m
     const int variables = 2 * n + 1 + model->input_count + model->parameter_count;
     const size_t most = (size_t)(3 * (points + 1) + 3 * n + 3 * m + 8) * (size_t)(variables + 8);
     double *out = calloc(most, sizeof *out);
-#define PRINT(name, count)                                                               \
-    if (model->name && (count) > 0) {                                                    \
-        gen_interpret(generation, #name, v->p, v->x, v->t, v->state, v->state + n, out); \
-        print_results(#name, state, out, count);                                         \
+#define PRINT(name, count)                                                                 \
+    if (model->name && (count) > 0) {                                                      \
+        judge_interpret(generation, #name, v->p, v->x, v->t, v->state, v->state + n, out); \
+        print_results(#name, state, out, count);                                           \
     }
     QUANTITIES(PRINT)
     free(out);

@@ -10,6 +10,7 @@
  */
 #include "runtime/core/linear/linear.h"
 #include "gen/gen.h"
+#include "tests/judge/judge.h"
 #include "emitted_files.h"
 #include "quantity_lists.h"
 #include "refdyn.h"
@@ -126,15 +127,15 @@ static int compare(const struct generation *generation, const struct refdyn_mode
     set_values(model, seed, p, x, state);
     for (int i = 2 * n; i < 3 * n + 1 + m; i++) /* qdd, power and lambda */
         state[i] = uniform(seed, 3);
-#define COMPARE(name, count)                                                              \
-    if (model->name && (count) > 0) {                                                     \
-        model->name(p, x, t, state, state + n, found);                                    \
-        if (gen_interpret(generation, #name, p, x, t, state, state + n, expected) != 0) { \
-            printf("  %s: emitted, but not known to the interpreter\n", #name);           \
-            failed++;                                                                     \
-        } else                                                                            \
-            failed += differs(#name, found, expected, count);                             \
-        ++*compared;                                                                      \
+#define COMPARE(name, count)                                                                \
+    if (model->name && (count) > 0) {                                                       \
+        model->name(p, x, t, state, state + n, found);                                      \
+        if (judge_interpret(generation, #name, p, x, t, state, state + n, expected) != 0) { \
+            printf("  %s: emitted, but not known to the interpreter\n", #name);             \
+            failed++;                                                                       \
+        } else                                                                              \
+            failed += differs(#name, found, expected, count);                               \
+        ++*compared;                                                                        \
     }
     QUANTITIES(COMPARE)
     free(expected);

@@ -357,7 +357,7 @@ static void test_broken_counts(void) {
     struct loop loop = {.kind = LOOP_FACTORING, .of.factoring = {.matrix = 9}};
     s.function.loops = &loop;
     s.function.loop_count = 1;
-    CHECK(tells(&s, "loops read arrays of their sizes"));
+    CHECK(tells(&s, "loops stay within their arrays"));
     expressions_release(&s.own);
 }
 

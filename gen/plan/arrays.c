@@ -1,23 +1,10 @@
 /*
  * The arrays of a function: its results, those that its loops read, and the entries that straight-line code
- * writes into them. The operations of its loops; sweeps.c has those of SWEEPS.
- *
- * This file counts the operations of loops, emit_loops.c prints them, interpreter.c runs them. All visit the
- * entries in the same order, so that every rounding is the same.
- *
- * PAIRS computes entries for two coordinates, one of which carries the other. Each coordinate has vectors in
- * ground axes: far ones (wrenches about its own origin) and near ones (motions of its joint). The loop visits
- * each coordinate j from the tips. There the far vectors of all coordinates beyond j refer to the origin of
- * j; the entries are their dot products with the near vectors of j. Then they are moved to the origin of j's
- * parent: moment += shift x force. Moving from joint to joint, instead of through the ground's origin, keeps
- * the digits of short elements. Vectors are stored by position, an order in which all coordinates beyond a
- * joint follow it.
+ * writes into them; the places in a loop that refer to arrays. sweeps.c has those of SWEEPS.
  */
 #include "gen/plan/plan.h"
 
 #include <assert.h>
-
-/* ---- Arrays ---- */
 
 enum { FEW_ZEROS = 3 }; /* if an array has more zeros, one loop clears it */
 
@@ -109,93 +96,6 @@ bool plan_is_cleared(const struct plan *plan, const struct function *function, i
 
 int plan_columns_of(const struct array *array) {
     return array->columns ? array->columns : array->count;
-}
-
-static int rows_of(const struct array *array) {
-    assert(array->count % plan_columns_of(array) == 0);
-    return array->count / plan_columns_of(array);
-}
-
-static int products_in(const struct pair_terms *terms) {
-    int count = 0;
-    for (int t = 0; t < terms->count; t++)
-        for (int a = 0; a < 3; a++)
-            count += has_component(&terms->terms[t], a);
-    return count;
-}
-
-static int products_in_cross(const struct pair_move *move) {
-    int count = 0;
-    for (int a = 0; a < 3; a++) {
-        const int b = (a + 1) % 3, c = (a + 2) % 3;
-        if (move->moment.at[a] == NOTHING)
-            continue;
-        count += move->shift.at[b] != NOTHING && move->force.at[c] != NOTHING;
-        count += move->shift.at[c] != NOTHING && move->force.at[b] != NOTHING;
-    }
-    return count;
-}
-
-/* A product and an addition for each component; the first addition goes into the entry itself. */
-static void count_pairs(const struct pairs *pairs, struct operation_count *count) {
-    for (int j = 0; j < pairs->n; j++) {
-        const int beyond = pairs->end[j] - j;
-        long products = 0;
-        for (int p = 0; p < pairs->product_count; p++) {
-            const struct pair_product *product = &pairs->products[p];
-            const struct pair_entries *entries = pairs->is_revolute[j] ? &product->turn : &product->slide;
-            products += (long)beyond * products_in(&entries->rows);
-            products += (long)(beyond - 1) * products_in(&entries->columns);
-        }
-        for (int m = 0; m < pairs->move_count && pairs->moves_on[j]; m++)
-            products += (long)beyond * products_in_cross(&pairs->moves[m]);
-        count->adds += products;
-        count->muls += products;
-    }
-}
-
-static void count_product(const struct function *f, const struct product *p, struct operation_count *count) {
-    const long sum = rows_of(&f->arrays[p->left]);
-    const long products = sum * plan_columns_of(&f->arrays[p->left]) * plan_columns_of(&f->arrays[p->right]);
-    count->adds += products;
-    count->muls += products;
-}
-
-/* n^3 / 6 products each for the factor and the update, n divisions. */
-static void count_factoring(const struct function *f, const struct factoring *factoring,
-                            struct operation_count *count) {
-    const long n = plan_columns_of(&f->arrays[factoring->matrix]);
-    const long products = n * (n - 1) * (n + 1) / 6;
-    count->adds += products;
-    count->muls += products + n * (n - 1) / 2;
-    count->divs += n;
-}
-
-static void count_solving(const struct function *f, const struct solving *solving,
-                          struct operation_count *count) {
-    const long n = rows_of(&f->arrays[solving->array]), columns = plan_columns_of(&f->arrays[solving->array]);
-    count->adds += n * (n - 1) * columns;
-    count->muls += n * n * columns;
-}
-
-void loops_count_operations(const struct function *function, const struct loop *loop,
-                            struct operation_count *count) {
-    switch (loop->kind) {
-    case LOOP_PAIRS:
-        count_pairs(&loop->of.pairs, count);
-        return;
-    case LOOP_PRODUCT:
-        count_product(function, &loop->of.product, count);
-        return;
-    case LOOP_FACTORING:
-        count_factoring(function, &loop->of.factoring, count);
-        return;
-    case LOOP_SOLVING:
-        count_solving(function, &loop->of.solving, count);
-        return;
-    case LOOP_SWEEPS:
-        sweeps_count_operations(&loop->of.sweeps, count);
-    }
 }
 
 static void list_terms(struct array_list *list, struct pair_terms *terms) {
