@@ -316,13 +316,17 @@ int refdyn_batch_run(const struct refdyn_batch *batch, long *ended) {
     queue.count = batch->count;
     if (!is_valid(batch))
         return REFDYN_BAD_OPTION;
-    struct thread *threads = calloc((size_t)batch->threads, sizeof *threads);
+    /* a thread without a case would compute nothing */
+    const int count = batch->threads <= batch->count ? batch->threads
+                      : batch->count > 1             ? (int)batch->count
+                                                     : 1;
+    struct thread *threads = calloc((size_t)count, sizeof *threads);
     status = threads ? REFDYN_OK : REFDYN_BAD_MEMORY;
-    for (int i = 0; i < batch->threads && !status; i++)
+    for (int i = 0; i < count && !status; i++)
         status = start_thread(&threads[i], i, batch, &queue);
     if (!status)
-        run_threads(threads, batch->threads);
-    for (int i = 0; threads && i < batch->threads; i++)
+        run_threads(threads, count);
+    for (int i = 0; threads && i < count; i++)
         release_thread(&threads[i]);
     free(threads);
     if (ended)

@@ -110,7 +110,7 @@ struct refdyn_batch {
     const long *numbers;                       /**< (count) their numbers; NULL: 0 ... count - 1 */
     int column_count;                          /**< columns */
     const struct refdyn_batch_column *columns; /**< (column_count) what differs */
-    int threads;                               /**< at least 1 */
+    int threads;                               /**< at least 1; no more than `count` are started */
 
     void *context; /**< first argument of the callbacks */
     /** Called for each shown state: number 0 is the start, number i the state at times[i - 1]. NULL: not
