@@ -1656,24 +1656,24 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     { /* pairs of coordinates (7.3): j turns the forces on i beyond it */
         static const unsigned char is_turn[13] = {0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0};
         for (int j = 12; j >= 0; j--) {
-            const int end = 13;
             double Q_q_rows[13];
-            if (is_turn[j]) {
+            if (is_turn[j] == 1) {
                 const double Q_q_rows_1x = axis_x[j];
                 const double Q_q_rows_1y = axis_y[j];
-                for (int i = j; i < end; i++) {
+                for (int i = j; i < 13; i++) {
                     Q_q_rows[i] = Q_q_rows_1x * turned_rows_x[i] + Q_q_rows_1y * turned_rows_y[i];
                 }
-            }
-            else {
-                for (int i = j; i < end; i++) {
+            } else {
+                for (int i = j; i < 13; i++) {
                     Q_q_rows[i] = 0.0;
                 }
             }
-            for (int i = j; i < end; i++)
-                Q_q[i * 13 + j] += Q_q_rows[i];
-            for (int i = j + 1; i < end; i++)
-                Q_q[j * 13 + i] += Q_q_rows[i];
+            for (int i = j; i < 13; i++) {
+                Q_q[13 * i + j] += Q_q_rows[i];
+            }
+            for (int i = j + 1; i < 13; i++) {
+                Q_q[13 * j + i] += Q_q_rows[i];
+            }
         }
     }
 }
@@ -2439,14 +2439,15 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
     memcpy(lambda, accelerations.lambda, sizeof accelerations.lambda);
     { /* r = u^T lambda */
-        for (int k = 0; k < 2; k += 2)
+        for (int k = 0; k < 2; k += 2) {
             for (int i = 0; i < 13; i++) {
-                const double left_0 = 1.0 * u[k * 13 + i];
-                const double left_1 = 1.0 * u[(k + 1) * 13 + i];
-                for (int j = 0; j < 1; j++)
-                    force[i * 1 + j] = force[i * 1 + j] + left_0 * lambda[k * 1 + j]
-                        + left_1 * lambda[(k + 1) * 1 + j];
+                const double left_0 = u[13 * k + i];
+                const double left_1 = u[13 * k + i + 13];
+                for (int j = 0; j < 1; j++) {
+                    force[i + j] = force[i + j] + left_0 * lambda[k + j] + left_1 * lambda[k + j + 1];
+                }
             }
+        }
     }
 }
 
@@ -3059,7 +3060,7 @@ static void manipulator_flexible_required_doubles(const double *p, const double 
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 7,
     SET(name) "manipulator_flexible",
-    SET(hash) "ef357ba23b073bea",
+    SET(hash) "636a391ecd65b2a1",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

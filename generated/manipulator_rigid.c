@@ -630,14 +630,15 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     manipulator_rigid_accelerations(p, x, t, q, qd, &accelerations);
     memcpy(lambda, accelerations.lambda, sizeof accelerations.lambda);
     { /* r = u^T lambda */
-        for (int k = 0; k < 2; k += 2)
+        for (int k = 0; k < 2; k += 2) {
             for (int i = 0; i < 4; i++) {
-                const double left_0 = 1.0 * u[k * 4 + i];
-                const double left_1 = 1.0 * u[(k + 1) * 4 + i];
-                for (int j = 0; j < 1; j++)
-                    force[i * 1 + j] = force[i * 1 + j] + left_0 * lambda[k * 1 + j]
-                        + left_1 * lambda[(k + 1) * 1 + j];
+                const double left_0 = u[4 * k + i];
+                const double left_1 = u[4 * k + i + 4];
+                for (int j = 0; j < 1; j++) {
+                    force[i + j] = force[i + j] + left_0 * lambda[k + j] + left_1 * lambda[k + j + 1];
+                }
             }
+        }
     }
 }
 
@@ -1115,7 +1116,7 @@ static void manipulator_rigid_required_doubles(const double *p, const double *x,
 const struct refdyn_model manipulator_rigid_model = {
     SET(interface_version) 7,
     SET(name) "manipulator_rigid",
-    SET(hash) "6244589e3c5595ea",
+    SET(hash) "65b410725286b26b",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
