@@ -5,6 +5,7 @@
  */
 #include "gen/base/base.h"
 
+#include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -269,6 +270,8 @@ const char *message_nearest_name(const char *name, const char *const *known, int
     if (length > LONGEST_NAME)
         return NULL;
     const char *nearest = NULL;
+    if (isdigit((unsigned char)name[0])) /* a number that differs is no typing error */
+        return NULL;
     int least = (int)length / 3 + 2; /* a typing error changes at most a third of the letters and one more */
     for (int i = 0; i < count; i++)
         if (strcasecmp(name, known[i]) == 0)
