@@ -109,6 +109,7 @@ void record_print_no_equilibrium(const struct record_equilibrium *equilibrium, i
     struct refdyn_workspace *work = equilibrium->work;
     const double t = equilibrium->options->t;
     record_print_failed(work, answer, t, equilibrium->q, NULL, out);
+    record_print_value_advice(answer, out);
     if (!result->force && work->fault.row >= 0) {
         record_print_residuals(work, t, equilibrium->q, equilibrium->qd, "the start", out);
         record_print_start_advice(out);

@@ -136,7 +136,10 @@ void record_print_failed(const struct refdyn_workspace *work, int result, double
         print_values("states", work->model, true, qd, "", work->fault.coordinate, out);
     if (result == REFDYN_MASS_NOT_POSITIVE)
         print_parallel_turns(work, t, q, qd, out);
-    if (result == REFDYN_NOT_FINITE)
+}
+
+void record_print_value_advice(int status, FILE *out) {
+    if (status == REFDYN_NOT_FINITE)
         fputs(
             "refdyn: such a value comes from a division by 0, the root or logarithm of a negative number, or "
             "an overflow; bound the argument, as in rd.max(x, 1e-9)\n",

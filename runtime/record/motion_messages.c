@@ -212,6 +212,7 @@ static void print_reason(const struct record_motion *motion, int status, const c
         fprintf(out, "refdyn: at t = %s s: %s\n", record_number(integrator->failed_t, text),
                 refdyn_status_text(integrator->cause));
     record_print_failed(integrator->work, status, integrator->t, integrator->q, integrator->qd, out);
+    record_print_value_advice(status, out);
     record_events_print_failed(integrator, out);
     if (record_print_condition(integrator->work, integrator->t, integrator->q, integrator->qd, out) &&
         integrator->options.singular == REFDYN_STOP)
@@ -228,6 +229,7 @@ void record_print_failure(const struct record_motion *motion, int status, bool i
         fprintf(out, "refdyn: column %s is infinite or not a number\n", unfit);
     if (!is_started) {
         record_print_failed(integrator->work, status, motion->from, motion->q, motion->qd, out);
+        record_print_value_advice(status, out);
         print_start_residuals(motion, status, out);
     } else if (status == RECORD_INTERRUPTED || status == RECORD_NOT_WRITTEN)
         fprintf(out, "refdyn: %s at t = %s s\n",

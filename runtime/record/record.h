@@ -307,7 +307,7 @@ struct record_motion {
     double next_sample; /* time of the next sample, INFINITY if there is none [s] */
     struct refdyn_energy energy;
     struct record_events events;
-    double t_between; /* the first time between two outputs at which an event has set an input; NAN: none [s] */
+    double t_between; /* the first time at which an event sets an input between two outputs [s]; NAN: none */
     double *values;   /* p, then x at the start, if events change them; else NULL */
     long outputs;     /* their number; the first output is the start */
 };
@@ -330,7 +330,8 @@ int record_advance(struct record_motion *motion, double goal, const struct recor
 /* The same to output i, which it adds to the energy balance. */
 int record_to(struct record_motion *motion, long i, const struct record_watch *watch);
 bool record_is_stopped(const struct record_motion *motion);
-/* Prints that inputs have changed between two outputs, so that the rows do not show when; nothing otherwise. */
+/* Prints that inputs have changed between two outputs, so that the rows do not show when; nothing otherwise.
+ */
 void record_print_between(const struct record_motion *motion, FILE *out);
 /* Restores the parameters and inputs of the workspace to their values at the start, which events may have
  * changed. */
@@ -355,6 +356,8 @@ double record_finer_rates(const struct refdyn_options *options);
  * are largest. qd may be NULL. */
 void record_print_failed(const struct refdyn_workspace *work, int status, double t, const double *q,
                          const double *qd, FILE *out);
+/* Prints the probable causes of a value that is infinite or not a number, if that is the status. */
+void record_print_value_advice(int status, FILE *out);
 /* Prints up to three rows with the largest residuals at a state, which `where` describes. */
 void record_print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                             const char *where, FILE *out);

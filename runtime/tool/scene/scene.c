@@ -557,5 +557,6 @@ enum status scene_run(const struct options *options, unsigned needs, const char 
 enum status scene_numbers_failed(const struct scene *scene, int result, double t, const double *q,
                                  const double *qd) {
     record_print_failed(&scene->work, result, t, q, qd, stderr);
+    record_print_value_advice(result, stderr);
     return STATUS_NUMBERS;
 }
